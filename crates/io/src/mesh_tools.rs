@@ -1,5 +1,4 @@
-//! What importers do to meshes beyond reading them: repair what is not finite, make normals, apply
-//! transforms.
+//! Mesh operations of the importers: repair of non-finite values, normals, transforms.
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 use rayon::iter::{IndexedParallelIterator, IntoParallelRefMutIterator, ParallelIterator};
@@ -7,9 +6,9 @@ use raywright_core::display::curve;
 use raywright_core::scene::{MeshData, TransferCurve, TransformStep};
 use raywright_core::validate::{FARTHEST, SMALLEST};
 
-/// Whether a transform can be undone; rays are traced in a mesh's own space.
+/// Whether a transform is invertible, so that rays can be traced in a mesh's own space.
 ///
-/// Scale itself does not matter much, only how flat the axes lie.
+/// The test depends on the angles between the axes, hardly on their scale.
 pub(crate) fn is_invertible(transform: &DAffine3) -> bool {
     let upright = |m: DMat3| {
         let axes = [m.x_axis, m.y_axis, m.z_axis].map(DVec3::length);
@@ -19,7 +18,7 @@ pub(crate) fn is_invertible(transform: &DAffine3) -> bool {
     upright(transform.matrix3) && upright(transform.matrix3.transpose())
 }
 
-/// A transform as a scene writes it; none for the identity.
+/// Converts a transform to the scene's steps; empty for the identity.
 pub(crate) fn transform_steps(transform: &DAffine3) -> Vec<TransformStep> {
     if *transform == DAffine3::IDENTITY {
         return Vec::new();
@@ -33,8 +32,8 @@ pub(crate) fn transform_steps(transform: &DAffine3) -> Vec<TransformStep> {
     ])]
 }
 
-/// A mesh with its vertices moved by a transform that flattens it. Its normals would need the
-/// inverse, so facets take over, and tangents go with them.
+/// Applies a singular transform to a mesh. Normals would need the inverse, so that facet normals
+/// replace them, and tangents are dropped.
 pub(crate) fn squeezed(mesh: &MeshData, transform: &DAffine3) -> MeshData {
     let moved: Vec<DVec3> = mesh
         .positions
@@ -49,8 +48,8 @@ pub(crate) fn squeezed(mesh: &MeshData, transform: &DAffine3) -> MeshData {
     }
 }
 
-/// Drops triangles with a vertex that is not finite or absurdly far away, and gives such vertices
-/// the place of another, so that bounds stay finite. Returns how many triangles went.
+/// Drops triangles with a non-finite or excessively distant vertex, and moves such vertices to
+/// another vertex, so that bounds stay finite. Returns the number of dropped triangles.
 pub(crate) fn drop_unusable(mesh: &mut MeshData) -> usize {
     let unusable: Vec<bool> = mesh
         .positions
@@ -82,8 +81,8 @@ pub(crate) fn drop_unusable(mesh: &mut MeshData) -> usize {
     before - mesh.indices.len()
 }
 
-/// A colour of a vertex or face of a format without colour management: written as shown, by the
-/// sRGB curve; what is no number is white.
+/// Converts the colour of a vertex or face in a format without colour management: sRGB codes to
+/// linear, NaN to white.
 pub(crate) fn painted(rgb: [f32; 3]) -> [f32; 4] {
     let linear = |c: f32| {
         if c.is_nan() {
@@ -96,8 +95,7 @@ pub(crate) fn painted(rgb: [f32; 3]) -> [f32; 4] {
     [r, g, b, 1.0]
 }
 
-/// Brings normals to unit length; one that has none (zero, not usable) becomes the mean of its
-/// facets' normals.
+/// Normalises normals; a zero or non-finite normal becomes the mean of its facets' normals.
 pub(crate) fn mend_normals(mesh: &mut MeshData) {
     let mend = |(i, normal): (usize, &mut [f32; 3])| match Vec3::from_array(*normal)
         .as_dvec3()
@@ -129,7 +127,7 @@ pub(crate) fn mend_normals(mesh: &mut MeshData) {
     }
 }
 
-/// For each vertex the sum of its facets' normals, weighted by area.
+/// Sums the area-weighted facet normals at each vertex.
 fn facet_means(mesh: &MeshData) -> Vec<DVec3> {
     let mut sums = vec![DVec3::ZERO; mesh.positions.len()];
     for triangle in &mesh.indices {
@@ -162,7 +160,7 @@ mod tests {
         }
     }
 
-    /// Protects: one bad vertex takes its triangles with it, and nothing not finite is left for the
+    /// Protects: an invalid vertex removes its triangles, and no non-finite value remains for the
     /// bounds.
     #[test]
     fn unusable_vertices_go_with_their_triangles() {
@@ -179,8 +177,8 @@ mod tests {
         }
     }
 
-    /// Protects: a normal without length becomes its facets' mean; others are only brought to unit
-    /// length.
+    /// Protects: a zero normal becomes the mean of its facets' normals; other normals are only
+    /// normalised.
     #[test]
     fn normals_without_length_are_made_anew() {
         let mut mesh = triangle(vec![
@@ -207,7 +205,7 @@ mod tests {
         );
     }
 
-    /// Protects: what is flat is flat at every scale, and what is not is not.
+    /// Protects: the test for singular transforms does not depend on scale.
     #[test]
     fn flatness_does_not_depend_on_scale() {
         let turned = DQuat::from_rotation_y(0.5);
@@ -223,7 +221,7 @@ mod tests {
         assert!(!is_invertible(&sheared));
     }
 
-    /// Protects: rows of the matrix, translation last.
+    /// Protects: transforms are written by rows of the matrix, translation last.
     #[test]
     fn transforms_are_written_by_rows() {
         assert!(transform_steps(&DAffine3::IDENTITY).is_empty());
@@ -243,7 +241,7 @@ mod tests {
         );
     }
 
-    /// Protects: what a flat map squeezes keeps all but its normals, which no flat map can carry.
+    /// Protects: a singular transform keeps all attributes except normals, which it cannot map.
     #[test]
     fn what_is_squeezed_has_no_normals() {
         let mut mesh = triangle(vec![

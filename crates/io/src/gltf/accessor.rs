@@ -1,8 +1,8 @@
-//! A bounds-checked reader of accessors: every component type, strided or packed, normalised,
-//! sparse, without a view.
+//! Bounds-checked accessors: every component type, strided or packed, normalised, sparse, without a
+//! view.
 //!
-//! Everything is checked when an accessor is opened; reading an element then can't fail. Nothing
-//! needs to be aligned.
+//! All checks happen when an accessor is opened; reading an element cannot fail. No alignment is
+//! required.
 
 use std::cell::Cell;
 
@@ -11,7 +11,7 @@ use super::document::Document;
 use super::entries::Sparse;
 use crate::import::{Fault, Outcome, shown};
 
-/// How a number is stored.
+/// Component type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Component {
     I8,
@@ -23,10 +23,10 @@ pub(super) enum Component {
 }
 
 impl Component {
-    /// By its code in files.
+    /// Returns the type of a file's code.
     ///
     /// # Errors
-    /// A fault of kind input for a code that means nothing.
+    /// A fault of kind input for an unknown code.
     pub fn of(code: u32) -> Outcome<Self> {
         Ok(match code {
             5120 => Self::I8,
@@ -43,7 +43,7 @@ impl Component {
         })
     }
 
-    /// Bytes.
+    /// Size in bytes.
     pub fn size(self) -> usize {
         match self {
             Self::I8 | Self::U8 => 1,
@@ -52,17 +52,17 @@ impl Component {
         }
     }
 
-    /// Whether it may be an index.
+    /// Whether the type is allowed for indices.
     fn is_unsigned(self) -> bool {
         matches!(self, Self::U8 | Self::U16 | Self::U32)
     }
 }
 
-/// Components of an element, by the name of its type in files.
+/// Returns the number of components of an element type in files.
 ///
 /// # Errors
-/// A fault of kind input for a name that means nothing, and for matrices whose columns are padded:
-/// nothing that is read has such.
+/// A fault of kind input for an unknown type, and for matrices with padded columns, which no
+/// supported property uses.
 pub(super) fn arity(kind: &str) -> Outcome<usize> {
     Ok(match kind {
         "SCALAR" => 1,
@@ -84,39 +84,39 @@ pub(super) fn arity(kind: &str) -> Outcome<usize> {
     })
 }
 
-/// Opens the accessors of one file.
+/// Opens the accessors of a file.
 pub(super) struct Reader<'a> {
     pub document: &'a Document,
     pub buffers: &'a Buffers<'a>,
-    /// Bytes that one accessor may stand for.
+    /// Largest size of an accessor in bytes.
     pub memory_bytes: u64,
-    /// Bytes that accessors without data behind them may still stand for.
+    /// Remaining bytes for accessors without data.
     pub invented: Cell<u64>,
 }
 
-/// Zeros that a file may ask for without having them: a few bytes of text must not fill the memory.
+/// Largest size of all accessors without data, in bytes: a few bytes of text must not fill the
+/// memory.
 pub(super) const MOST_INVENTED: u64 = 256 << 20;
 
-/// One accessor, ready to be read.
+/// An opened accessor.
 #[derive(Debug)]
 pub(super) struct Accessor<'a> {
     count: usize,
     arity: usize,
     component: Component,
     normalised: bool,
-    /// From the first element to the end of the last; empty where all elements are zero.
+    /// Bytes from the first element to the end of the last; empty if all elements are zero.
     bytes: &'a [u8],
     stride: usize,
-    /// Elements that a sparse accessor replaces, by ascending index.
+    /// Elements replaced by a sparse accessor, by ascending index.
     patches: Vec<(u32, &'a [u8])>,
 }
 
 impl<'a> Reader<'a> {
-    /// Opens an accessor and checks all that it refers to.
+    /// Opens an accessor and checks everything it refers to.
     ///
     /// # Errors
-    /// A fault of kind input naming the accessor; of kind limit when it stands for more memory than
-    /// is allowed.
+    /// A fault of kind input that names the accessor; of kind limit beyond the memory limit.
     pub fn open(&self, index: usize) -> Outcome<Accessor<'a>> {
         self.open_unplaced(index)
             .map_err(|fault| fault.at(format_args!("accessors[{index}]")))
@@ -159,7 +159,7 @@ impl<'a> Reader<'a> {
         })
     }
 
-    /// No bytes, which stand for zeros.
+    /// Returns no bytes, which mean zeros, and reserves their memory.
     fn zeros(&self, count: usize, size: usize) -> Outcome<&'a [u8]> {
         let left = self
             .invented
@@ -171,8 +171,7 @@ impl<'a> Reader<'a> {
         Ok(&[])
     }
 
-    /// The bytes of `count` elements in a view from an offset on, and the distance between
-    /// elements.
+    /// Returns the bytes of `count` elements in a view from an offset, and the stride.
     fn slice(
         &self,
         view: u32,
@@ -205,7 +204,7 @@ impl<'a> Reader<'a> {
         Ok((bytes.get(start..end).ok_or_else(beyond)?, stride))
     }
 
-    /// The elements that a sparse accessor replaces.
+    /// Returns the elements replaced by a sparse accessor.
     fn patches(&self, sparse: &Sparse, count: usize, size: usize) -> Outcome<Vec<(u32, &'a [u8])>> {
         let replaced = usize::try_from(sparse.count).unwrap_or(usize::MAX);
         if replaced > count {
@@ -241,8 +240,8 @@ impl<'a> Reader<'a> {
             }
             patches.push((index, value));
         }
-        // "Strictly increasing" by the specification; where a file repeats an index, the last value
-        // counts.
+        // The specification requires strictly increasing indices; the last of repeated ones is in
+        // force.
         patches.sort_by_key(|&(index, _)| index);
         Ok(patches)
     }
@@ -254,23 +253,23 @@ impl Accessor<'_> {
         self.count
     }
 
-    /// Components an element.
+    /// Number of components per element.
     pub fn arity(&self) -> usize {
         self.arity
     }
 
-    /// Whether components may be indices.
+    /// Whether the components are allowed as indices.
     pub fn is_unsigned(&self) -> bool {
         self.component.is_unsigned()
     }
 
-    /// Takes integers as fractions of their largest value even where the file does not say so.
+    /// Treats integers as normalised even if the file does not say so.
     pub fn normalise_integers(&mut self) {
         self.normalised = true;
     }
 
-    /// An element as numbers; missing components are zero. Integers are exact or, if normalised,
-    /// fractions (glTF 2.0, section 3.11).
+    /// Returns an element as numbers; missing components are zero. Integers are exact or, if
+    /// normalised, fractions (glTF 2.0, section 3.11).
     pub fn vector<const N: usize>(&self, element: usize) -> [f32; N] {
         let bytes = self.element(element);
         let size = self.component.size();
@@ -281,12 +280,12 @@ impl Accessor<'_> {
         out
     }
 
-    /// An element as an index; only for unsigned components.
+    /// Returns an element as an index; only for unsigned components.
     pub fn index(&self, element: usize) -> u32 {
         unsigned(self.component, self.element(element))
     }
 
-    /// An element as indices; only for unsigned components.
+    /// Returns an element as several indices; only for unsigned components.
     pub fn indices<const N: usize>(&self, element: usize) -> [u32; N] {
         let (bytes, size) = (self.element(element), self.component.size());
         core::array::from_fn(|i| {
@@ -305,8 +304,8 @@ impl Accessor<'_> {
     }
 
     fn number(&self, bytes: &[u8]) -> f32 {
-        // Fractions are formed in f64: the quotient of two f32 integers and the rounded f64
-        // quotient agree, but u32 does not fit f32.
+        // Fractions are computed in f64: for smaller integers the rounded quotient equals that of
+        // f32, but u32 does not fit f32.
         let (value, largest) = match self.component {
             Component::F32 => return f32::from_le_bytes(head(bytes)),
             Component::I8 => (
@@ -338,12 +337,12 @@ impl Accessor<'_> {
     }
 }
 
-/// The first bytes, zero where there are none.
+/// Returns the first bytes, padded with zeros.
 fn head<const N: usize>(bytes: &[u8]) -> [u8; N] {
     bytes.first_chunk::<N>().copied().unwrap_or([0; N])
 }
 
-/// A little-endian unsigned number of 1, 2 or 4 bytes.
+/// Reads a little-endian unsigned number of 1, 2 or 4 bytes.
 fn unsigned(component: Component, bytes: &[u8]) -> u32 {
     match component.size() {
         1 => u32::from(u8::from_le_bytes(head(bytes))),
@@ -356,8 +355,8 @@ fn unsigned(component: Component, bytes: &[u8]) -> u32 {
 mod tests {
     use super::*;
 
-    /// Protects: of a normalised signed integer the least value and the one above it both mean −1
-    /// (glTF 2.0, section 3.11); without the flag they are themselves.
+    /// Protects: both the least value of a normalised signed integer and the next one mean −1 (glTF
+    /// 2.0, section 3.11); without normalisation they are themselves.
     #[test]
     fn the_least_fraction_is_minus_one() {
         let bytes = [0x80, 0x81, 0x7f];

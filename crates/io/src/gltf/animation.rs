@@ -1,8 +1,8 @@
-//! Where animations put nodes at a time: keys of translations, rotations, scales and weights, and
-//! what lies between them (glTF 2.0, section 3.11 and appendix C).
+//! Node animation: interpolated translations, rotations, scales and weights at a time (glTF 2.0,
+//! section 3.11 and appendix C).
 //!
-//! All of a file's animations are played together, where none is chosen. Where two move one thing,
-//! the first in the file does: a file of a walk and a run shows the walk.
+//! Without a choice, all animations of a file are played together. If two animate the same
+//! property, the first in the file is used: a file with a walk and a run shows the walk.
 
 use std::collections::HashMap;
 
@@ -14,21 +14,21 @@ use super::pointer;
 use crate::import::{Fault, Outcome, Warnings, shown};
 use crate::warning::WarningCode;
 
-/// What animations say of a node.
+/// Animated properties of a node.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Moved {
     pub translation: Option<[f64; 3]>,
     pub rotation: Option<[f64; 4]>,
     pub scale: Option<[f64; 3]>,
-    /// Of the morph targets of its mesh.
+    /// Weights of the morph targets of its mesh.
     pub weights: Option<Vec<f64>>,
 }
 
-/// What animations say of all nodes at a time in seconds, by node.
+/// Evaluates the animations of all nodes at a time in seconds, by node.
 ///
 /// # Errors
-/// A fault of kind input for a channel that names nothing, or a sampler whose keys are not what its
-/// channel needs.
+/// A fault of kind input for a channel without a target, or a sampler whose keys do not fit its
+/// channel.
 pub(super) fn at(
     time: f64,
     document: &Document,
@@ -45,7 +45,7 @@ pub(super) fn at(
     for (i, animation) in document.animations.iter().enumerate() {
         for (j, channel) in animation.channels.iter().enumerate() {
             let place = |fault: Fault| fault.at(format_args!("animations[{i}].channels[{j}]"));
-            // What else an extension moves is no business of nodes.
+            // Other properties animated by an extension do not concern nodes.
             let named = || {
                 channel
                     .target

@@ -1,5 +1,5 @@
-//! The binary data of a glTF file: buffers from the container, from files beside it, or from the
-//! JSON itself, and views of them.
+//! Binary data of a glTF file: buffers from the container, from other files, or from the JSON
+//! itself, and views of them.
 
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -10,14 +10,14 @@ use crate::folder::Folder;
 use crate::import::{Budget, Fault, Outcome};
 use crate::uri;
 
-/// All buffers of a file, each cut to the length that the JSON gives it.
+/// All buffers of a file, each truncated to its length in the JSON.
 pub(super) struct Buffers<'a> {
-    /// None where a buffer has no data: a placeholder that only an extension fills. Using one is an
-    /// error, having one is not.
+    /// Contents; `None` for a buffer without data, which is a placeholder for an extension. Such a
+    /// buffer is an error only when it is used.
     data: Vec<Option<Cow<'a, [u8]>>>,
-    /// What compressed views stand for, by index.
+    /// Decoded contents of compressed views, by index.
     views: HashMap<usize, Vec<u8>>,
-    /// What accessors of compressed primitives stand for, packed, by index.
+    /// Decoded contents of the accessors of compressed primitives, packed, by index.
     accessors: HashMap<usize, Vec<u8>>,
 }
 
@@ -25,7 +25,7 @@ impl<'a> Buffers<'a> {
     /// Loads every buffer.
     ///
     /// # Errors
-    /// A fault of kind input when one is missing, refused or shorter than the JSON says.
+    /// A fault of kind input for a missing, refused or short buffer.
     pub fn load(
         document: &Document,
         binary: Option<&'a [u8]>,
@@ -48,11 +48,10 @@ impl<'a> Buffers<'a> {
         })
     }
 
-    /// The bytes of a buffer view, and the stride it prescribes.
+    /// Returns the bytes of a buffer view, and its stride.
     ///
     /// # Errors
-    /// A fault of kind input when the view or its buffer does not exist, or when it reaches beyond
-    /// the buffer.
+    /// A fault of kind input for an unknown view or buffer, or a view beyond its buffer.
     pub fn view(&self, document: &Document, index: usize) -> Outcome<(&[u8], Option<usize>)> {
         let place = |fault: Fault| fault.at(format_args!("bufferViews[{index}]"));
         let view = document
@@ -68,10 +67,10 @@ impl<'a> Buffers<'a> {
             .map_err(place)
     }
 
-    /// A part of a buffer.
+    /// Returns a part of a buffer.
     ///
     /// # Errors
-    /// A fault of kind input when the buffer does not exist, or when the part reaches beyond it.
+    /// A fault of kind input for an unknown buffer, or a part beyond it.
     pub fn bytes(&self, buffer: usize, start: u64, length: u64) -> Outcome<&[u8]> {
         let data = self
             .data
@@ -93,23 +92,23 @@ impl<'a> Buffers<'a> {
         })
     }
 
-    /// Puts decoded bytes in the place of a view's.
+    /// Replaces the bytes of a view by decoded ones.
     pub fn replace_view(&mut self, index: usize, bytes: Vec<u8>) {
         self.views.insert(index, bytes);
     }
 
-    /// Puts packed elements in the place of an accessor's.
+    /// Sets the packed elements of an accessor.
     pub fn fill_accessor(&mut self, index: usize, bytes: Vec<u8>) {
         self.accessors.insert(index, bytes);
     }
 
-    /// The packed elements of an accessor that were decoded, if it has such.
+    /// Returns the decoded packed elements of an accessor, if any.
     pub fn accessor(&self, index: usize) -> Option<&[u8]> {
         self.accessors.get(&index).map(Vec::as_slice)
     }
 }
 
-/// An index that points at nothing.
+/// Fault for an index out of range.
 pub(super) fn absent(list: &str, index: usize, length: usize) -> Fault {
     Fault::input(format!(
         "{list}[{index}] does not exist, the file has {length} of them"

@@ -1,4 +1,4 @@
-//! Cameras of a glTF file, placed by the nodes that carry them.
+//! Cameras of a glTF file, posed by their nodes.
 
 use raywright_core::scene::{Camera, Fit, Pinhole, Pose, Projection};
 use raywright_core::validate::{FARTHEST, LEAST_ASPECT, MOST_ASPECT, SMALLEST};
@@ -8,7 +8,7 @@ use super::nodes::Placed;
 use crate::import::{Warnings, number};
 use crate::warning::WarningCode;
 
-/// A camera as the scene wants it, or none with a warning when its numbers make no view.
+/// Converts a camera, or returns `None` with a warning for invalid numbers.
 ///
 /// A picture of another shape than the file's shows all of the file's view, and more at two sides.
 pub(super) fn convert(
@@ -62,7 +62,7 @@ pub(super) fn convert(
     let Some(pose) = pose(placed) else {
         return skip("its node squeezes it flat");
     };
-    // A shape beyond all measure is none.
+    // An extreme aspect ratio is ignored.
     let aspect = aspect.filter(|aspect| (LEAST_ASPECT..=MOST_ASPECT).contains(aspect));
     Some(Camera {
         name,
@@ -75,8 +75,8 @@ pub(super) fn convert(
     })
 }
 
-/// The node's axes without their lengths; a mirrored node keeps its mirrored view. None where the
-/// node flattens space.
+/// Pose from the node's normalised axes; a reflected node keeps its reflected view. `None` for a
+/// singular transform.
 fn pose(placed: &Placed) -> Option<Pose> {
     let m = placed.world.matrix3;
     let back = m.z_axis.try_normalize()?;

@@ -1,4 +1,4 @@
-//! Which of a file's scenes and looks is meant, and what there is to choose from.
+//! Choice among a file's scenes, variants and animations, and the list of choices.
 
 use std::collections::BTreeSet;
 
@@ -10,40 +10,40 @@ use super::extensions;
 use super::keys::Keys;
 use crate::import::{Fault, Outcome, shown};
 
-/// What is asked of a glTF file. None: its default scene, its default look, at rest.
+/// Choices for a glTF file. `None`: the default scene, the default materials, the rest pose.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Choice<'a> {
     /// Name or index of a scene.
     pub scene: Option<&'a str>,
     /// Name of a variant of its materials.
     pub variant: Option<&'a str>,
-    /// Name or index of an animation; none: all together.
+    /// Name or index of an animation; `None`: all together.
     pub animation: Option<&'a str>,
-    /// Seconds after the beginning of its animations.
+    /// Time in seconds after the start of its animations.
     pub time: Option<f64>,
 }
 
-/// What a model file holds besides what is shown of it: what a user may ask for.
+/// Contents of a model file that a user can choose from.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Contents {
-    /// Names of its scenes, in the order of their indices; empty for one without a name.
+    /// Names of its scenes by index; empty for an unnamed scene.
     pub scenes: Vec<String>,
-    /// Names of the variants of its materials.
+    /// Names of its material variants.
     pub variants: Vec<String>,
     /// Its animations.
     pub animations: Vec<AnimationInfo>,
-    /// The extensions that it names, in alphabetical order.
+    /// Extensions used by the file, in alphabetical order.
     pub extensions: Vec<ExtensionInfo>,
 }
 
-/// An extension of glTF that a model file names.
+/// An extension of glTF used by a model file.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ExtensionInfo {
     /// Its name.
     pub name: String,
-    /// Whether the file says that it can't be shown without it.
+    /// Whether the file declares the extension as required.
     pub required: bool,
-    /// Whether it is read; where not, it is ignored, and of materials left out.
+    /// Whether the extension is supported; others are ignored, or left out of materials.
     pub read: bool,
 }
 
@@ -52,13 +52,13 @@ pub struct ExtensionInfo {
 pub struct AnimationInfo {
     /// Its name; may be empty.
     pub name: String,
-    /// Time of its last key in seconds; none where it has no key.
+    /// Time of its last key in seconds; `None` without any key.
     pub seconds: Option<f64>,
 }
 
 impl Contents {
-    /// Seconds until an animation ends, by name or, where no name fits, by index, or until the last
-    /// of all does; none where none is timed.
+    /// Duration in seconds of an animation, by name or, if no name matches, by index, or of the
+    /// longest animation; `None` without timed keys.
     pub fn seconds(&self, animation: Option<&str>) -> Option<f64> {
         let Some(wish) = animation else {
             return self
@@ -72,7 +72,7 @@ impl Contents {
     }
 }
 
-/// The place of a name or, where no name fits, of an index.
+/// Index of a name or, if no name matches, the given index.
 fn chosen(names: &[&str], wish: &str) -> Option<usize> {
     let by_name = names
         .iter()
@@ -84,7 +84,7 @@ fn chosen(names: &[&str], wish: &str) -> Option<usize> {
     })
 }
 
-/// What a file holds. What is wrong with an animation is said where it is played.
+/// Lists the contents of a file. Faults in animations are reported when they are played.
 pub(super) fn contents(document: &Document, reader: &Reader<'_>) -> Contents {
     let mut keys = Keys::new(reader);
     let name = |name: &Option<String>| shown(name.as_deref().unwrap_or_default());
@@ -132,7 +132,7 @@ fn variants(document: &Document) -> Vec<&str> {
         .collect()
 }
 
-/// The scene of a name or, where no name fits, of an index.
+/// Finds a scene by name or, if no name matches, by index.
 ///
 /// # Errors
 /// A fault of kind choice that lists the scenes.
@@ -145,7 +145,8 @@ pub(super) fn scene(document: &Document, wish: &str) -> Outcome<usize> {
     chosen(&names, wish).ok_or_else(|| unknown("scene", wish, &names, true))
 }
 
-/// Leaves the channels of one animation alone: that of a name or, where no name fits, of an index.
+/// Removes the channels of all animations except one, found by name or, if no name matches, by
+/// index.
 ///
 /// # Errors
 /// A fault of kind choice that lists the animations.
@@ -156,7 +157,7 @@ pub(super) fn play(document: &mut Document, wish: &str) -> Outcome<()> {
         .map(|animation| animation.name.as_deref().unwrap_or_default())
         .collect();
     let chosen = chosen(&names, wish).ok_or_else(|| unknown("animation", wish, &names, true))?;
-    // Messages count all of them.
+    // The animations stay, because messages use their indices.
     let others = document
         .animations
         .iter_mut()
@@ -166,7 +167,7 @@ pub(super) fn play(document: &mut Document, wish: &str) -> Outcome<()> {
     Ok(())
 }
 
-/// The variant of a name.
+/// Finds a variant by name.
 ///
 /// # Errors
 /// A fault of kind choice that lists the variants.
@@ -178,7 +179,7 @@ pub(super) fn variant(document: &Document, wish: &str) -> Outcome<u32> {
         .ok_or_else(|| unknown("variant", wish, &names, false))
 }
 
-/// Says that there is no such thing, which one was probably meant, and which there are.
+/// Fault for an unknown name, with the closest known name and the list of names.
 fn unknown(what: &str, wish: &str, names: &[&str], by_index: bool) -> Fault {
     const MOST: usize = 20;
     let wish = shown(wish);

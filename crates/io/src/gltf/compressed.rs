@@ -1,6 +1,6 @@
-//! Data that extensions compress: buffer views by meshoptimizer's codecs (EXT_meshopt_compression,
-//! KHR_meshopt_compression) and whole primitives by Draco (KHR_draco_mesh_compression), both
-//! decoded before anything reads them.
+//! Compressed data: buffer views by meshoptimizer's codecs (EXT_meshopt_compression,
+//! KHR_meshopt_compression) and whole primitives by Draco (KHR_draco_mesh_compression), decoded
+//! before any other use.
 
 use std::collections::HashMap;
 
@@ -13,11 +13,11 @@ use super::entries::{Draco, Meshopt, Primitive, ViewExtensions};
 use crate::import::{Budget, Fault, Outcome, shown};
 use crate::{Limits, meshopt};
 
-/// Decodes everything that is compressed and puts it in place of what it stands for.
+/// Decodes all compressed data and replaces the views and accessors.
 ///
 /// # Errors
-/// A fault of kind input at the view or the primitive whose data is wrong, of kind limit where it
-/// takes too much memory.
+/// A fault of kind input at a view or primitive with invalid data, of kind limit beyond the memory
+/// limit.
 pub(super) fn decode(
     document: &Document,
     buffers: &mut Buffers<'_>,
@@ -68,7 +68,7 @@ pub(super) fn decode(
     Ok(())
 }
 
-/// The bytes of a compressed view.
+/// Decodes a compressed view.
 fn unpacked(view: &Meshopt, buffers: &Buffers<'_>, budget: &mut Budget) -> Outcome<Vec<u8>> {
     let source = buffers.bytes(view.buffer as usize, view.byte_offset, view.byte_length)?;
     let number = |x: u64| usize::try_from(x).unwrap_or(usize::MAX);
@@ -104,7 +104,7 @@ fn unpacked(view: &Meshopt, buffers: &Buffers<'_>, budget: &mut Budget) -> Outco
     Ok(bytes)
 }
 
-/// Decodes a primitive and gives its accessors what they stand for.
+/// Decodes a primitive and fills its accessors.
 fn draco(
     document: &Document,
     primitive: &Primitive,
@@ -157,13 +157,13 @@ fn draco(
     Ok(())
 }
 
-/// How an accessor stores its elements.
+/// Storage of an accessor's elements.
 struct Layout {
     component: Component,
     arity: usize,
 }
 
-/// The layout of an accessor that counts as many elements as were decoded.
+/// Returns the layout of an accessor whose count equals the number of decoded elements.
 fn layout(document: &Document, index: u32, decoded: usize) -> Outcome<Layout> {
     let list = &document.accessors;
     let accessor = list
@@ -184,7 +184,7 @@ fn layout(document: &Document, index: u32, decoded: usize) -> Outcome<Layout> {
     }
 }
 
-/// Numbers as an accessor stores them.
+/// Converts numbers to an accessor's component type.
 fn written(values: &[f32], component: Component) -> Vec<u8> {
     let list = values.iter();
     match component {

@@ -1,5 +1,5 @@
-//! What moves the vertices of a mesh before its node places it: morph targets by their weights,
-//! then skins by their joints (glTF 2.0, sections 3.7.2.2 and 3.7.3).
+//! Deformation of a mesh before its node's transform: morph targets by their weights, then skins by
+//! their joints (glTF 2.0, sections 3.7.2.2 and 3.7.3).
 
 use std::collections::{BTreeMap, HashMap};
 use std::rc::Rc;
@@ -15,28 +15,27 @@ use super::nodes::Placed;
 use super::vertices::Vertices;
 use crate::import::{Fault, Outcome};
 
-/// Moves of single vertices that one file may ask for: weights and joints in a few lines of text
-/// could keep a reader busy for ever.
+/// Largest number of vertex moves in a file: weights and joints in a few lines of text could
+/// otherwise take unbounded time.
 const MOST_MOVES: u64 = 1 << 30;
 
-/// How the vertices of a mesh are moved where a node shows it.
+/// Deformation of a mesh in a node.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Pose {
-    /// A weight for each morph target; empty where none counts.
+    /// Weights of the morph targets; empty if all are zero.
     pub weights: Vec<f64>,
-    /// The joints that take vertices to the world; none: the node does.
+    /// Skin whose joints map vertices to world space; `None`: the node does.
     pub skin: Option<Rc<Skinned>>,
-    /// Whether faces are seen from their other side: a node says so by its handedness even where
-    /// joints place its mesh (glTF 2.0, section 3.7.4, "Instantiation").
+    /// Whether faces are reversed: the handedness of a node's transform decides even for a skinned
+    /// mesh (glTF 2.0, section 3.7.4, "Instantiation").
     pub mirrored: bool,
 }
 
-/// What tells one shape of a mesh from another: the bits of the weights, the skin, and whether it
-/// is mirrored.
+/// Key of a deformation: the bits of the weights, the skin, and the reflection.
 pub(super) type PoseKey = (Vec<u64>, Option<usize>, bool);
 
 impl Pose {
-    /// Equal keys, equal shapes.
+    /// Returns a key that is equal for equal deformations.
     pub fn key(&self) -> PoseKey {
         (
             self.weights.iter().map(|weight| weight.to_bits()).collect(),
@@ -45,34 +44,34 @@ impl Pose {
         )
     }
 
-    /// Whether vertices stay where they are.
+    /// Whether the mesh is undeformed.
     pub fn is_rest(&self) -> bool {
         self.weights.is_empty() && self.skin.is_none()
     }
 }
 
-/// A skin whose joints stand somewhere.
+/// A skin with the transforms of its joints.
 #[derive(Clone, Debug)]
 pub(super) struct Skinned {
-    /// Its place in the file.
+    /// Index in the file.
     index: usize,
-    /// Where its meshes have their origin in the world: far from the world's own, single precision
-    /// would not tell vertices apart.
+    /// Origin of its meshes in world space: far from the world's own origin, single precision could
+    /// not separate their vertices.
     pub origin: DVec3,
-    /// From the mesh's space to the world about that origin, by joint.
+    /// Transforms by joint from mesh space to world space relative to that origin.
     joints: Vec<DAffine3>,
 }
 
-/// Positions and directions of a mesh on their way to where they are shown.
+/// Positions and directions of a mesh during its deformation.
 #[derive(Default)]
 pub(super) struct Moving {
     pub positions: Vec<DVec3>,
-    /// Normals; empty where the mesh has none.
+    /// Normals; empty if the mesh has none.
     pub normals: Vec<DVec3>,
 }
 
 impl Import<'_> {
-    /// How a node's mesh is moved.
+    /// Returns the deformation of a node's mesh.
     pub(super) fn pose(&mut self, placed: &Placed, node: &Node) -> Outcome<Pose> {
         let mesh = node
             .mesh
@@ -101,7 +100,7 @@ impl Import<'_> {
         })
     }
 
-    /// A skin with its joints where they stand, worked out when it is first used.
+    /// Returns a skin with its joint transforms, computed on first use.
     fn skin(&mut self, index: usize) -> Outcome<Rc<Skinned>> {
         if let Some(known) = self.skins.get(&index) {
             return Ok(Rc::clone(known));
@@ -135,8 +134,7 @@ impl Import<'_> {
         let mut joints = Vec::with_capacity(skin.joints.len());
         for (i, &joint) in skin.joints.iter().enumerate() {
             let node = joint as usize;
-            // A cycle that no scene leads to has no place: the joint is taken to stand at the
-            // origin.
+            // A joint in a cycle outside every scene has no transform; the identity is used.
             let world = self
                 .worlds
                 .get(node)
@@ -167,7 +165,7 @@ impl Import<'_> {
         }
     }
 
-    /// Moves the vertices of a primitive.
+    /// Deforms the vertices of a primitive.
     pub(super) fn deform(
         &mut self,
         primitive: &Primitive,
@@ -192,7 +190,7 @@ impl Import<'_> {
         }
     }
 
-    /// Takes account of so many moves of vertices.
+    /// Counts vertex moves against the limit.
     fn moves(&mut self, count: usize) -> Outcome<()> {
         self.moves += count as u64;
         if self.moves > MOST_MOVES {
@@ -203,7 +201,7 @@ impl Import<'_> {
         Ok(())
     }
 
-    /// Adds what a morph target moves, by its weight.
+    /// Adds the offsets of a morph target, times its weight.
     fn morph(
         &mut self,
         target: &BTreeMap<String, u32>,
@@ -237,7 +235,7 @@ impl Import<'_> {
         Ok(())
     }
 
-    /// Takes vertices along with the joints that they hang on.
+    /// Transforms vertices by their joints.
     fn bend(
         &mut self,
         primitive: &Primitive,
@@ -281,8 +279,8 @@ impl Import<'_> {
 }
 
 impl Skinned {
-    /// What the joints of a vertex make of it together. Weights are taken by their sum, which
-    /// rounding keeps from being 1; without any, the first joint has it.
+    /// Weighted sum of a vertex's joint transforms. Weights are divided by their sum, because
+    /// rounding keeps it from being 1; without weights, the first joint has all of it.
     fn map(&self, sets: &[(Accessor<'_>, Accessor<'_>)], vertex: usize) -> Outcome<DAffine3> {
         let (mut sum, mut total) = (
             DAffine3 {
@@ -328,7 +326,7 @@ impl Skinned {
     }
 }
 
-/// A column-major matrix whose last row is taken as 0 0 0 1.
+/// Converts a column-major matrix, whose last row is assumed to be 0 0 0 1.
 fn affine(m: [f32; 16]) -> DAffine3 {
     let column = |i: usize| DVec3::new(m[i].into(), m[i + 1].into(), m[i + 2].into());
     DAffine3 {
@@ -337,8 +335,8 @@ fn affine(m: [f32; 16]) -> DAffine3 {
     }
 }
 
-/// What a map makes of normals: the transposed inverse but for its length, which a flat map has
-/// too.
+/// Transform of normals: the inverse transpose up to its length, which exists for singular
+/// transforms too.
 fn cofactors(m: &DMat3) -> DMat3 {
     DMat3::from_cols(
         m.y_axis.cross(m.z_axis),
@@ -351,10 +349,10 @@ fn vector(accessor: &Accessor<'_>, element: usize) -> DVec3 {
     DVec3::from(accessor.vector::<3>(element).map(f64::from))
 }
 
-/// Reads vectors in double precision, of the vertices that are used.
+/// Reads the vectors of the used vertices in double precision.
 pub(super) fn vectors(accessor: &Accessor<'_>, vertices: &Vertices) -> Vec<DVec3> {
     vertices.iter().map(|v| vector(accessor, v)).collect()
 }
 
-/// By index in the file.
+/// Skins by index in the file.
 pub(super) type Skins = HashMap<usize, Rc<Skinned>>;

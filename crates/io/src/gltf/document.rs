@@ -1,9 +1,8 @@
 //! The JSON of a glTF file as typed data, read once and without trust in any of its numbers.
 //!
-//! Every index is a `u32` here, so that no text can ask for an entry that no list has; whether a
-//! list has it is asked where it is followed. What is wrong, or must be there and is not, is told
-//! by its path in the file, extensions' values included. The types of the `gltf` crate are not
-//! used: they take indices modulo 2³², have no animation without a target node
+//! Every index is a `u32` here, larger than any list; its range is checked where it is used. Faults
+//! in the data, extensions included, are reported with their path in the file. The types of the
+//! `gltf` crate are not used: they take indices modulo 2³², have no animation without a target node
 //! (KHR_animation_pointer), no scene without nodes, half of the extensions as untyped JSON, and
 //! node transforms in single precision only, which moves a city in geocentric coordinates by half a
 //! metre.
@@ -20,7 +19,7 @@ use crate::import::{Fault, Outcome, Warnings, ask_system};
 use crate::text::without_mark;
 use crate::warning::WarningCode;
 
-/// What of a glTF file is read.
+/// The supported part of a glTF file.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
 pub(super) struct Document {
@@ -45,8 +44,7 @@ pub(super) struct Document {
 }
 
 impl Document {
-    /// Names of the extensions that the file uses, declared or not, apart from those that its types
-    /// read.
+    /// Names of all extensions in the file, declared or not, except those with types of their own.
     pub fn extensions(&self) -> impl Iterator<Item = &String> {
         let of_nodes = self
             .nodes
@@ -64,7 +62,7 @@ impl Document {
     }
 }
 
-/// Which glTF a file is written in.
+/// Version of a glTF file.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
 pub(super) struct Asset {
@@ -72,7 +70,7 @@ pub(super) struct Asset {
     min_version: Option<String>,
 }
 
-/// What of a file that is no glTF 2.0 says why.
+/// Part of a file that identifies another version than glTF 2.0, or a required extension.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
 struct Head {
@@ -80,12 +78,12 @@ struct Head {
     extensions_required: Vec<String>,
 }
 
-/// Memory that a value may take once it is typed data: a node of two characters, `{}`, becomes some
-/// 400 bytes, most values few.
+/// Assumed memory of a parsed value in bytes: a node of two characters, `{}`, takes about 400, most
+/// values few.
 const BYTES_A_VALUE: u64 = 256;
 
-/// At most so many values are in a JSON text: each follows a bracket, a comma or a colon of an
-/// entry, which follows one of the former.
+/// Upper bound for the number of values in a JSON text: each value follows a bracket, a comma or a
+/// colon.
 fn values(text: &[u8]) -> u64 {
     let (mut count, mut rest) = (1, text);
     while let Some(at) = rest
@@ -111,14 +109,14 @@ fn values(text: &[u8]) -> u64 {
     count
 }
 
-/// Reads the JSON of a glTF file.
+/// Parses the JSON of a glTF file.
 ///
 /// # Errors
-/// A fault of kind input for broken JSON (with path, line and column), another version of glTF, or
-/// a required extension that is not read here (by name); of kind limit for more values than the
-/// limits allow.
+/// A fault of kind input for invalid JSON (with path, line and column), another version of glTF, or
+/// an unsupported required extension (by name); of kind limit for more values than the limits
+/// allow.
 pub(super) fn parse(text: &[u8], limits: &Limits, warnings: &mut Warnings) -> Outcome<Document> {
-    // RFC 8259, section 8.1: a reader may ignore a byte order mark.
+    // RFC 8259, section 8.1: a parser may ignore a byte order mark.
     let text = without_mark(text);
     let most = limits.memory_bytes / BYTES_A_VALUE;
     if values(text) > most {
@@ -140,10 +138,10 @@ pub(super) fn parse(text: &[u8], limits: &Limits, warnings: &mut Warnings) -> Ou
     }
 }
 
-/// The text as typed data, if it is written as that takes it.
+/// Parses the text as typed data, if its form fits.
 fn typed(text: &[u8], warnings: &mut Warnings) -> Outcome<Document> {
     let mut json = serde_json::Deserializer::from_slice(text);
-    // What another version or an extension makes of the rest need not have these types.
+    // Files of another version or with a required extension need not have these types.
     let document = match Document::deserialize(&mut json) {
         Ok(document) => document,
         Err(error) => {
@@ -213,8 +211,8 @@ mod tests {
         )
     }
 
-    /// Protects: an index is never taken modulo 2³², in whatever list, and a fault in the data says
-    /// where it is.
+    /// Protects: an index is never taken modulo 2³², in any list, and a fault in the data has its
+    /// path.
     #[test]
     fn indices_beyond_32_bits_are_refused() {
         for (rest, path) in [
@@ -265,8 +263,8 @@ mod tests {
         assert!(read(r#""materials": [{ "extensions": { "X": { "attenuationDistance": 10000000000 } } }]"#).is_ok());
     }
 
-    /// Protects: neither depth nor number of values is trusted, text after the value is none of it,
-    /// and brackets in strings are no values.
+    /// Protects: nesting depth and number of values are bounded, text after the value is refused,
+    /// and brackets in strings do not count.
     #[test]
     fn depth_and_number_are_bounded() {
         let limits = Limits {
@@ -289,8 +287,8 @@ mod tests {
         assert_eq!(values(br#"{"a":[1,2,{}],"b,[":"\\","c":0}"#), 8);
     }
 
-    /// Protects: what is written for another version, or for an extension that is not read, is told
-    /// so and not by its types.
+    /// Protects: another version or an unsupported required extension is reported as such, not as a
+    /// type error.
     #[test]
     fn foreign_files_are_told() {
         let of = |text: &str| {

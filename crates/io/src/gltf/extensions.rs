@@ -1,4 +1,4 @@
-//! Which glTF extensions are read, and what is said about the others.
+//! Supported glTF extensions, and messages about the others.
 
 use std::collections::BTreeMap;
 
@@ -7,7 +7,7 @@ use serde_json::Value;
 use crate::import::{Fault, Outcome, Warnings, shown};
 use crate::warning::WarningCode;
 
-/// Extensions that are read, or whose absence changes nothing in the picture of the default state.
+/// Extensions that are supported, or have no effect on a picture of the default state.
 const READ: [&str; 27] = [
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
@@ -39,15 +39,15 @@ const READ: [&str; 27] = [
     "KHR_xmp",
 ];
 
-/// Whether an extension is read.
+/// Whether an extension is supported.
 pub(super) fn is_read(name: &str) -> bool {
     READ.contains(&name)
 }
 
-/// Refuses a file that can't be shown without an extension that is not read.
+/// Refuses a file with an unsupported required extension.
 ///
 /// # Errors
-/// A fault of kind input naming the extensions.
+/// A fault of kind input that names the extensions.
 pub(super) fn check_required(required: &[String]) -> Outcome<()> {
     let missing: Vec<&str> = required
         .iter()
@@ -68,8 +68,8 @@ pub(super) fn check_required(required: &[String]) -> Outcome<()> {
     )))
 }
 
-/// Warns about extensions that are named and ignored. Those of materials are told material by
-/// material, where they count.
+/// Warns about ignored extensions. Extensions of materials are reported for each material where
+/// they matter.
 pub(super) fn warn_ignored<'a>(named: impl Iterator<Item = &'a String>, warnings: &mut Warnings) {
     let of_materials =
         |name: &str| name.starts_with("KHR_materials_") || name.starts_with("EXT_materials_");
@@ -81,11 +81,11 @@ pub(super) fn warn_ignored<'a>(named: impl Iterator<Item = &'a String>, warnings
     }
 }
 
-/// Extensions of materials that are not read, with the key whose zero makes them do nothing:
-/// programs write these for materials that have none of it.
+/// Unsupported extensions of materials, with a key whose zero disables them: programs write these
+/// for all materials.
 const IDLE: [(&str, &str); 1] = [("KHR_materials_subsurface", "scatterDistance")];
 
-/// Names of a material's extensions that are not read and would change how it looks.
+/// Names of a material's unsupported extensions that would change its look.
 pub(super) fn unread(extensions: &BTreeMap<String, Value>) -> impl Iterator<Item = &String> {
     let counts = |(name, value): &(&String, &Value)| {
         let idle = IDLE
@@ -100,7 +100,7 @@ pub(super) fn unread(extensions: &BTreeMap<String, Value>) -> impl Iterator<Item
 mod tests {
     use super::*;
 
-    /// Protects: what extensions say that does nothing is not missed, and what does something is.
+    /// Protects: an extension without effect is not reported, and one with an effect is.
     #[test]
     fn idle_extensions_are_told() {
         let counts = |text: &str| {

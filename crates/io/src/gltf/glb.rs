@@ -1,7 +1,7 @@
-//! The GLB container (glTF 2.0, section 4): a header, a JSON chunk, perhaps a binary chunk.
+//! GLB container (glTF 2.0, section 4): a header, a JSON chunk, and an optional binary chunk.
 //!
-//! Read here and not by `gltf::Glb`, which subtracts before it compares (a length below 12 panics)
-//! and refuses unknown chunks that the specification tells readers to skip.
+//! This parser replaces `gltf::Glb`, which subtracts before it compares (a length below 12 panics)
+//! and refuses unknown chunks, although the specification tells readers to skip them.
 
 use crate::import::{Fault, Outcome, Warnings};
 use crate::warning::WarningCode;
@@ -15,15 +15,15 @@ pub(super) struct Container<'a> {
     pub binary: Option<&'a [u8]>,
 }
 
-/// Whether a file is a GLB container, whatever its name says.
+/// Whether a file is a GLB container, by its signature.
 pub(super) fn is_container(bytes: &[u8]) -> bool {
     bytes.starts_with(b"glTF")
 }
 
-/// Takes a GLB file apart.
+/// Splits a GLB file into its chunks.
 ///
 /// # Errors
-/// A fault of kind input naming what is wrong with the container.
+/// A fault of kind input that describes the defect of the container.
 pub(super) fn parse<'a>(bytes: &'a [u8], warnings: &mut Warnings) -> Outcome<Container<'a>> {
     let (Some(version), Some(length)) = (word(bytes, 4), word(bytes, 8)) else {
         return Err(Fault::input("is a GLB file that ends inside its header"));
@@ -81,7 +81,7 @@ pub(super) fn parse<'a>(bytes: &'a [u8], warnings: &mut Warnings) -> Outcome<Con
     Ok(Container { json, binary })
 }
 
-/// Type, data and what follows.
+/// Returns type and data of a chunk, and the bytes after it.
 fn chunk(bytes: &[u8]) -> Outcome<(&[u8], &[u8], &[u8])> {
     let (Some(length), Some(kind)) = (word(bytes, 0), bytes.get(4..8)) else {
         return Err(Fault::input("the file ends inside the chunk's header"));
@@ -96,7 +96,7 @@ fn chunk(bytes: &[u8]) -> Outcome<(&[u8], &[u8], &[u8])> {
     }
 }
 
-/// A little-endian 32-bit number.
+/// Reads a little-endian 32-bit number.
 fn word(bytes: &[u8], at: usize) -> Option<u32> {
     bytes
         .get(at..at + 4)?
@@ -124,8 +124,8 @@ mod tests {
         out
     }
 
-    /// Protects: unknown chunks are skipped, as the specification demands; the binary one behind
-    /// them is still found.
+    /// Protects: unknown chunks are skipped, as the specification demands; the binary chunk after
+    /// them is found.
     #[test]
     fn unknown_chunks_are_skipped() {
         let bytes = glb(
@@ -141,8 +141,8 @@ mod tests {
         assert_eq!(warnings.finish("x.glb").len(), 1);
     }
 
-    /// Protects: a header length below the header's own size once made a reader subtract below
-    /// zero.
+    /// Protects: a length below the header's own size is refused; a subtraction from it would
+    /// overflow.
     #[test]
     fn tiny_lengths_are_refused() {
         for length in 0..12 {

@@ -1,34 +1,34 @@
-//! JSON that is valid glTF and that typed data does not take: whole numbers written with a point or
-//! an exponent (glTF 2.0, section 2.7), names that an object has twice, of which the later one
-//! counts, and numbers beyond f64, with which programs write that something has no end.
+//! Rewriting of JSON that is valid glTF but does not fit typed data: integers written with a point
+//! or an exponent (glTF 2.0, section 2.7), repeated names in an object, of which the last is in
+//! force, and numbers beyond f64, which some programs write for infinity.
 //!
-//! Only a text that could not be read as it is gets rewritten, so that others pay nothing. What is
-//! rewritten keeps its length wherever the new text is not longer, so that lines and columns of
-//! messages are the file's.
+//! Only a text that failed to parse is rewritten, so that others pay nothing. Rewritten parts keep
+//! their length wherever the new text is not longer, so that lines and columns in messages match
+//! the file.
 
 use std::collections::HashMap;
 
 use crate::import::shown;
 
-/// Whole numbers up to this one are the same in f64.
+/// Largest integer up to which f64 is exact for all.
 const MOST_WHOLE: f64 = 9_007_199_254_740_992.0;
 
-/// Brackets within brackets beyond which no JSON is read.
+/// Largest nesting depth of accepted JSON.
 const MOST_DEPTH: usize = 128;
 
-/// A text whose numbers and names typed data takes.
+/// A text whose numbers and names fit typed data.
 #[derive(Debug, Default)]
 pub(super) struct Rewritten {
     pub text: Vec<u8>,
-    /// How many values a later one of their name replaces.
+    /// Number of values replaced by a later value of the same name.
     repeated: usize,
-    /// The first of their names, and the line where it stands again.
+    /// First repeated name, and the line of its repetition.
     first: Option<(String, usize)>,
     changed: bool,
 }
 
 impl Rewritten {
-    /// What is to be said of repeated names; none where there are none.
+    /// Warning about repeated names; `None` without any.
     pub fn warning(&self) -> Option<String> {
         let (name, line) = self.first.as_ref()?;
         let many = if self.repeated > 1 {
@@ -43,17 +43,17 @@ impl Rewritten {
     }
 }
 
-/// What an open bracket holds.
+/// Content of an open bracket.
 #[derive(Default)]
 struct Open {
     is_object: bool,
-    /// Where the values of an object are in the new text, from the name to behind the comma.
+    /// Ranges of an object's members in the new text, from the name to the comma inclusive.
     members: HashMap<String, [usize; 2]>,
-    /// The name of the value at hand.
+    /// Name of the current value.
     name: Option<String>,
 }
 
-/// Rewrites a text; none where nothing is to be changed.
+/// Rewrites a text; `None` if nothing changes.
 pub(super) fn rewritten(text: &[u8]) -> Option<Rewritten> {
     let (mut out, mut open) = (
         Rewritten {
@@ -75,7 +75,7 @@ pub(super) fn rewritten(text: &[u8]) -> Option<Rewritten> {
         let token = &text[at..at + length];
         match byte {
             b'"' => {
-                // In an object, a string where there is no name yet is the name.
+                // In an object, a string without a name before it is the name.
                 if let Some(holder) = open
                     .last_mut()
                     .filter(|holder| holder.is_object && holder.name.is_none())
@@ -106,7 +106,7 @@ pub(super) fn rewritten(text: &[u8]) -> Option<Rewritten> {
 }
 
 impl Rewritten {
-    /// Notes a name, and wipes out an earlier value of it.
+    /// Records a name, and erases an earlier member of that name.
     fn name(&mut self, holder: &mut Open, token: &[u8], line: usize) {
         let name = decoded(token);
         let start = self.text.len();
@@ -122,7 +122,7 @@ impl Rewritten {
         holder.name = Some(name);
     }
 
-    /// Ends a value of an object at its comma.
+    /// Ends a member of an object at its comma.
     fn close(&mut self, holder: Option<&mut Open>) {
         let Some(holder) = holder else { return };
         let member = holder
@@ -163,7 +163,7 @@ fn is_of_number(byte: u8) -> bool {
     byte.is_ascii_digit() || matches!(byte, b'-' | b'+' | b'.' | b'e' | b'E')
 }
 
-/// Length of the string that a text starts with; one without an end goes to the end.
+/// Length of the string at the start of a text; an unterminated string extends to the end.
 fn string(text: &[u8]) -> usize {
     let mut at = 1;
     while let Some(skip) = text
@@ -179,10 +179,10 @@ fn string(text: &[u8]) -> usize {
     text.len()
 }
 
-/// Where in a valid text a reader stands that took it up to a line and byte of it: the path of the
-/// value that it took last, or is to take.
+/// Path in a valid text of the value at a line and byte where a parser stopped: the last parsed
+/// value, or the next.
 ///
-/// Found when a value has been refused, so that what reads values need not keep it.
+/// The path is computed only after a failure, so that parsing need not track it.
 pub(super) fn path(text: &[u8], line: usize, column: usize) -> String {
     let lines: usize = text
         .split_inclusive(|byte| *byte == b'\n')
@@ -190,8 +190,8 @@ pub(super) fn path(text: &[u8], line: usize, column: usize) -> String {
         .map(<[u8]>::len)
         .sum();
     let text = &text[..text.len().min(lines + column)];
-    // Of each open bracket the entry at hand: of an object its name, once that is read, of an array
-    // none and its place.
+    // Current entry of each open bracket: the name in an object, once parsed, and the index in an
+    // array.
     let (mut entries, mut at) = (Vec::<(Option<String>, usize)>::new(), 0);
     let mut is_name = false;
     while let Some(&byte) = text.get(at) {
@@ -221,7 +221,7 @@ pub(super) fn path(text: &[u8], line: usize, column: usize) -> String {
     path
 }
 
-/// The text of a string in its quotes.
+/// Decodes a quoted string.
 fn decoded(token: &[u8]) -> String {
     serde_json::from_slice(token).unwrap_or_else(|_| String::from_utf8_lossy(token).into_owned())
 }
@@ -234,8 +234,8 @@ mod tests {
         rewritten(text.as_bytes()).map(|out| String::from_utf8(out.text).expect("UTF-8"))
     }
 
-    /// Protects: whole numbers are written as such, at the same length where they fit; others, and
-    /// what is in strings, stay.
+    /// Protects: integers are written without point or exponent, at the same length where they fit;
+    /// other numbers, and strings, stay unchanged.
     #[test]
     fn whole_numbers_lose_their_points() {
         for (from, to) in [
@@ -260,8 +260,8 @@ mod tests {
         }
     }
 
-    /// Protects: of values of one name in one object the last is left, however it is written, at
-    /// any depth; lines stay where they are, and names of other objects are no repeats.
+    /// Protects: the last of repeated members in an object is kept, however its name is escaped, at
+    /// any depth; lines stay in place, and equal names in other objects are no repetitions.
     #[test]
     fn the_later_of_two_values_counts() {
         for (from, to) in [
@@ -289,8 +289,8 @@ mod tests {
         );
     }
 
-    /// Protects: wherever a reader stops, the path is that of the value before, or of the one that
-    /// follows a colon, bracket or comma.
+    /// Protects: wherever a parser stops, the path is that of the value before, or of the one after
+    /// a colon, bracket or comma.
     #[test]
     fn a_stop_is_told_by_its_path() {
         let text = "{\"a\": [1,\n {\"b,\\\"\": 2, \"c\": [[], 3]}], \"d\": {}}";
@@ -321,8 +321,8 @@ mod tests {
         assert_eq!(path(b"[1]", 7, 900), "");
     }
 
-    /// Protects: whatever the text, rewriting it takes time and memory in proportion: brackets
-    /// without end, names without end.
+    /// Protects: rewriting takes time and memory proportional to any text: endless brackets,
+    /// endless names.
     #[test]
     fn hostile_texts_end() {
         let many: String = (0..200_000).map(|i| format!("\"k{i}\":1.0,")).collect();

@@ -1,4 +1,4 @@
-//! Keys of translations, rotations, scales and weights, and what lies between them at a time (glTF
+//! Animation keys of translations, rotations, scales and weights, and their interpolation (glTF
 //! 2.0, section 3.11 and appendix C).
 
 use std::collections::HashMap;
@@ -12,32 +12,32 @@ use super::buffers::absent;
 use super::entries::{Animation, AnimationSampler, Interpolation};
 use crate::import::{Fault, Outcome};
 
-/// Opens what samplers read, each once: a sparse accessor takes time and memory of its own.
+/// Opened accessors of samplers, each opened once: a sparse accessor takes time and memory.
 pub(super) struct Keys<'a> {
     reader: &'a Reader<'a>,
     open: HashMap<u32, Rc<Accessor<'a>>>,
 }
 
-/// The sampler of a channel.
+/// Returns the sampler of a channel.
 ///
 /// # Errors
-/// A fault of kind input where there is none.
+/// A fault of kind input for an unknown sampler.
 pub(super) fn sampler(animation: &Animation, index: u32) -> Outcome<&AnimationSampler> {
     let (list, index) = (&animation.samplers, index as usize);
     list.get(index)
         .ok_or_else(|| absent("samplers", index, list.len()))
 }
 
-/// Whether each key has a tangent before and after its value.
+/// Whether each key has an in-tangent and an out-tangent.
 fn cubic(sampler: &AnimationSampler) -> bool {
     sampler.interpolation == Interpolation::CubicSpline
 }
 
-/// A time among keys.
+/// Position of a time among keys.
 enum KeyPosition {
     /// At a key, before the first or after the last.
     At(usize),
-    /// So much of the way from a key to the next one, and the seconds between both.
+    /// At a fraction between a key and the next, with the seconds between both.
     Span(usize, f64, f64),
 }
 
@@ -56,7 +56,7 @@ impl<'a> Keys<'a> {
         }))
     }
 
-    /// The time of a sampler's last key; none where it has none.
+    /// Time of a sampler's last key; `None` without any.
     pub fn duration(&mut self, sampler: &AnimationSampler) -> Option<f64> {
         let times = self.open(sampler.input).ok()?;
         times
@@ -66,7 +66,7 @@ impl<'a> Keys<'a> {
             .filter(|seconds| seconds.is_finite())
     }
 
-    /// The values of a sampler and where among them a time is.
+    /// Returns the values of a sampler and the position of a time.
     fn find(
         &mut self,
         sampler: &AnimationSampler,
@@ -85,7 +85,7 @@ impl<'a> Keys<'a> {
                 .count()
                 .saturating_mul(if cubic(sampler) { 3 } else { 1 }),
         );
-        // Of weights there are as many to a key as the mesh has targets.
+        // A key has as many weights as the mesh has targets.
         let fits = if arity == 1 {
             wanted > 0 && values.count() % wanted == 0
         } else {
@@ -98,7 +98,7 @@ impl<'a> Keys<'a> {
             )));
         }
         let seconds = |key: usize| f64::from(times.vector::<1>(key)[0]);
-        // Ascending by the specification; where they are not, some key is found all the same.
+        // Times ascend by the specification; if they do not, the search still ends at some key.
         let (mut after, mut end) = (0, count);
         while after < end {
             let middle = after + (end - after) / 2;
@@ -121,7 +121,7 @@ impl<'a> Keys<'a> {
         Ok((values, between))
     }
 
-    /// Numbers at a time, each along its own line or spline.
+    /// Interpolates a vector at a time, by components.
     pub fn vector<const N: usize>(
         &mut self,
         sampler: &AnimationSampler,
@@ -142,7 +142,7 @@ impl<'a> Keys<'a> {
         })
     }
 
-    /// The weights of all morph targets at a time, each along its own line or spline.
+    /// Interpolates the weights of all morph targets at a time.
     pub fn weights(&mut self, sampler: &AnimationSampler, time: f64) -> Outcome<Vec<f64>> {
         let parts = if cubic(sampler) { 3 } else { 1 };
         let (values, between) = self.find(sampler, time, 1)?;
@@ -165,10 +165,10 @@ impl<'a> Keys<'a> {
         Ok((0..targets).map(|target| weight(target)[0]).collect())
     }
 
-    /// A rotation at a time: between two keys the shorter turn at a constant speed.
+    /// Interpolates a rotation at a time, along the shorter arc at constant speed.
     pub fn rotation(&mut self, sampler: &AnimationSampler, time: f64) -> Outcome<[f64; 4]> {
         if cubic(sampler) {
-            // Appendix C.5: the spline of the four numbers, brought to unit length.
+            // Appendix C.5: the normalised spline of the four components.
             let turn = DVec4::from_array(self.vector::<4>(sampler, time)?);
             return Ok(turn.try_normalize().unwrap_or(DVec4::W).to_array());
         }
@@ -182,8 +182,8 @@ impl<'a> Keys<'a> {
     }
 }
 
-/// Between two values with their tangents, in the file's order: the first value, its tangent, the
-/// second one's tangent, its value.
+/// Cubic Hermite interpolation, in the file's order: first value, its out-tangent, the second
+/// value's in-tangent, second value.
 fn hermite<const N: usize>(
     [a, leaving, arriving, b]: [[f64; N]; 4],
     u: f64,
@@ -201,13 +201,13 @@ fn hermite<const N: usize>(
     })
 }
 
-/// The shorter way from one turn to another at a constant speed (Shoemake, "Animating Rotation with
-/// Quaternion Curves", 1985), by functions that are the same on every platform.
+/// Spherical linear interpolation along the shorter arc (Shoemake, "Animating Rotation with
+/// Quaternion Curves", 1985), with functions that are the same on every platform.
 fn slerp(a: DQuat, b: DQuat, share: f64) -> DQuat {
     let cosine = a.dot(b);
     let b = if cosine < 0.0 { -b } else { b };
     let angle = libm::acos(cosine.abs().min(1.0));
-    // Nearly the same turn: the straight line, whose length is off by less than rounding.
+    // For nearly equal rotations the error of linear interpolation is below rounding.
     if angle < 1e-6 {
         return a + (b - a) * share;
     }

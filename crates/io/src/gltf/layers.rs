@@ -1,5 +1,4 @@
-//! Extensions of a glTF file's materials that lay something over, under or into the
-//! metallic-roughness model.
+//! Material extensions that add layers or lobes to the metallic-roughness model.
 
 use raywright_core::scene::{
     Anisotropy, Channel, Clearcoat, Colour, DiffuseTransmission, Iridescence, Physical, Sheen,
@@ -14,7 +13,7 @@ use crate::import::{Outcome, number};
 use crate::warning::WarningCode;
 
 impl Import<'_> {
-    /// Adds what a material's extensions say.
+    /// Adds a material's extensions.
     pub(super) fn layers(
         &mut self,
         extensions: &MaterialExtensions,
@@ -36,7 +35,8 @@ impl Import<'_> {
         Ok(())
     }
 
-    /// The inside. Without one, what lets light through is a wall that bends none.
+    /// Adds the interior. Without a volume, a transmissive surface is thin-walled and does not
+    /// refract.
     fn volume(&mut self, extensions: &MaterialExtensions, label: &str, out: &mut Physical) {
         let body = extensions
             .volume
@@ -49,7 +49,7 @@ impl Import<'_> {
                 .attenuation_color
                 .map(|c| self.unit(c, label, "attenuationColor")),
         );
-        // Nothing is said by a distance without end.
+        // An infinite distance means no absorption.
         let distance = volume
             .attenuation_distance
             .filter(|distance| *distance <= FARTHEST);
@@ -167,7 +167,7 @@ impl Import<'_> {
         if strength == 0.0 {
             return Ok(());
         }
-        // Whole turns say nothing.
+        // Whole turns have no effect.
         let rotation = (data.anisotropy_rotation % core::f64::consts::TAU).to_degrees();
         out.anisotropy = Some(Anisotropy {
             strength: strength.into(),
@@ -253,7 +253,7 @@ impl Import<'_> {
         Ok(())
     }
 
-    /// A use of a texture for one of its channels.
+    /// Returns a reference to a channel of a texture.
     fn channel(
         &mut self,
         info: Option<&TextureUse>,

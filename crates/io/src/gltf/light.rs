@@ -1,4 +1,4 @@
-//! Lights of a glTF file (KHR_lights_punctual), placed by the nodes that carry them.
+//! Lights of a glTF file (KHR_lights_punctual), posed by their nodes.
 
 use raywright_core::scene::{Colour, Falloff, Light, LightKind};
 use raywright_core::validate::{FARTHEST, GREATEST, GREATEST_INTENSITY, SMALLEST};
@@ -8,7 +8,7 @@ use super::nodes::Placed;
 use crate::import::{Warnings, number};
 use crate::warning::WarningCode;
 
-/// A light as the scene wants it, or none with a warning when it makes none.
+/// Converts a light, or returns `None` with a warning for invalid numbers.
 pub(super) fn convert(
     light: &Source,
     index: usize,
@@ -73,8 +73,7 @@ pub(super) fn convert(
     })
 }
 
-/// Where a light has faded to nothing, in metres; none: nowhere, which is also what is meant by a
-/// number beyond everything.
+/// Range of a light in metres; `None` for an unbounded range, also given by an excessive number.
 fn range(light: &Source, label: &str, warnings: &mut Warnings) -> Option<f64> {
     let range = light
         .range
@@ -93,13 +92,13 @@ fn range(light: &Source, label: &str, warnings: &mut Warnings) -> Option<f64> {
     Some(warnings.clamped(range, [SMALLEST, FARTHEST], label, "range"))
 }
 
-/// The angles of a spot in degrees; none where it shines nowhere. An inner one that is not below
-/// the outer one leaves a hard edge at the latter.
+/// Angles of a spotlight in degrees; `None` for an empty cone. An inner angle not below the outer
+/// one gives a hard edge at the outer angle.
 fn cone(spot: Option<&Spot>, label: &str, warnings: &mut Warnings) -> Option<[f64; 2]> {
     let spot = spot.map_or_else(Spot::default, Spot::clone);
     let [inner, outer] =
         [spot.inner_cone_angle, spot.outer_cone_angle].map(|angle| f64::from(angle).to_degrees());
-    // pi/2 in single precision is a little more than 90 degrees.
+    // π/2 in single precision is slightly more than 90 degrees.
     let outer = if (outer - 90.0).abs() < 1e-4 {
         90.0
     } else {

@@ -11,27 +11,27 @@ use super::texture::Use;
 use crate::import::{Outcome, number, shown};
 use crate::warning::WarningCode;
 
-/// Greatest factor of a normal map's directions.
+/// Largest normal scale.
 const MOST_NORMAL_SCALE: f64 = 1e6;
 
-/// A material of the scene, and what its users must know of it.
+/// A converted material, with the properties that its meshes depend on.
 #[derive(Clone, Debug)]
 pub(super) struct UsedMaterial {
     /// Name in the scene.
     pub name: String,
-    /// Its place in the scene's list.
+    /// Index in the scene's list.
     place: usize,
-    /// Whether its surfaces can be seen from behind.
+    /// Whether its surfaces are two-sided.
     pub two_sided: bool,
-    /// Whether directions on it count, by an image that bends normals or because it is combed.
+    /// Whether its surfaces need tangents, for a normal map or for anisotropy.
     pub bumpy: bool,
-    /// Sets of texture coordinates that its textures use.
+    /// Sets of texture coordinates used by its textures.
     pub uv_sets: Vec<u32>,
 }
 
 impl Import<'_> {
-    /// The material of a primitive, converted when it is first used; none is the specification's
-    /// default material.
+    /// Returns the material of a primitive, converted on first use; `None` selects the
+    /// specification's default material.
     pub(super) fn material(&mut self, index: Option<usize>) -> Outcome<UsedMaterial> {
         if let Some(known) = self.materials.get(&index) {
             return Ok(known.clone());
@@ -61,7 +61,7 @@ impl Import<'_> {
                 .materials
                 .unique(source.name.as_deref().unwrap_or("default")),
             place: self.scene.materials.len(),
-            // Rays must be able to leave what they entered.
+            // Rays must be able to leave a surface that they entered.
             two_sided: source.double_sided || model.may_transmit() || model.may_diffuse_through(),
             bumpy: model.directed_by().is_some() || model.combed().is_some(),
             uv_sets: textures.map(|(_, texture)| texture.uv_set).collect(),
@@ -75,8 +75,7 @@ impl Import<'_> {
         Ok(used)
     }
 
-    /// Lets the colours of a mesh's vertices count; materials whose meshes have none do not pay for
-    /// them.
+    /// Enables vertex colours in a material; materials whose meshes have none do not pay for them.
     pub(super) fn use_vertex_colours(&mut self, material: &UsedMaterial) {
         if let Some(Material {
             model: Model::Physical(model),
@@ -118,7 +117,7 @@ impl Import<'_> {
         out.alpha = match source.alpha_mode.as_deref() {
             None | Some("OPAQUE") => AlphaMode::Opaque,
             Some("MASK") => {
-                // Above one nothing is left, and all that is above one is alike.
+                // A cutoff above one leaves nothing, whatever its value.
                 let cutoff = f64::from(source.alpha_cutoff.unwrap_or(0.5)).min(2.0);
                 AlphaMode::Mask {
                     cutoff: self
@@ -150,7 +149,7 @@ impl Import<'_> {
                 self.texture(transmission.transmission_texture.as_ref(), Use::Data)?;
         }
         self.layers(extensions, label, &mut out)?;
-        // What is unlit shows the base colour of the core model.
+        // An unlit material shows the base colour of the core model.
         if let Some(glossy) = extensions
             .specular_glossiness
             .as_ref()
@@ -165,8 +164,8 @@ impl Import<'_> {
         Ok(out)
     }
 
-    /// Remembers what of a material has no words in a scene: effects tell it where something shows
-    /// the material.
+    /// Records the unsupported parts of a material, reported as effects where an object uses the
+    /// material.
     fn note_unread(&mut self, source: &Source, material: &str) {
         let extensions = &source.extensions;
         let unread = |what: String| Unread {
@@ -178,7 +177,7 @@ impl Import<'_> {
             .extend(extensions::unread(&extensions.others).map(|name| unread(shown(name))));
     }
 
-    /// Says what of a material is not read.
+    /// Warns about the unsupported parts of a material.
     fn warn_unread(&mut self, source: &Source, label: &str) {
         if source.occlusion_texture.is_some() {
             self.warnings.add(
@@ -204,7 +203,7 @@ impl Import<'_> {
         )
     }
 
-    /// An index of refraction of at least 1, or 0, which reflects everything.
+    /// Clamps an index of refraction to at least 1; 0 stays, for total reflection.
     fn ior(&mut self, value: f64, label: &str) -> f64 {
         if value == 0.0 {
             return value;
@@ -223,13 +222,13 @@ impl Import<'_> {
             .clamped(value, Physical::IOR, label, "an index of refraction of")
     }
 
-    /// A factor that must lie between 0 and 1; others would make energy.
+    /// Clamps a factor to 0..1, because others would add energy.
     pub(super) fn unit(&mut self, value: f64, label: &str, what: &str) -> f64 {
         self.warnings.clamped(value, [0.0, 1.0], label, what)
     }
 
-    /// The factor of a normal map's directions. What is greater leaves nothing of the normal
-    /// itself, as this does.
+    /// Clamps the scale of a normal map. Larger values do not change the result, in which nothing
+    /// of the original normal is left.
     pub(super) fn normal_scale(
         &mut self,
         normal: Option<&TextureUse>,

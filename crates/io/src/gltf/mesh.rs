@@ -16,7 +16,7 @@ use crate::mesh_tools;
 use crate::warning::WarningCode;
 
 impl<'a> Import<'a> {
-    /// The triangles of one primitive; none with a warning when it has none.
+    /// Returns the triangles of a primitive; `None` with a warning if it has none.
     pub(super) fn primitive(
         &mut self,
         primitive: &Primitive,
@@ -29,7 +29,7 @@ impl<'a> Import<'a> {
             None | Some(4) => Mode::List,
             Some(5) => Mode::Strip,
             Some(6) => Mode::Fan,
-            // Points, and lines in three ways.
+            // Points, and three kinds of lines.
             Some(0..=3) => {
                 self.thin += 1;
                 return Ok(None);
@@ -81,7 +81,7 @@ impl<'a> Import<'a> {
                     .for_each(|c| *c = -*c);
             }
         }
-        // What is moved, and what has none, gets tangents where it is prepared.
+        // Deformed meshes, and meshes without tangents, get tangents during preparation.
         if material.bumpy && pose.is_rest() && !data.normals.is_empty() {
             data.tangents = self.tangents(primitive, &positions, &vertices)?;
         }
@@ -111,7 +111,7 @@ impl<'a> Import<'a> {
         })
     }
 
-    /// The tangents that the primitive has; none where one of them says nothing.
+    /// Returns the primitive's tangents; `None` if any of them is invalid.
     fn tangents(
         &mut self,
         primitive: &Primitive,
@@ -139,7 +139,7 @@ impl<'a> Import<'a> {
             .unwrap_or_default())
     }
 
-    /// The accessor of an attribute, if the primitive has it.
+    /// Opens the accessor of an attribute, if the primitive has it.
     pub(super) fn attribute(
         &self,
         primitive: &Primitive,
@@ -162,7 +162,7 @@ impl<'a> Import<'a> {
         Ok(Some(accessor))
     }
 
-    /// An attribute that must have as many elements as there are positions.
+    /// Opens an attribute whose count must equal that of the positions.
     fn vertex_attribute(
         &self,
         primitive: &Primitive,
@@ -180,7 +180,7 @@ impl<'a> Import<'a> {
         }
     }
 
-    /// All sets that the primitive has or its material asks for; a set it lacks is zero with a
+    /// Returns all sets that the primitive has or its material uses; a missing set is zero, with a
     /// warning.
     fn texture_coordinates(
         &mut self,
@@ -222,7 +222,7 @@ impl<'a> Import<'a> {
         Ok(sets)
     }
 
-    /// Three vertex indices a triangle, whatever the topology.
+    /// Returns three vertex indices per triangle, for any topology.
     fn corners(
         &mut self,
         primitive: &Primitive,
@@ -251,8 +251,8 @@ impl<'a> Import<'a> {
         self.budget.triangles(triangles)?;
         let vertex = |i: usize| accessor.as_ref().map_or(i as u32, |a| a.index(i));
         let triangle = |i: usize| {
-            // glTF 2.0, section 3.7.2.1: the order that keeps every triangle of a strip facing the
-            // same way.
+            // glTF 2.0, section 3.7.2.1: the order that gives all triangles of a strip the same
+            // orientation.
             let places = match mode {
                 Mode::Strip => [i, i + 1 + i % 2, i + 2 - i % 2],
                 Mode::Fan => [i + 1, i + 2, 0],
@@ -268,7 +268,7 @@ impl<'a> Import<'a> {
         {
             return Err(Fault::input(format!("indices: vertex {index} of {count}")));
         }
-        // Strips join their parts by triangles that use a vertex twice.
+        // Degenerate triangles join the parts of a strip.
         out.retain(|[a, b, c]| a != b && b != c && c != a);
         if !matches!(mode, Mode::Strip | Mode::Fan) && length % 3 != 0 {
             self.warnings.add(
@@ -283,7 +283,7 @@ impl<'a> Import<'a> {
     }
 }
 
-/// How vertices make triangles.
+/// Topology of triangles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Mode {
     List,
@@ -291,12 +291,12 @@ enum Mode {
     Fan,
 }
 
-/// Name of a set of texture coordinates.
+/// Attribute name of a set of texture coordinates.
 fn coordinates(set: u32) -> String {
     format!("TEXCOORD_{set}")
 }
 
-/// How many vertices and how many indices a primitive has, by its own account.
+/// Declared numbers of vertices and of indices in a primitive.
 pub(super) fn elements(document: &Document, primitive: &Primitive) -> [u64; 2] {
     let count = |index: u32| {
         document
@@ -311,7 +311,7 @@ pub(super) fn elements(document: &Document, primitive: &Primitive) -> [u64; 2] {
     .map(|index| index.map_or(0, count))
 }
 
-/// A vertex colour as the specification bounds it; what is no number counts as white.
+/// Clamps a vertex colour to the specified range; NaN becomes white.
 fn colour(value: [f32; 4], opaque: bool) -> [f32; 4] {
     let [r, g, b, a] = value.map(|c| if c.is_nan() { 1.0 } else { c.clamp(0.0, 1.0) });
     [r, g, b, if opaque { 1.0 } else { a }]

@@ -1,12 +1,12 @@
 //! Import of glTF 2.0: `.gltf` with its buffers and images, and `.glb`.
 //!
-//! What is read: a scene's node hierarchy with skins and morph targets, at rest or at a time of its
-//! animations; triangles in all three topologies from any valid accessor; materials with all their
-//! textures, and their variants; perspective and orthographic cameras; and the extensions listed in
-//! [`extensions`]. What is not read (points, lines, further extensions) is named in a warning or in
-//! the effects report; when a file *requires* it, the file is refused.
+//! The importer reads a scene's node hierarchy with skins and morph targets, at rest or at a time
+//! of its animations; triangles in all three topologies from any valid accessor; materials with all
+//! their textures, and their variants; perspective and orthographic cameras; and the extensions
+//! listed in [`extensions`]. Unsupported parts (points, lines, further extensions) are reported in
+//! a warning or in the effects report; a file that *requires* one of them is refused.
 //!
-//! Nothing in a file is trusted: the document's types are our own, and the checks are those of
+//! Nothing in a file is trusted: the document has its own types, and the checks are in
 //! [`document`], [`buffers`] and [`accessor`].
 
 mod accessor;
@@ -59,20 +59,19 @@ use crate::warning::WarningCode;
 use crate::work::Work;
 use crate::{Error, Limits, Warning, uri};
 
-/// What came out of a file.
+/// An imported file.
 pub(crate) struct Model {
     pub scene: Scene,
     pub warnings: Vec<Warning>,
     pub contents: Contents,
 }
 
-/// Reads what is meant of a glTF or GLB file (told apart by content), given its bytes, with
-/// everything it refers to in its folder.
+/// Imports a glTF or GLB file (detected by content) from its bytes, with the files in its folder.
 ///
 /// # Errors
-/// An error of kind input when the file or a buffer is wrong or needs what is not supported, of
-/// kind limit when it asks for more than `limits`, of kind usage for a scene, variant or animation
-/// that it has not. A texture that can't be had is only a warning.
+/// An error of kind input for an invalid file or buffer or an unsupported requirement, of kind
+/// limit beyond `limits`, of kind usage for an unknown scene, variant or animation. A missing
+/// texture is only a warning.
 pub(crate) fn load(
     file: &Path,
     bytes: &[u8],
@@ -92,7 +91,7 @@ pub(crate) fn load(
         .map_err(|fault| fault.into_error(file.display()))
 }
 
-/// What is read, and where.
+/// The file to import.
 struct Source<'a> {
     file: &'a Path,
     bytes: &'a [u8],
@@ -130,7 +129,7 @@ impl Source<'_> {
             .animation
             .map(|wish| choose::play(&mut document, wish))
             .transpose()?;
-        // Images that nothing visible uses are not read, and are the user's all the same.
+        // Images of unused materials are not read, but are the user's files too.
         document
             .images
             .iter()
@@ -193,7 +192,7 @@ impl Source<'_> {
     }
 }
 
-/// The scene's own name, or the file's.
+/// Name of the scene, or of the file.
 fn title(document: &Document, scene: Option<usize>, file: &Path) -> String {
     let scene = document
         .scenes
@@ -207,7 +206,7 @@ fn title(document: &Document, scene: Option<usize>, file: &Path) -> String {
     }
 }
 
-/// Names handed out so far, by table of the scene.
+/// Names used so far, by table of the scene.
 #[derive(Default)]
 struct TableNames {
     images: Names,
@@ -220,11 +219,11 @@ struct TableNames {
 #[derive(Clone, Debug)]
 struct UsedMesh {
     name: String,
-    /// Its place in the scene's list.
+    /// Index in the scene's list.
     place: usize,
 }
 
-/// The import of one file under way.
+/// State of an import.
 struct Import<'a> {
     document: &'a Document,
     reader: Reader<'a>,
@@ -233,32 +232,32 @@ struct Import<'a> {
     limits: &'a Limits,
     budget: Budget,
     warnings: Warnings,
-    /// Index of the variant whose materials are shown; none: the default look.
+    /// Index of the chosen variant; `None`: the default materials.
     variant: Option<u32>,
     scene: Scene,
     names: TableNames,
-    /// By index in the file; none is the default material.
+    /// Materials by index in the file; `None` is the default material.
     materials: HashMap<Option<usize>, UsedMaterial>,
-    /// Name in the scene by index in the file and colour space; none where the image could not be
-    /// had.
+    /// Texture names in the scene, by index in the file and colour space; `None` for an unreadable
+    /// image.
     textures: HashMap<(usize, bool), Option<String>>,
     /// As `textures`, by index of the image.
     images: HashMap<usize, Option<String>>,
-    /// Images that are known to be readable and not yet decoded.
+    /// Images with a valid header that are not decoded yet.
     waiting: Waiting<'a>,
-    /// Images that are made from decoded ones.
+    /// Images computed from decoded ones.
     bakery: Bakery,
     work: Work<'a>,
-    /// By mesh, primitive and how it is moved; none where nothing of it can be drawn.
+    /// Meshes by mesh, primitive and deformation; `None` for a primitive without triangles.
     meshes: HashMap<(usize, usize, PoseKey), Option<UsedMesh>>,
-    /// What animations say of nodes.
+    /// Animated properties of nodes.
     moved: HashMap<usize, Moved>,
-    /// Where nodes are, by index.
+    /// World transforms of nodes, by index.
     worlds: Vec<Option<DAffine3>>,
     skins: Skins,
-    /// Primitives of points and lines.
+    /// Number of primitives of points and lines.
     thin: usize,
-    /// Moves of vertices by targets and joints so far.
+    /// Number of vertex moves by targets and joints so far.
     moves: u64,
 }
 
@@ -278,7 +277,7 @@ impl Import<'_> {
         };
         let places = nodes::places(self.document, scene, &moved, &mut self.warnings)?;
         (self.moved, self.worlds) = (moved, places.worlds);
-        // What a file claims to hold may be as much as numbers can say.
+        // A file may claim counts up to the largest integers.
         self.work.plan(
             self.elements(&places.shown)
                 .saturating_add(Work::IMAGE * self.document.images.len() as u64),
@@ -326,7 +325,7 @@ impl Import<'_> {
         })
     }
 
-    /// How many vertices and indices the meshes of some nodes have, each mesh counted once.
+    /// Numbers of vertices and indices in the meshes of some nodes, each mesh counted once.
     fn elements(&self, shown: &[Placed]) -> u64 {
         let node = |placed: &Placed| self.document.nodes.get(placed.node)?.mesh;
         let meshes: HashSet<u32> = shown
@@ -343,7 +342,7 @@ impl Import<'_> {
             .fold(0, u64::saturating_add)
     }
 
-    /// Whether a transform can be worked with, with a warning where it can't.
+    /// Whether a transform is within the range of coordinates, with a warning otherwise.
     fn within_measure(&mut self, world: &DAffine3, place: impl Fn() -> String) -> bool {
         let within = world.to_cols_array().iter().all(|x| x.abs() <= FARTHEST);
         if !within {
@@ -358,7 +357,7 @@ impl Import<'_> {
         within
     }
 
-    /// Adds what one node carries.
+    /// Adds the contents of a node.
     fn node(&mut self, placed: &Placed) -> Outcome<()> {
         let Some(node) = self.document.nodes.get(placed.node) else {
             return Ok(());

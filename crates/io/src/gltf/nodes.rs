@@ -1,5 +1,4 @@
-//! The node hierarchy: which nodes a scene shows, and where each of them is in the world, at rest
-//! or at a time.
+//! Node hierarchy: the nodes of a scene and their world transforms, at rest or at a time.
 
 use std::collections::{HashMap, HashSet};
 
@@ -12,37 +11,36 @@ use super::entries::Node;
 use crate::import::{Fault, Outcome, Warnings};
 use crate::warning::WarningCode;
 
-/// A node of the scene that is shown.
+/// A node of the chosen scene.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Placed {
-    /// Its index in the file.
+    /// Index in the file.
     pub node: usize,
-    /// From its own space to the world.
+    /// World transform.
     pub world: DAffine3,
-    /// Whether what it carries is seen (KHR_node_visibility), cameras apart.
+    /// Whether its contents are visible (KHR_node_visibility), except cameras.
     pub visible: bool,
 }
 
-/// Where all nodes of a file are.
+/// Transforms of all nodes in a file.
 #[derive(Debug)]
 pub(super) struct Places {
-    /// The nodes of the scene that is shown, parents before children, each in the file's order. A
-    /// node of several parents is there under each that puts it elsewhere.
+    /// Nodes of the chosen scene, parents before children, each in the file's order. A node with
+    /// several parents is listed for each parent with another transform.
     pub shown: Vec<Placed>,
-    /// From each node's own space to the world, where it is first met; none for nodes that nothing
-    /// leads to.
+    /// World transform of each node at its first visit; `None` for unreachable nodes.
     pub worlds: Vec<Option<DAffine3>>,
 }
 
-/// How often nodes may be shown again under further parents: what a file of a few lines could
-/// otherwise ask for has no end.
+/// Largest number of repeated visits of nodes with several parents: a file of a few lines could
+/// otherwise need an unbounded number.
 const MOST_REPEATED: u64 = 1 << 20;
 
-/// All nodes of a scene, with what animations say of them.
+/// Visits all nodes of a scene, with their animated properties.
 ///
 /// # Errors
-/// A fault of kind input when a node does not exist, is its own ancestor or is not finite; of kind
-/// limit when nodes of several parents are shown too often.
+/// A fault of kind input for an unknown node, a node that is its own ancestor, or a non-finite
+/// transform; of kind limit for too many visits of nodes with several parents.
 pub(super) fn places(
     document: &Document,
     scene: Option<usize>,
@@ -69,7 +67,7 @@ pub(super) fn places(
     let shown = walk.down(roots, warnings)?;
     let joints = || document.skins.iter().flat_map(|skin| &skin.joints);
     if joints().any(|&joint| walk.worlds.get(joint as usize) == Some(&None)) {
-        // Joints beside the scene are somewhere, too.
+        // Joints outside the scene need a transform too.
         let elsewhere = orphans(document)
             .into_iter()
             .filter(|&root| walk.worlds.get(root) == Some(&None))
@@ -82,26 +80,26 @@ pub(super) fn places(
     })
 }
 
-/// A walk through the hierarchy, with a list of its own and not by recursion: a file may be nested
-/// as deep as it is long.
+/// Traversal of the hierarchy with an explicit stack instead of recursion: the nesting of a file
+/// may be as deep as the file is long.
 struct Walk<'a> {
     document: &'a Document,
     moved: &'a HashMap<usize, Moved>,
     worlds: Vec<Option<DAffine3>>,
-    /// Whether a node is on the way to the one at hand.
+    /// Whether a node is an ancestor of the current one.
     open: Vec<bool>,
-    /// Of nodes that are listed more than once, how many visits they and what is below them take.
+    /// For nodes listed more than once, the number of visits of the node and its descendants.
     shared: Vec<Option<u64>>,
-    /// Where those were met, and whether they are seen there: at the same place there is nothing
-    /// new to show.
+    /// Transforms and visibility at earlier visits of these nodes: a visit with the same values
+    /// shows nothing new.
     met: HashSet<(usize, [u64; 12], bool)>,
 }
 
-/// What is to be done next.
+/// Step of the traversal.
 enum Turn {
-    /// To come to a node from what its parent makes of space, and from whether that is seen.
+    /// Enter a node, with the transform and visibility of its parent.
     Enter(usize, DAffine3, bool),
-    /// To leave a node after its children, with the visits before it.
+    /// Leave a node after its children, with the number of visits before it.
     Leave(usize, u64),
 }
 
@@ -109,7 +107,7 @@ impl Walk<'_> {
     fn down(&mut self, roots: Vec<usize>, warnings: &mut Warnings) -> Outcome<Vec<Placed>> {
         let nodes = &self.document.nodes;
         let (mut out, mut repeated, mut visits) = (Vec::new(), 0_u64, 0_u64);
-        // Last in, first out: pushed backwards, nodes come out in the file's order.
+        // The stack is filled in reverse, so that nodes are visited in the file's order.
         let mut waiting: Vec<Turn> = roots
             .into_iter()
             .rev()
@@ -151,8 +149,8 @@ impl Walk<'_> {
                     format!("nodes[{index}]: has more than one parent and is shown under each"),
                 );
             }
-            // What is left out counts as what is shown: doubled again and again it is a mistake,
-            // whatever it would show.
+            // Skipped visits count too: repeated doubling is a mistake in the file, whatever it
+            // would show.
             let new = again.unwrap_or(1);
             repeated = repeated.saturating_add(if self.worlds[index].is_some() { new } else { 0 });
             if repeated > MOST_REPEATED {
@@ -184,7 +182,7 @@ impl Walk<'_> {
     }
 }
 
-/// Which nodes are listed more than once, as roots or as children.
+/// Whether each node is listed more than once, as root or child.
 fn shared(document: &Document, roots: &[usize]) -> Vec<bool> {
     let (mut listed, mut shared) = (
         vec![false; document.nodes.len()],
@@ -203,7 +201,7 @@ fn shared(document: &Document, roots: &[usize]) -> Vec<bool> {
     shared
 }
 
-/// The nodes that are nobody's child.
+/// Returns the nodes without a parent.
 fn orphans(document: &Document) -> Vec<usize> {
     let mut is_child = vec![false; document.nodes.len()];
     for &child in document.nodes.iter().flat_map(|node| &node.children) {
@@ -216,8 +214,8 @@ fn orphans(document: &Document) -> Vec<usize> {
         .collect()
 }
 
-/// The nodes that a scene starts from; where none is asked for, those of `scene`, else of the first
-/// scene, else all that have no parent.
+/// Returns the root nodes of a scene: of the chosen scene, else of `scene`, else of the first
+/// scene, else all nodes without a parent.
 fn roots(
     document: &Document,
     asked: Option<usize>,
@@ -249,7 +247,7 @@ fn roots(
     Ok(scene.nodes.iter().map(|&node| node as usize).collect())
 }
 
-/// A node's transform relative to its parent.
+/// Returns a node's transform relative to its parent.
 fn local(node: &Node, moved: Option<&Moved>, index: usize, warnings: &mut Warnings) -> DAffine3 {
     if let Some(m) = &node.matrix {
         if m[3] != 0.0 || m[7] != 0.0 || m[11] != 0.0 || m[15] != 1.0 {

@@ -1,5 +1,5 @@
-//! What the nodes of a glTF file show: an object for each primitive of a mesh, at the node's place
-//! or at each of those that EXT_mesh_gpu_instancing gives it.
+//! Objects of glTF nodes: an object for each primitive of a mesh, at the node's transform or at
+//! each instance of EXT_mesh_gpu_instancing.
 
 use std::collections::HashSet;
 
@@ -16,7 +16,7 @@ use crate::import::{Fault, Outcome};
 use crate::mesh_tools;
 use crate::warning::WarningCode;
 
-/// Places of instances in their node's space.
+/// Instance transforms in a node's space.
 struct Instances<'a> {
     count: usize,
     translation: Option<Accessor<'a>>,
@@ -43,7 +43,7 @@ impl Instances<'_> {
 }
 
 impl<'a> Import<'a> {
-    /// The places at which a node shows its mesh.
+    /// Opens the instance transforms of a node's mesh.
     fn instances(&self, instancing: &Instancing) -> Outcome<Instances<'a>> {
         let list = |name: &str, arity: usize| -> Outcome<Option<Accessor<'a>>> {
             let Some(&index) = instancing.attributes.get(name) else {
@@ -72,7 +72,7 @@ impl<'a> Import<'a> {
                 "has {counts:?} translations, rotations and scales"
             )));
         }
-        // Without any of these there is nothing that tells instances apart, but there is the mesh.
+        // Without any of these attributes, the node has a single instance.
         let count = counts.first().copied().unwrap_or(1);
         let [translation, rotation, scale] = lists;
         Ok(Instances {
@@ -83,8 +83,7 @@ impl<'a> Import<'a> {
         })
     }
 
-    /// The places of instances in the world, each once: in the same place there is nothing new to
-    /// show.
+    /// Returns the distinct world transforms of instances: a repeated one shows nothing new.
     fn distinct(
         &mut self,
         places: &Instances<'_>,
@@ -113,7 +112,7 @@ impl<'a> Import<'a> {
         Ok(distinct)
     }
 
-    /// Adds an object for each primitive of a node's mesh, at each place where the node shows it.
+    /// Adds an object for each primitive of a node's mesh, at each instance.
     pub(super) fn mesh_of_node(
         &mut self,
         index: usize,
@@ -121,7 +120,7 @@ impl<'a> Import<'a> {
         placed: &Placed,
     ) -> Outcome<()> {
         let pose = self.pose(placed, node)?;
-        // A skin's joints place its meshes; where their node is does not matter.
+        // The joints of a skin place its meshes; their node's transform has no effect.
         let world = pose
             .skin
             .as_ref()
@@ -195,7 +194,7 @@ impl<'a> Import<'a> {
         Ok(())
     }
 
-    /// The material that a primitive shows, in the variant that is asked for.
+    /// Returns the material of a primitive in the chosen variant.
     fn look(&self, primitive: &Primitive) -> Option<usize> {
         let mappings = &primitive.extensions.variants.mappings;
         let mapped = self.variant.and_then(|variant| {
@@ -209,7 +208,7 @@ impl<'a> Import<'a> {
             .map(|material| material as usize)
     }
 
-    /// Adds one object that shows a mesh where a node puts it.
+    /// Adds an object for a mesh under a node's transform.
     fn object(
         &mut self,
         name: &str,
@@ -242,8 +241,8 @@ impl<'a> Import<'a> {
         Ok(())
     }
 
-    /// A copy of a mesh in world space, for nodes that squeeze it flat: such a transform has no
-    /// inverse to trace rays with. None where nothing of it lies within measure.
+    /// Copies a mesh to world space, for nodes with a singular transform, in which rays cannot be
+    /// traced. `None` if all of it is out of range.
     fn flattened(&mut self, mesh: &UsedMesh, world: &DAffine3) -> Outcome<Option<String>> {
         let source = self
             .scene

@@ -1,11 +1,11 @@
-//! Properties that animations point at (KHR_animation_pointer): the file's JSON as it would be
-//! written at a time.
+//! Properties animated by pointers (KHR_animation_pointer): the file's JSON as it would be at a
+//! time.
 //!
-//! What is pointed at are properties of the file, not of the scene that is made of it, so they are
-//! set in the JSON, which is then read as any other. Thus every property that is read can be moved,
-//! and none needs code of its own; those that are not read, or that change no picture, are named in
-//! a warning. Where a node is and how its mesh is bent is [`animation`](super::animation)'s,
-//! pointed at or not.
+//! Pointers refer to properties of the file, not of the scene built from it. Their values are
+//! therefore written into the JSON, which is then read as any other, so that every supported
+//! property can be animated without code of its own. Unsupported properties, and those that change
+//! no picture, are named in a warning. Transforms and weights of nodes are handled by
+//! [`animation`](super::animation), animated by pointers or not.
 
 use std::collections::HashSet;
 
@@ -21,19 +21,19 @@ use crate::import::{Budget, Fault, Outcome, Warnings, shown};
 use crate::text::without_mark;
 use crate::warning::WarningCode;
 
-/// What kind of value a property is.
+/// Type of a property.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum TargetKind {
-    /// True or not.
+    /// A boolean.
     Switch,
     Number,
-    /// So many numbers.
+    /// This many numbers.
     Vector(usize),
-    /// As many numbers as there are.
+    /// Any number of numbers.
     List,
 }
 
-/// Properties that are read, with `*` for the place in a list.
+/// Supported properties, with `*` for an index.
 const PROPERTIES: [(&str, TargetKind); 17] = [
     (
         "nodes/*/extensions/KHR_node_visibility/visible",
@@ -81,7 +81,7 @@ const PROPERTIES: [(&str, TargetKind); 17] = [
     ),
 ];
 
-/// Those of materials' extensions, behind `materials/*/extensions/KHR_materials_`.
+/// Properties of material extensions, after `materials/*/extensions/KHR_materials_`.
 const LAYERS: [(&str, TargetKind); 22] = [
     ("anisotropy/anisotropyStrength", TargetKind::Number),
     ("anisotropy/anisotropyRotation", TargetKind::Number),
@@ -119,14 +119,15 @@ const LAYERS: [(&str, TargetKind); 22] = [
     ("volume/attenuationColor", TargetKind::Vector(3)),
 ];
 
-/// Those of any use of a texture, behind `extensions/KHR_texture_transform/`.
+/// Properties of any texture reference, after `extensions/KHR_texture_transform/`.
 const TRANSFORM: [(&str, TargetKind); 3] = [
     ("offset", TargetKind::Vector(2)),
     ("rotation", TargetKind::Number),
     ("scale", TargetKind::Vector(2)),
 ];
 
-/// What kind of property a pointer without its first slash leads to; none where it is not read.
+/// Type of the property that a pointer refers to, given without its first slash; `None` if
+/// unsupported.
 fn kind(pointer: &str) -> Option<TargetKind> {
     let part = |part: &str| {
         if part.bytes().all(|byte| byte.is_ascii_digit()) {
@@ -155,7 +156,7 @@ fn kind(pointer: &str) -> Option<TargetKind> {
     of(&PROPERTIES, &general).or_else(layer).or_else(transform)
 }
 
-/// The node and its property that a channel points at as others name it.
+/// Node and property of a channel whose pointer has an equivalent target path.
 pub(super) fn node(channel: &Channel) -> Option<(u32, &str)> {
     let mut parts = pointer(channel)?.strip_prefix("/nodes/")?.split('/');
     let (index, path) = (parts.next()?.parse().ok()?, parts.next()?);
@@ -164,11 +165,11 @@ pub(super) fn node(channel: &Channel) -> Option<(u32, &str)> {
     known.then_some((index, path))
 }
 
-/// The file as it is written at a time in seconds; none where no animation points at anything.
+/// Returns the file at a time in seconds; `None` if no animation uses pointers.
 ///
 /// # Errors
-/// A fault of kind input for a sampler whose keys are not what its channel needs, and for a file
-/// that makes no sense at the time; of kind limit where there is too much of it.
+/// A fault of kind input for a sampler whose keys do not fit its channel, and for a file that is
+/// invalid at this time; of kind limit beyond the limits.
 pub(super) fn at(
     time: f64,
     text: &[u8],
@@ -181,7 +182,7 @@ pub(super) fn at(
     if values.is_empty() {
         return Ok(None);
     }
-    // Values of JSON take some thirty times their text.
+    // Parsed JSON takes about thirty times the memory of its text.
     budget.memory(text.len(), 32)?;
     let text = without_mark(text);
     let again = |error| {
@@ -206,7 +207,7 @@ pub(super) fn at(
     document::parse(file.to_string().as_bytes(), limits, warnings).map(Some)
 }
 
-/// What is pointed at, without the first slash, and its value at a time.
+/// Returns the pointers, without their first slash, and their values at a time.
 fn values(
     time: f64,
     reader: &Reader<'_>,
@@ -256,7 +257,7 @@ fn values(
     Ok(found)
 }
 
-/// Numbers as the file would write them.
+/// Converts numbers to JSON.
 fn value(kind: TargetKind, numbers: &[f64]) -> Outcome<Value> {
     let number = |&number: &f64| {
         let number = Number::from_f64(number)
@@ -274,7 +275,7 @@ fn value(kind: TargetKind, numbers: &[f64]) -> Outcome<Value> {
     }
 }
 
-/// Where a property is or, left out for its default, would be.
+/// Returns the JSON slot of a property, created if it is omitted for its default.
 fn slot<'v, 'p>(
     file: &'v mut Value,
     pointer: &'p str,
@@ -285,8 +286,8 @@ fn slot<'v, 'p>(
         at = match at {
             Value::Array(list) => list.get_mut(part.parse::<usize>().ok()?)?,
             Value::Object(map) => {
-                // Of all that holds properties this alone may be left out where all of it is as by
-                // default.
+                // This is the only object with supported properties that a file may omit as a
+                // whole.
                 if part == "pbrMetallicRoughness" && !map.contains_key(part) {
                     map.insert(part.to_owned(), Value::Object(Map::new()));
                 }
@@ -298,7 +299,7 @@ fn slot<'v, 'p>(
     at.as_object_mut().map(|holder| (holder, key))
 }
 
-/// What a channel points at; none where it moves a node as others do.
+/// Returns the pointer of a channel; `None` for an ordinary target.
 fn pointer(channel: &Channel) -> Option<&str> {
     let extension = channel.target.extensions.pointer.as_ref();
     extension

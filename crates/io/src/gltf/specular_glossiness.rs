@@ -1,7 +1,7 @@
-//! KHR_materials_pbrSpecularGlossiness in terms of the metallic-roughness model and
-//! KHR_materials_specular, which together can say all of it: the diffuse colour is the base colour
-//! of a dielectric, whose reflectance at normal incidence is the specular colour. Glossiness turns
-//! into roughness, its image texel by texel.
+//! KHR_materials_pbrSpecularGlossiness, expressed by the metallic-roughness model and
+//! KHR_materials_specular, which together are equivalent: the diffuse colour is the base colour of
+//! a dielectric, whose reflectance at normal incidence is the specular colour. Glossiness becomes
+//! roughness, its image texel by texel.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -14,13 +14,13 @@ use super::entries::SpecularGlossiness;
 use super::texture::Use;
 use crate::import::{Budget, Outcome};
 
-/// Reflectance at normal incidence of the index of refraction 1.5, which a specular colour
+/// Reflectance at normal incidence for the index of refraction 1.5, which the specular colour
 /// multiplies.
 const DIELECTRIC: f64 = 0.04;
 
 impl Import<'_> {
-    /// Sets what a material of the old model says in place of base colour, metalness, roughness,
-    /// opacity and reflectance.
+    /// Sets base colour, metalness, roughness, opacity and reflectance from a material of the old
+    /// model.
     pub(super) fn specular_glossiness(
         &mut self,
         source: &SpecularGlossiness,
@@ -51,8 +51,8 @@ impl Import<'_> {
         Ok(())
     }
 
-    /// Name of the texture of roughness that will be made of one of glossiness and its factor, each
-    /// made once.
+    /// Returns the name of the roughness texture for a glossiness texture and its factor, each
+    /// created once.
     fn baked(&mut self, glossy: &str, glossiness: f64) -> String {
         let key = (glossy.to_owned(), glossiness.to_bits());
         if let Some(known) = self.bakery.known.get(&key) {
@@ -69,8 +69,7 @@ impl Import<'_> {
             image: self.scene.images.len(),
             texture: self.scene.textures.len(),
         });
-        // Filter and wrapping are those of the texture that it is made of, which is looked up when
-        // all are known.
+        // Filter and wrapping are copied from the glossiness texture when all textures are known.
         self.scene.textures.push(Texture {
             name: name.clone(),
             image: image.clone(),
@@ -90,30 +89,30 @@ impl Import<'_> {
     }
 }
 
-/// What an image of roughness is made of, and which one it is.
+/// Inputs and output of a computed roughness image.
 #[derive(Clone, Debug)]
 struct Recipe {
     /// Name of the texture with glossiness in alpha.
     glossy: String,
     glossiness: f64,
-    /// Places of what is made in the scene's lists.
+    /// Indices of the image and texture in the scene's lists.
     image: usize,
     texture: usize,
 }
 
-/// Images of roughness that wait for those that they are made of.
+/// Roughness images whose inputs are not decoded yet.
 #[derive(Debug, Default)]
 pub(super) struct Bakery {
     recipes: Vec<Recipe>,
-    /// Names of textures by what they are made of.
+    /// Texture names by their inputs.
     known: BTreeMap<(String, u64), String>,
 }
 
 impl Bakery {
-    /// Makes the images, once those that they are made of are decoded.
+    /// Computes the images, once their inputs are decoded.
     ///
     /// # Errors
-    /// A fault of kind limit where they take more memory than is left.
+    /// A fault of kind limit when the budget is exceeded.
     pub fn bake(self, scene: &mut Scene, budget: &mut Budget) -> Outcome<()> {
         if self.recipes.is_empty() {
             return Ok(());
@@ -140,7 +139,7 @@ impl Bakery {
             let Some(like) = textures.get(&glossy).map(|&i| scene.textures[i].clone()) else {
                 continue;
             };
-            // One that can't be decoded leaves its factors.
+            // An undecodable image leaves only its factors.
             let white = || ImageData {
                 width: 1,
                 height: 1,
@@ -163,7 +162,7 @@ impl Bakery {
     }
 }
 
-/// What glossiness leaves of one, in the green channel of 8-bit codes; no metal.
+/// Converts glossiness to roughness in the green channel of 8-bit codes, with metalness zero.
 fn roughness(glossy: &ImageData, factor: f64) -> ImageData {
     let code = |glossiness: f64| {
         [

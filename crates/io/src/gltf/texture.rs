@@ -1,5 +1,5 @@
-//! Textures of a glTF file: images found once and decoded together, samplers, and the map of
-//! texture coordinates (KHR_texture_transform).
+//! Textures of a glTF file: images located once and decoded in parallel, samplers, and transforms
+//! of texture coordinates (KHR_texture_transform).
 
 use std::borrow::Cow;
 
@@ -15,21 +15,21 @@ use crate::import::{Fault, Outcome, endurable};
 use crate::warning::WarningCode;
 use crate::{image_file, uri};
 
-/// Sets of texture coordinates that are read; the specification asks for two.
+/// Largest number of texture coordinate sets; the specification requires two.
 pub(super) const MOST_UV_SETS: u32 = raywright_core::scene::MOST_UV_SETS as u32;
 
-/// What a texture's numbers mean.
+/// Meaning of a texture's values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Use {
-    /// Colours, stored by the sRGB curve.
+    /// Colours, encoded in sRGB.
     Colour,
-    /// Numbers, stored as they are.
+    /// Linear data.
     Data,
 }
 
 impl<'a> Import<'a> {
-    /// A material's use of a texture; none when it has none or, with a warning, when the image
-    /// could not be had.
+    /// Returns a material's texture reference; `None` without a texture or, with a warning, without
+    /// a readable image.
     pub(super) fn texture(
         &mut self,
         info: Option<&TextureUse>,
@@ -82,7 +82,7 @@ impl<'a> Import<'a> {
         }))
     }
 
-    /// The scene's texture for one of the file's, made when it is first used.
+    /// Returns the scene's texture for a texture of the file, created on first use.
     fn named_texture(&mut self, index: usize, used_as: Use) -> Outcome<Option<String>> {
         let key = (index, used_as == Use::Colour);
         if let Some(known) = self.textures.get(&key) {
@@ -147,8 +147,8 @@ impl<'a> Import<'a> {
         }
     }
 
-    /// The scene's image for one of the file's; none with a warning when it can't be had, by its
-    /// header is broken, or is of a format not read here.
+    /// Returns the scene's image for an image of the file; `None` with a warning if it is
+    /// unreadable, its header is invalid, or its format is unsupported.
     fn image(&mut self, index: usize) -> Outcome<Option<String>> {
         if let Some(known) = self.images.get(&index) {
             return Ok(known.clone());
@@ -203,7 +203,7 @@ impl<'a> Import<'a> {
         Ok(name)
     }
 
-    /// An image's bytes.
+    /// Returns the bytes of an image.
     fn image_bytes(&self, source: &Image) -> Outcome<Cow<'a, [u8]>> {
         if let Some(view) = source.buffer_view {
             return self
@@ -220,9 +220,9 @@ impl<'a> Import<'a> {
     }
 }
 
-/// A sampler without filters leaves the choice to the reader. How to minify is not read: mip maps
-/// stand in for the mean over a pixel where there is one sample of it, and here samples take that
-/// mean. Who has few asks for them by the ladder of texture filters.
+/// Magnification filter; bilinear if the sampler has none. The minification filter is ignored: mip
+/// maps replace the mean over a pixel where it has a single sample, but here many samples take that
+/// mean. For few samples, the ladder of texture filters offers mip maps.
 fn filter(sampler: &Sampler) -> Filter {
     const NEAREST: u32 = 9728;
     if sampler.mag_filter == Some(NEAREST) {
@@ -240,8 +240,8 @@ fn wrap(mode: Option<u32>) -> Wrap {
     }
 }
 
-/// Offset · rotation · scale, with the rotation counter-clockwise as seen in the image, whose v
-/// axis points down.
+/// Offset · rotation · scale, with a rotation that is counter-clockwise in the image, whose v axis
+/// points down.
 fn uv_rows(transform: &TextureTransform) -> [[f64; 3]; 2] {
     let [ox, oy] = transform.offset.map(f64::from);
     let [sx, sy] = transform.scale.map(f64::from);

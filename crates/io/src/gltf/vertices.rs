@@ -1,15 +1,15 @@
-//! The vertices of a primitive that triangles use.
+//! Vertices of a primitive that its triangles use.
 
 use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, ParallelIterator};
 
-/// Elements that are worth another thread.
+/// Number of elements worth another thread.
 const MANY: usize = 1 << 14;
 
-/// The vertices of the file that a primitive uses.
+/// Vertices of the file that a primitive uses.
 pub(super) enum Vertices {
-    /// All of them.
+    /// All of this number.
     All(usize),
-    /// Those of a list, ascending.
+    /// Those with these indices, ascending.
     Some(Vec<u32>),
 }
 
@@ -21,7 +21,7 @@ impl Vertices {
         }
     }
 
-    /// Something of each vertex, given its index in the file, in order.
+    /// Evaluates a function of each vertex's index in the file, in order.
     pub fn gather<T: Send>(&self, of: impl Fn(usize) -> T + Sync) -> Vec<T> {
         match self {
             Self::All(count) => gathered(*count, of),
@@ -29,7 +29,7 @@ impl Vertices {
         }
     }
 
-    /// Indices in the file.
+    /// Iterates over the indices in the file.
     pub fn iter(&self) -> Box<dyn Iterator<Item = usize> + '_> {
         match self {
             Self::All(count) => Box::new(0..*count),
@@ -38,7 +38,8 @@ impl Vertices {
     }
 }
 
-/// Keeps a primitive that uses a small part of shared vertices from copying all of them.
+/// Selects the used vertices, so that a primitive that uses a small part of shared vertices does
+/// not copy all.
 pub(super) fn used_vertices(corners: Vec<[u32; 3]>, count: usize) -> (Vertices, Vec<[u32; 3]>) {
     if corners.len().saturating_mul(3) >= count {
         return (Vertices::All(count), corners);
@@ -46,7 +47,7 @@ pub(super) fn used_vertices(corners: Vec<[u32; 3]>, count: usize) -> (Vertices, 
     let mut used = corners.as_flattened().to_vec();
     used.sort_unstable();
     used.dedup();
-    // Every corner is in the list it was made from.
+    // Every index is in the list.
     let place = |i: &u32| used.partition_point(|u| u < i) as u32;
     let indices = corners
         .iter()
@@ -55,8 +56,8 @@ pub(super) fn used_vertices(corners: Vec<[u32; 3]>, count: usize) -> (Vertices, 
     (Vertices::Some(used), indices)
 }
 
-/// Something of each of the first numbers, in order: on the threads of the current pool where there
-/// is much of it.
+/// Evaluates a function of the first numbers, in order; in parallel on the current thread pool for
+/// many elements.
 pub(super) fn gathered<T: Send>(count: usize, of: impl Fn(usize) -> T + Sync) -> Vec<T> {
     if count < 2 * MANY {
         return (0..count).map(of).collect();

@@ -1,11 +1,11 @@
-//! What shapes are made of: buffers, views and accessors, meshes and their primitives, compressed
-//! or not.
+//! Entries for geometry: buffers, views and accessors, meshes and their primitives, compressed or
+//! not.
 
 use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
-/// Bytes beside the file, inside it, or in the container.
+/// Data in another file, embedded, or in the container.
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(in crate::gltf) struct Buffer {
@@ -26,8 +26,8 @@ pub(in crate::gltf) struct View {
     pub extensions: ViewExtensions,
 }
 
-/// Extensions of a buffer view that are read: two names for the codecs of meshoptimizer, of which
-/// the second allows a later version.
+/// Supported extensions of a buffer view: two names for meshoptimizer's codecs, of which the second
+/// allows a later version.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub(in crate::gltf) struct ViewExtensions {
@@ -37,7 +37,7 @@ pub(in crate::gltf) struct ViewExtensions {
     pub khr_meshopt: Option<Meshopt>,
 }
 
-/// What a compressed buffer view says of its data.
+/// Description of a compressed buffer view.
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(in crate::gltf) struct Meshopt {
@@ -51,7 +51,7 @@ pub(in crate::gltf) struct Meshopt {
     pub filter: Option<String>,
 }
 
-/// Typed elements in a buffer view. Codes and names of types are the specification's.
+/// Typed elements in a buffer view, with codes and type names of the specification.
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(in crate::gltf) struct Accessor {
@@ -67,7 +67,7 @@ pub(in crate::gltf) struct Accessor {
     pub sparse: Option<Sparse>,
 }
 
-/// Elements of an accessor that are stored one by one.
+/// Replaced elements of an accessor.
 #[derive(Debug, Deserialize)]
 pub(in crate::gltf) struct Sparse {
     pub count: u64,
@@ -75,7 +75,7 @@ pub(in crate::gltf) struct Sparse {
     pub values: SparseValues,
 }
 
-/// Which elements.
+/// Indices of the replaced elements.
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(in crate::gltf) struct SparseIndices {
@@ -85,7 +85,7 @@ pub(in crate::gltf) struct SparseIndices {
     pub component_type: u32,
 }
 
-/// What they are.
+/// Values of the replaced elements.
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(in crate::gltf) struct SparseValues {
@@ -94,33 +94,33 @@ pub(in crate::gltf) struct SparseValues {
     pub byte_offset: u64,
 }
 
-/// Primitives that are shown together.
+/// A list of primitives.
 #[derive(Debug, Deserialize)]
 pub(in crate::gltf) struct Mesh {
     pub name: Option<String>,
     pub primitives: Vec<Primitive>,
-    /// Of its morph targets where no node says otherwise.
+    /// Default weights of its morph targets.
     #[serde(default)]
     pub weights: Vec<f64>,
 }
 
-/// Vertices and what is made of them, in one material.
+/// Triangles of a single material.
 #[derive(Debug, Deserialize)]
 pub(in crate::gltf) struct Primitive {
-    /// Accessors by name.
+    /// Accessors by attribute name.
     pub attributes: BTreeMap<String, u32>,
     #[serde(default)]
     pub extensions: PrimitiveExtensions,
     pub indices: Option<u32>,
     pub material: Option<u32>,
-    /// A code of the specification; none: triangles.
+    /// Topology code of the specification; `None`: triangles.
     pub mode: Option<u32>,
-    /// Morph targets: what they add to attributes, by name.
+    /// Morph targets: accessors of offsets by attribute name.
     #[serde(default)]
     pub targets: Vec<BTreeMap<String, u32>>,
 }
 
-/// Extensions of a primitive that are read.
+/// Supported extensions of a primitive.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub(in crate::gltf) struct PrimitiveExtensions {
@@ -130,23 +130,23 @@ pub(in crate::gltf) struct PrimitiveExtensions {
     pub variants: Mappings,
 }
 
-/// What a compressed primitive says of its data.
+/// Description of a Draco-compressed primitive.
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(in crate::gltf) struct Draco {
     pub buffer_view: u32,
-    /// Attributes of the compressed data by name.
+    /// Attribute identifiers in the compressed data, by name.
     pub attributes: BTreeMap<String, u32>,
 }
 
-/// The materials that a primitive shows in variants.
+/// Materials of a primitive in variants.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub(in crate::gltf) struct Mappings {
     pub mappings: Vec<Mapping>,
 }
 
-/// One material and its variants.
+/// A material with its variants.
 #[derive(Debug, Deserialize)]
 pub(in crate::gltf) struct Mapping {
     pub material: u32,

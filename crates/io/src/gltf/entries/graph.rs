@@ -1,5 +1,5 @@
-//! What stands where and how it moves: scenes, nodes with their cameras and lights, skins,
-//! animations; and what the whole file is extended by.
+//! Entries of the scene graph: scenes, nodes with their cameras and lights, skins, animations, and
+//! extensions of the whole file.
 
 use std::collections::BTreeMap;
 
@@ -9,7 +9,7 @@ use serde::de::IgnoredAny;
 use super::extended;
 
 extended! {
-    /// Extensions of the whole file that are read.
+    /// Supported extensions of the whole file.
     RootExtensions: IgnoredAny {
         lights: Lights = "KHR_lights_punctual",
         variants: Variants = "KHR_materials_variants",
@@ -17,7 +17,7 @@ extended! {
 }
 
 extended! {
-    /// Extensions of a node that are read.
+    /// Supported extensions of a node.
     NodeExtensions: IgnoredAny {
         light: LightUse = "KHR_lights_punctual",
         instancing: Option<Instancing> = "EXT_mesh_gpu_instancing",
@@ -34,15 +34,15 @@ pub(in crate::gltf) struct Light {
     pub kind: String,
     #[serde(default = "white")]
     pub color: [f32; 3],
-    /// Candela, or lux of a directional light.
+    /// In candela, or in lux for a directional light.
     #[serde(default = "one")]
     pub intensity: f32,
-    /// Metres beyond which nothing arrives; none: no such bound.
+    /// Cut-off distance in metres; `None`: unbounded.
     pub range: Option<f32>,
     pub spot: Option<Spot>,
 }
 
-/// The cone of a spot, in radians from its axis.
+/// Cone of a spotlight, in radians from its axis.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
 pub(in crate::gltf) struct Spot {
@@ -67,7 +67,7 @@ fn one() -> f32 {
     1.0
 }
 
-/// A view, in its node's space.
+/// A camera in its node's space.
 #[derive(Debug, Deserialize)]
 pub(in crate::gltf) struct Camera {
     pub name: Option<String>,
@@ -78,18 +78,17 @@ pub(in crate::gltf) struct Camera {
     pub orthographic: Option<Orthographic>,
 }
 
-/// The opening of a perspective view; what lies nearer or farther than its planes is seen all the
-/// same.
+/// A perspective projection; the near and far planes are ignored.
 #[derive(Debug, Deserialize)]
 pub(in crate::gltf) struct Perspective {
-    /// Radians from bottom to top.
+    /// Vertical field of view in radians.
     pub yfov: f32,
     /// Width over height.
     #[serde(default, rename = "aspectRatio")]
     pub aspect_ratio: Option<f32>,
 }
 
-/// The size of an orthographic view.
+/// An orthographic projection.
 #[derive(Debug, Deserialize)]
 pub(in crate::gltf) struct Orthographic {
     /// Half the width.
@@ -99,7 +98,7 @@ pub(in crate::gltf) struct Orthographic {
     pub ymag: f32,
 }
 
-/// Channels that are played together.
+/// Channels played together.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub(in crate::gltf) struct Animation {
@@ -108,7 +107,7 @@ pub(in crate::gltf) struct Animation {
     pub samplers: Vec<AnimationSampler>,
 }
 
-/// What a sampler moves.
+/// A sampler and its animated property.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub(in crate::gltf) struct Channel {
@@ -116,7 +115,7 @@ pub(in crate::gltf) struct Channel {
     pub target: Target,
 }
 
-/// A property of a node, or of anything where `path` is `pointer`.
+/// A property of a node, or any property if `path` is `pointer`.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub(in crate::gltf) struct Target {
@@ -125,7 +124,7 @@ pub(in crate::gltf) struct Target {
     pub path: String,
 }
 
-/// Extensions of a channel's target that are read.
+/// Supported extensions of a channel's target.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub(in crate::gltf) struct TargetExtensions {
@@ -133,13 +132,13 @@ pub(in crate::gltf) struct TargetExtensions {
     pub pointer: Option<Pointer>,
 }
 
-/// The path of a property in the file's JSON (RFC 6901).
+/// JSON pointer to a property of the file (RFC 6901).
 #[derive(Debug, Deserialize)]
 pub(in crate::gltf) struct Pointer {
     pub pointer: String,
 }
 
-/// Keys, and how to go from one to the next.
+/// Keys and their interpolation.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub(in crate::gltf) struct AnimationSampler {
@@ -148,20 +147,20 @@ pub(in crate::gltf) struct AnimationSampler {
     pub interpolation: Interpolation,
 }
 
-/// What lies between two keys.
+/// Interpolation between two keys.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "UPPERCASE")]
 pub(in crate::gltf) enum Interpolation {
-    /// The straight way, or the shorter turn.
+    /// Linear, along the shorter arc for rotations.
     #[default]
     Linear,
-    /// The earlier key.
+    /// The value of the earlier key.
     Step,
-    /// A spline with a tangent before and after each key.
+    /// A cubic spline with an in-tangent and an out-tangent at each key.
     CubicSpline,
 }
 
-/// One of the file's scenes.
+/// A scene of the file.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub(in crate::gltf) struct SceneEntry {
@@ -183,21 +182,20 @@ pub(in crate::gltf) struct Node {
     pub scale: Option<[f64; 3]>,
     pub skin: Option<u32>,
     pub translation: Option<[f64; 3]>,
-    /// Of the morph targets of its mesh; none: the mesh's own.
+    /// Weights of its mesh's morph targets; `None`: the mesh's own.
     pub weights: Option<Vec<f64>>,
 }
 
-/// Joints that move the vertices of meshes.
+/// Joints that deform meshes.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
 pub(in crate::gltf) struct Skin {
-    /// Accessor of matrices from the mesh's space to that of each joint; none: they are the
-    /// identity.
+    /// Accessor of the matrices from mesh space to each joint's space; `None`: identities.
     pub inverse_bind_matrices: Option<u32>,
     pub joints: Vec<u32>,
 }
 
-/// Whether a node and what hangs on it is seen.
+/// Visibility of a node and its descendants.
 #[derive(Debug, Deserialize)]
 #[serde(default)]
 pub(in crate::gltf) struct Visibility {
@@ -210,35 +208,35 @@ impl Default for Visibility {
     }
 }
 
-/// A node's light.
+/// Reference to a light.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub(in crate::gltf) struct LightUse {
     pub light: Option<u32>,
 }
 
-/// Places at which a node shows its mesh, by accessors of translations, rotations and scales.
+/// Instances of a node's mesh, by accessors of translations, rotations and scales.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub(in crate::gltf) struct Instancing {
     pub attributes: BTreeMap<String, u32>,
 }
 
-/// The lights that nodes refer to.
+/// Lights that nodes refer to.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub(in crate::gltf) struct Lights {
     pub lights: Vec<Light>,
 }
 
-/// The variants that primitives refer to.
+/// Variants that primitives refer to.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub(in crate::gltf) struct Variants {
     pub variants: Vec<Variant>,
 }
 
-/// A look that the file's materials may have together.
+/// A variant of the file's materials.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub(in crate::gltf) struct Variant {

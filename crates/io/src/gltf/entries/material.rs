@@ -1,4 +1,4 @@
-//! How surfaces look: materials with their extensions, textures, samplers, images.
+//! Entries for appearance: materials with their extensions, textures, samplers, images.
 
 use serde::Deserialize;
 use serde::de::IgnoredAny;
@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use super::extended;
 
-/// A type with its keys, their types and the values that they have where nothing is said.
+/// Declares a struct with its keys, their types and defaults.
 macro_rules! defaulted {
     ($(#[$doc:meta])* $name:ident { $($key:ident: $type:ty = $default:expr),* $(,)? }) => {
         $(#[$doc])*
@@ -24,14 +24,14 @@ macro_rules! defaulted {
     };
 }
 
-/// A use of a texture.
+/// A texture reference.
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(in crate::gltf) struct TextureUse {
     pub index: u32,
     #[serde(default)]
     pub tex_coord: u32,
-    /// Of a normal map: the factor across the normal.
+    /// Scale of a normal map's x and y.
     #[serde(default = "one")]
     pub scale: f32,
     #[serde(default)]
@@ -42,7 +42,7 @@ fn one() -> f32 {
     1.0
 }
 
-/// Extensions of a use of a texture that are read.
+/// Supported extensions of a texture reference.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub(in crate::gltf) struct UseExtensions {
@@ -51,7 +51,7 @@ pub(in crate::gltf) struct UseExtensions {
 }
 
 defaulted!(
-    /// A map of texture coordinates; the rotation is in radians.
+    /// Transform of texture coordinates; the rotation is in radians.
     TextureTransform { offset: [f32; 2] = [0.0; 2], rotation: f32 = 0.0, scale: [f32; 2] = [1.0; 2], tex_coord: Option<u32> = None }
 );
 defaulted!(
@@ -81,7 +81,7 @@ defaulted!(
 );
 
 extended! {
-    /// Extensions of a material that are read. Each is a pointer, so that a material without any
+    /// Supported extensions of a material. Each is boxed, so that a material without extensions
     /// takes little memory.
     MaterialExtensions: Value {
         emissive_strength: Option<EmissiveStrength> = "KHR_materials_emissive_strength",
@@ -183,8 +183,7 @@ defaulted!(
     }
 );
 
-/// How an image is read, by the codes of OpenGL that the specification lists; none: as the reader
-/// likes.
+/// Sampling of an image, by the OpenGL codes of the specification; `None`: the reader's choice.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
 pub(in crate::gltf) struct Sampler {
@@ -193,7 +192,7 @@ pub(in crate::gltf) struct Sampler {
     pub wrap_t: Option<u32>,
 }
 
-/// A picture in a file, in the JSON or in a buffer view.
+/// An image in a file, embedded, or in a buffer view.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
 pub(in crate::gltf) struct Image {
@@ -202,7 +201,7 @@ pub(in crate::gltf) struct Image {
     pub uri: Option<String>,
 }
 
-/// An image with how it is read.
+/// An image with its sampler.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub(in crate::gltf) struct Texture {
@@ -213,8 +212,7 @@ pub(in crate::gltf) struct Texture {
 }
 
 impl Texture {
-    /// Its images, the best first: an extension's in place of the one for readers that do not know
-    /// it.
+    /// Image indices in order of preference: those of extensions before the fallback.
     pub fn sources(&self) -> impl Iterator<Item = u32> {
         let TextureExtensions { webp, basis } = &self.extensions;
         [webp.source, basis.source, self.source]
@@ -233,7 +231,7 @@ pub(in crate::gltf) struct TextureExtensions {
     pub basis: TextureSource,
 }
 
-/// An image.
+/// Reference to an image.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub(in crate::gltf) struct TextureSource {

@@ -1,5 +1,5 @@
-//! What the lists of a glTF file hold, as types: fields are what the specification and the
-//! extensions that are read call them.
+//! Types of the entries in a glTF file: fields have their names in the specification and in the
+//! supported extensions.
 
 mod data;
 mod graph;
@@ -17,16 +17,16 @@ pub(super) use material::{
     TextureUse,
 };
 
-/// A type for the extensions of an entry: those that are read by their names, the others as they
-/// come. A reader of its own and not `serde(flatten)`, which would lose the path of what is wrong
-/// inside one.
+/// Declares a struct for the extensions of an entry: typed fields for supported ones, a map for the
+/// others. Its own deserializer replaces `serde(flatten)`, which would lose the path of a fault
+/// inside an extension.
 macro_rules! extended {
     ($(#[$doc:meta])* $name:ident: $other:ty { $($field:ident: $type:ty = $key:literal,)* }) => {
         $(#[$doc])*
         #[derive(Debug, Default)]
         pub(in crate::gltf) struct $name {
             $(pub $field: $type,)*
-            /// Those that are not read.
+            /// Unsupported extensions.
             pub others: std::collections::BTreeMap<String, $other>,
         }
 
