@@ -96,6 +96,9 @@ impl Picture {
 
     /// Returns the share of a pixel covered by surfaces, and the share covered by the ground's
     /// shadow.
+    ///
+    /// # Panics
+    /// If the picture has a coverage and the pixel does not exist.
     pub fn coverage(&self, pixel: usize) -> [f32; 2] {
         let shadow = self.shadow.as_ref().map_or(0.0, |shadow| shadow[pixel]);
         [

@@ -31,9 +31,10 @@ impl Display {
         self.clipping_of(&colours(picture))
     }
 
-    /// Returns the exposure in stops, changed by up to twelve whole stops, at which at most
-    /// [`MOST_CLIPPED`] of a picture is clipped, or else black with radiance. `None` where the own
-    /// exposure suffices, or none does.
+    /// Returns the exposure in stops, changed by up to twelve whole stops, that brings the share of
+    /// clipped pixels to [`MOST_CLIPPED`] or below; where no more are clipped already, the share of
+    /// black pixels with radiance. `None` where both shares are small enough already, or no exposure
+    /// suffices.
     pub fn suitable_exposure(self, picture: &Picture) -> Option<f64> {
         let colours = colours(picture);
         let share = |stops: f64| {

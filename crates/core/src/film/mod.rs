@@ -8,8 +8,8 @@
 //!
 //! A unit of work is some samples of one tile in one replicate, continuing from those in the film.
 //! A film holds any tiles and replicates, each with its first samples. The union of films is the
-//! film of a single render: its picture has the same bits, whoever rendered which part, in any
-//! order and any number of steps.
+//! film of a single render: its picture has the same bits for any division of the work, in any
+//! order of the parts and any number of steps.
 //!
 //! A pixel takes 128 bytes in four replicates without layers, the finished picture included, and 24
 //! more for each replicate whose last block of samples is not full. Without random sampling it

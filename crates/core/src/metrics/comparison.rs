@@ -79,6 +79,10 @@ pub struct Beyond {
 /// Compares a picture with a reference of the same size. Linear pictures are converted by `display`
 /// where display values are needed: for FLIP, for the thresholds, and for all figures where the
 /// other picture has display values only.
+///
+/// # Errors
+/// [`MetricsError::Size`] for different sizes, [`MetricsError::Pixels`] for an empty or inconsistent
+/// picture.
 pub fn compare(
     picture: Side<'_>,
     reference: Side<'_>,

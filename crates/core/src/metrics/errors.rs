@@ -51,6 +51,10 @@ pub struct WorstPixel {
 }
 
 /// Computes the errors of a picture against a reference of the same size.
+///
+/// # Errors
+/// [`MetricsError::Size`] for different sizes, [`MetricsError::Pixels`] for an empty or inconsistent
+/// picture.
 pub fn errors(picture: &Picture, reference: &Picture) -> Result<Errors, MetricsError> {
     check(picture, reference)?;
     let (mut squares, mut absolutes, mut max_abs, mut worst) = (0.0, 0.0, 0.0_f64, None);
@@ -120,6 +124,10 @@ fn is_finite(rgb: &[f32; 3]) -> bool {
 
 /// Returns the largest absolute difference of the three channels for each pixel; infinite for a
 /// pixel that is not finite.
+///
+/// # Errors
+/// [`MetricsError::Size`] for different sizes, [`MetricsError::Pixels`] for an empty or inconsistent
+/// picture.
 pub fn differences(picture: &Picture, reference: &Picture) -> Result<Vec<f32>, MetricsError> {
     check(picture, reference)?;
     let difference = |(image, truth): (&[f32; 3], &[f32; 3])| {

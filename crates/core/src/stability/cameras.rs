@@ -175,7 +175,8 @@ pub fn lenses<R: Real>(rays: Rays) -> Vec<Measurement> {
 }
 
 /// F02: views straight at the middle of a lattice, whose rays have zeros of either sign and lie in
-/// the planes of edges: each pixel of an odd number hits the lattice.
+/// the planes of edges: in a picture of an odd number of pixels, the ray of each pixel hits the
+/// lattice.
 pub fn symmetric_views<R: Real>(rays: Rays) -> Vec<Measurement> {
     const CELLS: i32 = 20;
     /// Every half of a cell but the border.

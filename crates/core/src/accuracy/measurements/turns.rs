@@ -190,8 +190,8 @@ fn spread(mut turns: Vec<f64>) -> Interval {
     }
 }
 
-/// Returns the factor of a setting that was not timed again where another one drifted: it may have
-/// drifted as far, or not at all.
+/// Returns the correction factor of a setting that was not timed again, where the compared setting
+/// drifted. The true factor lies between no drift and the same drift.
 fn unknown(turns: impl Iterator<Item = f64>) -> Interval {
     let drift = spread(turns.collect()).value;
     Interval {

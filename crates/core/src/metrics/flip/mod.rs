@@ -30,6 +30,10 @@ const SPREAD_TO: f32 = 0.95;
 /// pictures hold sRGB display values in 0..1: values outside are clipped, and NaN counts as the
 /// marker that displays show for it. `pixels_per_degree` is the viewing condition, by default
 /// [`DEFAULT_PIXELS_PER_DEGREE`].
+///
+/// # Errors
+/// [`MetricsError::Size`] for different sizes, [`MetricsError::Pixels`] for an empty or inconsistent
+/// picture, [`MetricsError::PixelsPerDegree`] outside 1 to 1000.
 pub fn flip(
     picture: &Picture,
     reference: &Picture,

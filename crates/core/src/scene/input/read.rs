@@ -155,8 +155,8 @@ impl<'de, T: Value> Deserialize<'de> for Input<T> {
 }
 
 /// Reads an input whose string is evaluated once where it does not depend on the hit. So the
-/// roughness or emission of a surface is known before rendering. The newtype name tells the loader
-/// so.
+/// roughness or emission of a surface is known before rendering. The name of the newtype tells the
+/// loader which inputs to evaluate.
 pub(in crate::scene) fn early<'de, T: Value, D: Deserializer<'de>>(
     deserializer: D,
 ) -> Result<Input<T>, D::Error> {
