@@ -1,4 +1,4 @@
-//! The inputs of a physical material at a point, for every integrator alike.
+//! Evaluation of a physical material's inputs at a point, for every integrator.
 
 use raywright_bvh::{Real, Vector};
 
@@ -8,7 +8,7 @@ use crate::scene::{AlphaMode, Physical as PhysicalData};
 use crate::texture::ShadingContext;
 
 impl<R: Real> PhysicalTransmission<R> {
-    /// Share of the surface that lets light through at a point.
+    /// Transmissive share of the surface at a point.
     #[inline(always)]
     fn share_at(&self, here: &ShadingContext<'_, R>) -> R {
         Real::clamp(self.share.number(here), R::ZERO, R::ONE)
@@ -28,7 +28,7 @@ impl<R: Real> PhysicalInputs<R> {
         }
     }
 
-    /// Its index of refraction at a point.
+    /// Index of refraction at a point.
     #[inline(always)]
     pub fn boundary_at(&self, here: &ShadingContext<'_, R>) -> Boundary<R> {
         match &self.index {
@@ -40,13 +40,13 @@ impl<R: Real> PhysicalInputs<R> {
         }
     }
 
-    /// What the model's inputs are at a point.
+    /// The metallic-roughness model at a point.
     #[inline(always)]
     pub fn model_at(&self, here: &ShadingContext<'_, R>) -> MetallicRoughness<R> {
         let (boundary, base) = (self.boundary_at(here), self.base_at(here));
         let glass = |transmission: &PhysicalTransmission<R>| {
             let share = transmission.share_at(here);
-            // Nothing bends in a thin wall; Whitted's rules have it reflect nothing either.
+            // A thin wall does not refract; in Whitted's integrator it does not reflect either.
             let ior = if self.thin { 1.0 } else { boundary.ior };
             (share > R::ZERO).then_some(Glass {
                 share,
@@ -65,7 +65,7 @@ impl<R: Real> PhysicalInputs<R> {
         }
     }
 
-    /// Share of light that passes where a point of it is the occluder.
+    /// Transmittance for shadow rays at a point.
     pub fn passes_at(&self, here: &ShadingContext<'_, R>) -> R {
         let through = self.transmission.as_ref().map_or(R::ZERO, |transmission| {
             transmission.of_light(transmission.share_at(here))
@@ -84,8 +84,8 @@ impl<R: Real> PhysicalInputs<R> {
             }
         };
         match self.alpha {
-            // In f32, which is what files hold: alpha at the cutoff is at it in every precision,
-            // from whichever of the two it was rounded.
+            // Compared in `f32`, the precision of files: an alpha at the cutoff counts as at the
+            // cutoff in every precision, from whichever of the two it was rounded.
             AlphaMode::Mask { cutoff } if (alpha().to_f64() as f32) < cutoff as f32 => R::ZERO,
             AlphaMode::Opaque | AlphaMode::Mask { .. } => R::ONE,
             AlphaMode::Blend => Real::clamp(alpha(), R::ZERO, R::ONE),

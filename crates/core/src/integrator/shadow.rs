@@ -1,4 +1,4 @@
-//! How much of a light arrives: shadow rays under the scene's rule.
+//! Visibility of lights: shadow rays under the scene's rule.
 
 use raywright_bvh::{Hit, Interval, Ray, Real, Vector};
 
@@ -8,18 +8,17 @@ use crate::light::{LightId, LightSample, Target};
 use crate::prepare::{Material, Prepared, Spawn};
 use crate::scene::AlphaMode;
 
-/// What lies between a point and a light.
+/// Result of a shadow ray.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ShadowResult<R> {
-    /// Share of the light that arrives, 0 to 1.
+    /// Transmittance, 0 to 1.
     pub share: R,
     /// Distance of the nearest occluder; infinite without one.
     pub distance: R,
 }
 
 impl<R: Real> Prepared<R> {
-    /// The ray from a surface to a light that it sees, and the range before it; none where they
-    /// meet.
+    /// Shadow ray from a surface to a light sample, and its range; `None` if they coincide.
     #[inline(always)]
     pub(super) fn towards(
         &self,
@@ -28,7 +27,8 @@ impl<R: Real> Prepared<R> {
     ) -> Option<(Ray<R>, Interval<R>)> {
         let (l, rules) = (light.direction, &self.rules);
         match (rules.spawn, &light.target) {
-            // Surfaces are drawn and not points of a documented shader, whatever its rule.
+            // Area lights are not part of the documented shaders, so their spawn rule does not
+            // apply.
             (_, Target::Surface(surface)) => at.surface.spawn_to_surface(surface),
             (
                 Spawn::ErrorBound,
@@ -44,7 +44,8 @@ impl<R: Real> Prepared<R> {
                 };
                 Some((Ray::new(at.surface.spawn(l), l), range))
             }
-            // The documented shaders measure from the surface, also where the ray starts off it.
+            // The documented shaders measure distances from the surface, also for an offset ray
+            // origin.
             (
                 Spawn::Constant {
                     offset, shadow_min, ..
@@ -67,8 +68,8 @@ impl<R: Real> Prepared<R> {
         }
     }
 
-    /// A lamp as a point sees it that was drawn, and is to be seen by its middle where shadows are
-    /// hard; none where it hides itself.
+    /// A light sample, redirected to the lamp's centre for hard shadows; `None` if the lamp hides
+    /// itself.
     #[inline(always)]
     pub(super) fn aimed(
         &self,
@@ -84,13 +85,13 @@ impl<R: Real> Prepared<R> {
         }
     }
 
-    /// Whether a hit on the way to a lamp's middle is the lamp itself.
+    /// Whether a hit on the way to a lamp's centre is the lamp itself.
     #[inline(always)]
     pub(super) fn is_own(&self, target: &Target<R>, hit: &Hit<R>) -> bool {
         matches!(*target, Target::Middle { emitter, .. } if self.lights.emitters.of(hit.outermost(), hit.primitive) == Some(emitter))
     }
 
-    /// Traces towards a light; to be counted by who asks.
+    /// Traces a shadow ray; callers count it.
     #[inline]
     pub(super) fn between(
         &self,
@@ -149,7 +150,7 @@ impl<R: Real> Prepared<R> {
 }
 
 impl<R: Real> Interaction<R> {
-    /// How far what a shadow ray aims at is.
+    /// Distance to the target of a shadow ray.
     pub(super) fn distance_to(&self, target: &Target<R>) -> R {
         match target {
             Target::Infinity => R::INFINITY,
@@ -161,8 +162,8 @@ impl<R: Real> Interaction<R> {
     }
 }
 
-/// A product of factors in 0..1 whose bits do not depend on their order, because occluders are met
-/// in the order of the accelerator: beyond the first factor, logarithms are summed as integers.
+/// A product of factors in [0, 1] with bits independent of their order, because the accelerator
+/// visits occluders in any order: beyond the first factor, logarithms are summed as integers.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Transmittance {
     pub opaque: bool,
@@ -197,7 +198,7 @@ impl Transmittance {
     }
 }
 
-/// Share of light that one occluder lets through.
+/// Transmittance of one occluder.
 #[inline]
 fn passes<R: Real>(scene: &Prepared<R>, ray: &Ray<R>, hit: &Hit<R>) -> R {
     let material = &scene.materials[scene.objects[hit.outermost() as usize].material as usize];
@@ -221,8 +222,8 @@ mod tests {
         product.value()
     }
 
-    /// Protects: one occluder's share is exact, any order gives the same bits, and the value is the
-    /// product.
+    /// Protects: a single occluder's transmittance is exact, any order gives the same bits, and the
+    /// value is the product.
     #[test]
     fn order_does_not_matter() {
         assert_eq!(

@@ -1,4 +1,4 @@
-//! Rays that leave a surface: where they start, and the exact directions that refraction asks for.
+//! Rays that leave a surface: their origins, and exact directions for refraction.
 
 use glam::DVec3;
 use raywright_bvh::{Hit, Ray, Real, Vector};
@@ -8,17 +8,17 @@ use crate::interaction::Interaction;
 use crate::material::{Glass, Interface};
 use crate::prepare::{Prepared, Spawn};
 
-/// Distances from which on hits count.
+/// Least distances of valid hits.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LeastDistances<R> {
-    /// Of rays of the camera.
+    /// For camera rays.
     pub camera: R,
-    /// Of all others but those to lights.
+    /// For all other rays but shadow rays.
     pub secondary: R,
 }
 
 impl<R: Real> Prepared<R> {
-    /// From what distances on hits of rays count under the scene's rule.
+    /// Least distances of valid hits under the scene's rule.
     pub(crate) fn least_distances(&self) -> LeastDistances<R> {
         match self.rules.spawn {
             Spawn::ErrorBound => LeastDistances {
@@ -52,13 +52,13 @@ impl<R: Real> Prepared<R> {
         Ray::new(origin, direction)
     }
 
-    /// Whether a surface gives off what its material does on the side that was hit.
+    /// Whether the hit side of a surface emits.
     #[inline(always)]
     pub(super) fn shines(&self, at: &Interaction<R>) -> bool {
         at.outside || !self.objects[at.object as usize].culled
     }
 
-    /// A boundary of glass as a ray meets it, with all digits that are known.
+    /// A glass boundary at a hit, with all known digits.
     #[inline(always)]
     pub(super) fn interface(
         &self,
@@ -68,7 +68,7 @@ impl<R: Real> Prepared<R> {
         glass: &Glass<R>,
     ) -> Interface {
         let (n, out) = (at.normal, at.surface.normal);
-        // A normal that is the geometric one from before it was stored.
+        // The unrounded geometric normal, if it is the shading normal.
         let known = || self.geometry.located(&leg.ray, hit).normal.to_f64();
         let n = if n == out {
             known()
@@ -85,7 +85,7 @@ impl<R: Real> Prepared<R> {
     }
 }
 
-/// A direction as it is stored, and what storing takes from it.
+/// A direction as stored, and its rounding error.
 #[inline(always)]
 pub(super) fn stored<R: Real>(exact: DVec3) -> (R::Vec3, R::Vec3) {
     let stored = R::Vec3::from_f64(exact);
@@ -93,8 +93,8 @@ pub(super) fn stored<R: Real>(exact: DVec3) -> (R::Vec3, R::Vec3) {
 }
 
 impl<R: Real> Interaction<R> {
-    /// The shading normal's factor by which it is on the side that the ray came from, also where
-    /// the object's points outwards always.
+    /// Factor that turns the shading normal to the ray's side, also if the object's normal always
+    /// points outwards.
     #[inline(always)]
     pub(super) fn side(&self) -> R {
         if self.direction.dot(self.normal) > R::ZERO {
@@ -104,7 +104,7 @@ impl<R: Real> Interaction<R> {
         }
     }
 
-    /// The shading normal on that side.
+    /// The shading normal on the ray's side.
     #[inline(always)]
     pub(super) fn facing_normal(&self) -> R::Vec3 {
         self.normal * self.side()

@@ -1,4 +1,4 @@
-//! From a hit to the interaction that it is, made once.
+//! Creation of an interaction from a hit.
 
 use raywright_bvh::{Hit, Ray, Real, Vector};
 
@@ -7,21 +7,22 @@ use crate::material::reflecting_above;
 use crate::prepare::{ObjectRecord, Prepared};
 use crate::scene::MOST_UV_SETS;
 
-/// A ray as a path came along it.
+/// A segment of a path.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PathSegment<R: Real> {
     pub ray: Ray<R>,
-    /// What storing took from the direction.
+    /// Rounding error of the stored direction.
     pub rest: R::Vec3,
-    /// How far before its origin the ray began: a camera's that is far away. Zero for every other.
+    /// Distance from the ray's beginning to its origin: positive for a distant camera, zero
+    /// otherwise.
     pub ahead: R,
-    /// How long the path was before, by which a ray of the camera has widened; below zero where
-    /// nobody asks, as of rays to lights.
+    /// Length of the path before, for the width of the camera's ray cone; negative if unused, as
+    /// for shadow rays.
     pub before: R,
 }
 
 impl<R: Real> PathSegment<R> {
-    /// A ray that starts where it is and is what it seems.
+    /// A segment of an exact ray that begins at its origin.
     pub fn of(ray: Ray<R>) -> Self {
         Self {
             ray,
@@ -31,7 +32,7 @@ impl<R: Real> PathSegment<R> {
         }
     }
 
-    /// What is to be known of any ray of a scene's camera besides the ray.
+    /// The segment of a camera ray, without the ray.
     #[inline(always)]
     pub fn of_camera(scene: &Prepared<R>) -> Self {
         let before = if scene.cone.is_some() {
@@ -39,7 +40,7 @@ impl<R: Real> PathSegment<R> {
         } else {
             -R::ONE
         };
-        // What a camera that is far away has of the way behind it lies before the ray's origin.
+        // For a distant camera, part of the way lies before the ray's origin.
         let nowhere = Ray::new(Vector::ZERO, Vector::ZERO);
         Self {
             ray: nowhere,
@@ -49,8 +50,8 @@ impl<R: Real> PathSegment<R> {
         }
     }
 
-    /// Goes on with the next one of the path: it keeps the time. In its place and vector by vector,
-    /// since a leg that is copied has to wait for its own numbers.
+    /// Continues with the next segment of the path, at the same time. Updated in place and vector
+    /// by vector, since a copied segment would have to wait for its own numbers.
     #[inline(always)]
     pub fn go_on(&mut self, ray: &Ray<R>, rest: R::Vec3) {
         if self.before >= R::ZERO {
@@ -63,7 +64,7 @@ impl<R: Real> PathSegment<R> {
         self.ahead = R::ZERO;
     }
 
-    /// Where it began.
+    /// Beginning of the segment.
     #[inline(always)]
     pub fn start(&self) -> R::Vec3 {
         if self.ahead == R::ZERO {
@@ -75,7 +76,7 @@ impl<R: Real> PathSegment<R> {
 }
 
 impl<R: Real> Interaction<R> {
-    /// Where a ray met what it hit.
+    /// The interaction of a hit.
     #[inline(always)]
     pub fn of(scene: &Prepared<R>, leg: &PathSegment<R>, hit: &Hit<R>) -> Self {
         let mut at = Self::begun(scene, leg, hit);
@@ -84,7 +85,7 @@ impl<R: Real> Interaction<R> {
         at
     }
 
-    /// Bends the normal where an image of the material does.
+    /// Applies the material's normal map, if any.
     #[inline(always)]
     pub fn perturb_where_bumpy(&mut self, scene: &Prepared<R>, leg: &PathSegment<R>, hit: &Hit<R>) {
         if scene.objects[self.object as usize].bumpy {
@@ -92,7 +93,7 @@ impl<R: Real> Interaction<R> {
         }
     }
 
-    /// The same before an image bends the normal.
+    /// The interaction without the normal map.
     #[inline(always)]
     pub fn smooth(scene: &Prepared<R>, leg: &PathSegment<R>, hit: &Hit<R>) -> Self {
         let mut at = Self::begun(scene, leg, hit);
@@ -100,7 +101,7 @@ impl<R: Real> Interaction<R> {
         at
     }
 
-    /// What every hit has, still to be finished.
+    /// An interaction with the data common to all hits, to be completed by [`Self::finish`].
     #[inline(always)]
     pub fn begun(scene: &Prepared<R>, leg: &PathSegment<R>, hit: &Hit<R>) -> Self {
         let mut at = Self::NOWHERE;
@@ -108,15 +109,15 @@ impl<R: Real> Interaction<R> {
         at
     }
 
-    /// The same in its place.
+    /// [`Self::begun`] in place.
     #[inline(always)]
     pub fn begin(&mut self, scene: &Prepared<R>, leg: &PathSegment<R>, hit: &Hit<R>) {
         self.surface = scene.geometry.surface(&leg.ray, hit);
         self.begin_located(scene, &leg.ray, hit);
     }
 
-    /// The same where the surface is known: field by field, since an interaction is long and is
-    /// copied wherever it is handed on.
+    /// [`Self::begin`] for a known surface: field by field, since an interaction is large and would
+    /// be copied.
     #[inline(always)]
     pub fn begin_located(&mut self, scene: &Prepared<R>, ray: &Ray<R>, hit: &Hit<R>) {
         self.object = hit.outermost();
@@ -133,7 +134,7 @@ impl<R: Real> Interaction<R> {
         self.colour = [R::ONE; 4];
     }
 
-    /// Adds what depends on the object, the camera and the mesh; the normal is not bent yet.
+    /// Adds the data that depend on the object, the camera and the mesh, except the normal map.
     #[inline(always)]
     pub fn finish(&mut self, scene: &Prepared<R>, leg: &PathSegment<R>, hit: &Hit<R>) {
         let (ray, record) = (&leg.ray, &scene.objects[self.object as usize]);
@@ -142,7 +143,7 @@ impl<R: Real> Interaction<R> {
         }
         if record.coordinates {
             let parameters = scene.geometry.parameters(ray, hit);
-            // A shape has one set, whatever set is asked for.
+            // A shape has one set of coordinates, used for every set.
             self.uv = [[parameters.u, parameters.v]; MOST_UV_SETS];
         }
         self.attributes(scene, record, ray, hit);
@@ -164,7 +165,7 @@ impl<R: Real> Interaction<R> {
         }
     }
 
-    /// Interpolates what the mesh's vertices carry.
+    /// Interpolates the attributes of the mesh's vertices.
     fn attributes(
         &mut self,
         scene: &Prepared<R>,
@@ -195,7 +196,7 @@ impl<R: Real> Interaction<R> {
                 x * n.x() + y * n.y() + z * n.z()
             }
             .normalize();
-            // Normals that cancel, or that a flat transform squeezes to nothing, leave the facet's.
+            // Normals that cancel, or vanish under a flat transform, leave the geometric normal.
             if n.is_finite() {
                 self.normal = n;
             }
@@ -207,14 +208,14 @@ impl<R: Real> Interaction<R> {
         };
         let mut sets = mesh.sets;
         if sets & 1 != 0 {
-            // Without a set, the weights of the second and the third corner of the file's own
-            // order.
+            // Without a set, the barycentric coordinates of the second and the third corner in the
+            // file's order.
             self.uv[0] = uv(0).unwrap_or(if mesh.flipped { [v, u] } else { [u, v] });
             sets &= !1;
         }
         while sets != 0 {
             let set = sets.trailing_zeros() as usize;
-            // What a shader reads of an attribute that a mesh does not have.
+            // The default of a missing attribute.
             self.uv[set] = uv(set).unwrap_or([R::ZERO; 2]);
             sets &= sets - 1;
         }

@@ -1,8 +1,8 @@
 //! Whitted ray tracing: local lighting, mirror reflection and refraction, for both families of
 //! materials.
 //!
-//! A path has a running throughput; where a surface sends two rays, one of them is a path of its
-//! own, followed before this one goes on.
+//! A path carries its throughput. Where a surface scatters two rays, one of them becomes a path of
+//! its own, traced before the first path continues.
 
 mod classic;
 mod physical;
@@ -26,22 +26,22 @@ use crate::sampler::{Address, Purpose, pair};
 use crate::scene::AlphaMode;
 use crate::settings::Settings;
 
-/// After so many divisions of paths the observer is asked whether to go on.
+/// Number of divisions of paths between checks for cancellation.
 const DIVISIONS: u32 = 4096;
 
-/// Follows rays by Whitted's rules.
+/// Whitted's ray tracer.
 pub(crate) struct WhittedTracer<'a, R: Real> {
     scene: &'a Prepared<R>,
     counters: Counters,
-    /// Paths that wait for their side branches; empty between camera rays.
+    /// Stack of paths that wait for their side branches; empty between camera rays.
     waiting: Vec<WhittedState<R>>,
-    /// Asked now and then while paths divide, since one pixel may have more branches than a
-    /// lifetime has seconds.
+    /// Checked for cancellation while paths divide, since the branches of one pixel may take
+    /// unlimited time.
     observer: &'a dyn Observer,
     divisions: u32,
     stopped: bool,
-    /// Whether the first hits of camera rays are kept, the one of the ray followed last, and what
-    /// that saw without light from elsewhere.
+    /// Whether first hits of camera rays are kept; the first hit of the latest ray, and its
+    /// radiance without reflected light.
     keeps_first: bool,
     first: Option<FirstHit>,
     direct: R::Vec3,
@@ -69,7 +69,7 @@ impl<'a, R: Real> LightTransport<'a, R> for WhittedTracer<'a, R> {
             keeps_first,
             first: None,
             direct: Vector::ZERO,
-            // Rays divide: without a limit there would be no end.
+            // Rays divide: without a limit the tree of paths would never end.
             max_depth: max_depth.min(Settings::MOST_SEGMENTS),
             least: scene.least_distances(),
             first_hits: FirstHits::default(),
@@ -115,13 +115,13 @@ impl<'a, R: Real> LightTransport<'a, R> for WhittedTracer<'a, R> {
 }
 
 impl<R: Real> WhittedTracer<'_, R> {
-    /// The path of a camera ray before its first segment.
+    /// The initial path of a camera ray.
     #[inline(always)]
     fn camera_path(&mut self, ray: &Ray<R>, address: &Address) -> WhittedState<R> {
         self.first = None;
         self.direct = Vector::ZERO;
         self.counters.camera += 1;
-        // The ray is written into its place: a leg that is copied has to wait for its own numbers.
+        // The ray is written in place: a copied segment would have to wait for its own numbers.
         let mut path = WhittedState {
             leg: PathSegment::of_camera(self.scene),
             throughput: Vector::ONE,
@@ -156,8 +156,8 @@ impl<R: Real> WhittedTracer<'_, R> {
         )
     }
 
-    /// What one more segment makes of a path: it has met this, or nothing. Returns a side branch,
-    /// whose path is to be followed to its end before, and what it brings added.
+    /// Advances a path by one segment with the given hit. Returns a side branch, which must be
+    /// traced to its end first, with its radiance added.
     #[inline(always)]
     fn advance(
         &mut self,
@@ -180,7 +180,7 @@ impl<R: Real> WhittedTracer<'_, R> {
             path.segments = 0;
             return None;
         };
-        // What `Interaction::of` does, in its place.
+        // `Interaction::of`, in place.
         let mut at = Interaction::begun(self.scene, &path.leg, hit);
         at.finish(self.scene, &path.leg, hit);
         at.perturb_where_bumpy(self.scene, &path.leg, hit);
@@ -207,7 +207,7 @@ impl<R: Real> WhittedTracer<'_, R> {
         }
     }
 
-    /// What a camera ray sees of an edge.
+    /// Colour of an edge at a camera ray's hit.
     #[inline(always)]
     fn edge(&self, path: &WhittedState<R>, hit: &Hit<R>, at: &Interaction<R>) -> Option<R::Vec3> {
         if path.camera {
@@ -217,7 +217,7 @@ impl<R: Real> WhittedTracer<'_, R> {
         }
     }
 
-    /// Ends the path of a camera ray on an edge, which is seen as it is.
+    /// Ends the path of a camera ray on an edge with the edge's colour.
     fn draw_edge(&mut self, path: &mut WhittedState<R>, edge: R::Vec3) -> Option<WhittedState<R>> {
         let shown = path.throughput * edge;
         path.radiance += shown;
@@ -228,7 +228,7 @@ impl<R: Real> WhittedTracer<'_, R> {
         path.leave([None; 2])
     }
 
-    /// Notes what a camera ray sees by itself, where that is kept.
+    /// Adds directly visible radiance of a camera ray, if it is kept.
     #[inline(always)]
     fn see(&mut self, camera: bool, radiance: R::Vec3) {
         if camera && self.keeps_first {
@@ -236,7 +236,7 @@ impl<R: Real> WhittedTracer<'_, R> {
         }
     }
 
-    /// Follows a path to its end, its side branches included. What its first ray hits may be known.
+    /// Traces a path to its end, its side branches included. The hit of its first ray may be known.
     fn follow(&mut self, path: &mut WhittedState<R>, mut known: Option<Option<Hit<R>>>) {
         while path.segments > 0 || self.resume(path) {
             let hit = match known.take() {
@@ -249,8 +249,8 @@ impl<R: Real> WhittedTracer<'_, R> {
         }
     }
 
-    /// Lets a path wait for its side branch, which is followed first. Out of line, as
-    /// [`Self::resume`]'s work is: most paths never divide.
+    /// Pushes a path that waits for its side branch, which is traced first. Not inlined, like
+    /// [`Self::resume`]'s work: most paths never divide.
     #[inline(never)]
     fn wait(&mut self, path: &mut WhittedState<R>, aside: WhittedState<R>) {
         self.divisions = self.divisions.wrapping_add(1);
@@ -265,7 +265,7 @@ impl<R: Real> WhittedTracer<'_, R> {
         }
     }
 
-    /// Goes on with the path that waits for this one, which has ended; false where none does.
+    /// Resumes the path that waits for this ended one; false if none does.
     #[inline(always)]
     fn resume(&mut self, path: &mut WhittedState<R>) -> bool {
         !self.waiting.is_empty() && self.taken_up(path)
@@ -278,7 +278,7 @@ impl<R: Real> WhittedTracer<'_, R> {
             path.radiance += brought.radiance;
             path.covered += brought.covered;
             path.passages = brought.passages;
-            // It may have waited as the last thing that it did.
+            // The path may have ended with its wait.
             if path.segments > 0 {
                 return true;
             }
@@ -286,7 +286,7 @@ impl<R: Real> WhittedTracer<'_, R> {
         false
     }
 
-    /// Takes a path on in the same direction beyond a surface, with what it counts there: that is
+    /// Continues a path in the same direction beyond a surface, with its new throughput; this takes
     /// no segment.
     fn pass(&mut self, path: &mut WhittedState<R>, at: &Interaction<R>, throughput: R::Vec3) {
         let rest = path.leg.rest;
@@ -296,8 +296,7 @@ impl<R: Real> WhittedTracer<'_, R> {
         self.count_passage(path);
     }
 
-    /// The same beyond a border of equal media, which is no more than a tint of a surface that is
-    /// there.
+    /// Continues a path beyond an index-matched boundary, which acts only as a tint.
     fn pass_border(
         &mut self,
         path: &mut WhittedState<R>,
@@ -310,7 +309,7 @@ impl<R: Real> WhittedTracer<'_, R> {
         self.pass(path, at, throughput);
     }
 
-    /// The ray of a path as it goes on beyond a surface.
+    /// The continued ray of a path beyond a surface.
     fn behind(&self, path: &WhittedState<R>, at: &Interaction<R>) -> Ray<R> {
         Ray {
             culls: path.leg.ray.culls,
@@ -318,7 +317,7 @@ impl<R: Real> WhittedTracer<'_, R> {
         }
     }
 
-    /// Counts a surface that a path passed unchanged, and ends one that may pass no more.
+    /// Counts a surface that a path passed unchanged, and ends the path beyond the limit.
     fn count_passage(&mut self, path: &mut WhittedState<R>) {
         path.passages += 1;
         if path.passages > MOST_PASSAGES {
@@ -327,7 +326,7 @@ impl<R: Real> WhittedTracer<'_, R> {
         }
     }
 
-    /// What lies between a surface and a light that it sees.
+    /// Shadow ray between a surface and a light sample.
     #[inline]
     fn before(
         &mut self,
@@ -341,7 +340,7 @@ impl<R: Real> WhittedTracer<'_, R> {
                 self.scene
                     .between((&ray.at_time(at.time), range), &light.target, want_distance)
             }
-            // The light is where the ray would start: nothing is in between.
+            // The light lies at the ray's origin: nothing blocks it.
             None => ShadowResult {
                 share: R::ONE,
                 distance: R::INFINITY,
@@ -349,8 +348,7 @@ impl<R: Real> WhittedTracer<'_, R> {
         }
     }
 
-    /// A point of an emissive surface that lights the hit, with the share of its light that
-    /// arrives.
+    /// A sampled point of an emitter that lights the hit, with its transmittance.
     fn emitter(&mut self, at: &Interaction<R>, address: Address) -> Option<(LightSample<R>, R)> {
         let emitters = &self.scene.lights.emitters;
         if emitters.is_empty() {

@@ -1,9 +1,8 @@
-//! Edges of triangles, drawn where camera rays meet them first: as wide as a pixel, so that samples
-//! smooth them, and without light.
+//! Wireframe: edges of triangles at camera rays' first hits, one pixel wide, antialiased by
+//! samples, and unlit.
 //!
-//! A line that is drawn on both sides of an edge is half a pixel wide on each. On triangles of a
-//! few pixels it is no wider than a share of the way across, so that a dense mesh becomes grey
-//! instead of black.
+//! A line on both sides of an edge is half a pixel wide on each. On triangles of a few pixels its
+//! width is limited to a share of the triangle, so that a dense mesh becomes grey instead of black.
 
 use glam::DVec3;
 use raywright_bvh::{Hit, Real, Vector};
@@ -13,18 +12,18 @@ use crate::display::curve::luminance;
 use crate::interaction::Interaction;
 use crate::prepare::{Material, Prepared};
 
-/// Greatest share of the way from an edge to the corner before it that a line is wide.
+/// Greatest width of a line, as a share of the distance from its edge to the opposite corner.
 const WIDEST: f64 = 1.0 / 12.0;
 
-/// Radiance of lines on what is bright and on what is dark, and luminance of the base colour
-/// between both.
+/// Radiance of lines on bright and on dark surfaces, and the luminance of the base colour between
+/// both.
 const DARK: f64 = 0.01;
 const BRIGHT: f64 = 0.6;
 const BETWEEN: f64 = 0.12;
 
 impl<R: Real> Prepared<R> {
-    /// What a camera ray sees of an edge where it met a triangle; none beside edges, on other
-    /// shapes, and where no edges are drawn.
+    /// Colour of an edge at a camera ray's hit; `None` beside edges, on other shapes, and if no
+    /// edges are drawn.
     #[inline(always)]
     pub(super) fn edge_at(
         &self,
@@ -46,8 +45,8 @@ impl<R: Real> Prepared<R> {
             .is_some_and(|mesh| self.meshes[mesh.mesh as usize].is_cap)
     }
 
-    /// Whether a ray passes an edge of its triangle by less than half a pixel, as wide as its cone
-    /// is there.
+    /// Whether a ray passes an edge of its triangle by less than half a pixel, by the width of its
+    /// cone there.
     #[inline(never)]
     fn is_on_edge(&self, leg: &PathSegment<R>, hit: &Hit<R>) -> bool {
         let Some(corners) = self.geometry.corners(&leg.ray, hit) else {

@@ -32,7 +32,7 @@ impl<R: Real> PathTracer<'_, R> {
         let sent = vector::<R>(&shaded.lit.sent, lane);
         let sent = if self.straight_to_lights(light) && lights.aim[lane] != TargetKind::Target {
             let length = shaded.shadow.length[lane];
-            // Where the light is where the ray would start, nothing is in between.
+            // If the light lies at the ray's origin, nothing blocks it.
             let arrives = if length > R::ZERO
                 && (length < R::INFINITY || lights.aim[lane] == TargetKind::Infinity)
             {
@@ -141,7 +141,7 @@ impl<R: Real> PathTracer<'_, R> {
     /// Visible share of a light at an interaction.
     #[inline]
     fn arrives(&mut self, light: &LightSample<R>, at: &Interaction<R>) -> R {
-        // Where the light is where the ray would start, nothing is in between.
+        // If the light lies at the ray's origin, nothing blocks it.
         let Some((ray, mut range)) = self.scene.towards(light, at) else {
             return R::ONE;
         };

@@ -1,6 +1,6 @@
-//! What surfaces are made of where paths met them: those vertices are put into queues by kind, done
-//! with what only needs the point itself. Common surfaces, rough and opaque without layers, are by
-//! far the most of real models.
+//! Evaluation of materials at hits: vertices enter queues by kind after the work that needs only
+//! the point itself. Common surfaces, rough and opaque without layers, are by far the majority in
+//! real models.
 
 use core::f64::consts::PI;
 
@@ -19,15 +19,15 @@ use crate::sampler::{Purpose, pair};
 use crate::scene::AlphaMode;
 use crate::texture::Bump;
 
-/// Vertices by what answers at them: common surfaces that reflect nothing, other common ones, and
-/// all others. Kept, so that its lists are made once.
+/// Queues of vertices by kind: common surfaces without specular reflection, other common surfaces,
+/// and all others. Kept to reuse the memory of the lists.
 #[derive(Default)]
 pub(super) struct VertexQueues<R: Real> {
     pub matte: VertexList<R>,
     pub glossy: VertexList<R>,
     pub general: VertexList<R>,
     pub surfaces: GeneralSurfaces<R>,
-    /// Normals that images bend, with the places of their vertices among the glossy ones.
+    /// Normal maps' values, with the indices of their vertices among the glossy ones.
     bent: Vec<(usize, NormalMap<R>)>,
 }
 
@@ -40,7 +40,7 @@ impl<R: Real> VertexQueues<R> {
         self.bent.clear();
     }
 
-    /// Bends the normals of those common surfaces on which images do.
+    /// Perturbs the normals of the common surfaces with normal maps.
     pub fn bend_normals(&mut self, met: &mut [Interaction<R>]) {
         let vertices = self.glossy.lanes();
         for these in self.bent.chunks(LANES) {
@@ -54,13 +54,12 @@ impl<R: Real> VertexQueues<R> {
     }
 }
 
-/// A common surface where a path met it: what it is made of, its factor on lights without size, and
-/// what bends its normal.
+/// A common surface at a hit: its model, its factor on delta lights, and its normal map.
 type CommonSurface<'a, R> = (MetallicRoughness<R>, R, Option<&'a Bump<R>>);
 
 impl<R: Real> PathTracer<'_, R> {
-    /// Puts what a path met among the vertices. Whether the path has another ray, now or from
-    /// there.
+    /// Adds a hit to the queues of vertices. Returns whether the path has another ray, now or after
+    /// shading.
     #[inline(always)]
     pub(super) fn gather(
         &mut self,
@@ -99,11 +98,11 @@ impl<R: Real> PathTracer<'_, R> {
         let Some((mut model, gain, bump)) = common else {
             return self.gather_other(place, (path, hit, at), vertices);
         };
-        // What a matte surface diffuses knows no index.
+        // A matte surface does not depend on an index.
         if self.nests() && matches!(material, Material::Physical(_)) {
             self.immersed(path, at, &scene.sources.at(at), &mut model);
         }
-        // Normals are bent among the glossy ones.
+        // Normal maps are applied to the glossy queue alone.
         let list = if model.is_matte() && bump.is_none() {
             &mut vertices.matte
         } else {
@@ -125,7 +124,7 @@ impl<R: Real> PathTracer<'_, R> {
         true
     }
 
-    /// The common surface of a material; none where it is another.
+    /// The common surface of a material; `None` for other materials.
     #[inline(always)]
     fn common<'a>(
         &self,
@@ -135,23 +134,24 @@ impl<R: Real> PathTracer<'_, R> {
         let here = self.scene.sources.at(at);
         let surface = match material {
             Material::Physical(m) if m.plain => (m.model_at(&here), R::ONE, m.bump.as_ref()),
-            // A light without size says how bright it makes a white classic surface that faces it,
-            // not what falls on it.
+            // A delta light's unit is the radiance of a white classic surface facing it, not its
+            // irradiance.
             Material::Classic(m) if m.matte => (matte(m, &here), R::from_f64(PI), None),
             _ => return None,
         };
         surface.0.is_rough().then_some(surface)
     }
 
-    /// Takes a path on through a surface that is none where it met it, or that it passes unchanged.
-    /// Whether it goes on; none where it met a surface.
+    /// Continues a path through a surface that is absent at the hit or leaves it unchanged. Returns
+    /// whether the path goes on; `None` at a real hit.
     #[inline]
     fn pass_by(&mut self, path: &mut PathState<R>, at: &Interaction<R>) -> Option<bool> {
         if let Material::Physical(m) = &self.scene.materials[at.material as usize]
             && m.alpha != AlphaMode::Opaque
         {
             let alpha = m.alpha_at(&self.scene.sources.at(at));
-            // A surface that covers a share of what is behind it is there as often.
+            // Stochastic alpha: a partly transparent surface is present with a probability of its
+            // alpha.
             let absent = alpha < R::ONE
                 && (alpha <= R::ZERO
                     || R::from_f32(pair(path.address, Purpose::Coverage)[0]) >= alpha);
@@ -169,7 +169,7 @@ impl<R: Real> PathTracer<'_, R> {
         Some(self.pass_matched(path, at, tint))
     }
 
-    /// Puts a vertex on a surface that is not common among the others, unless it ends its path.
+    /// Adds a vertex on an uncommon surface to the general queue, unless the path ends there.
     fn gather_other(
         &mut self,
         place: u32,

@@ -1,5 +1,5 @@
-//! Vertices on surfaces that are not common, each with lobes of its own: what they are made of, and
-//! what they answer. What follows from that is the same as of common ones.
+//! Vertices on uncommon surfaces, each with its own lobes: creation, response to lights and
+//! sampling. All later stages are shared with common surfaces.
 
 use core::f64::consts::PI;
 
@@ -16,18 +16,18 @@ use crate::light::{Column, LightLanes, vector};
 use crate::material::{Bsdf, Frame, Glass, LayeredBsdf, LobeFamily};
 use crate::prepare::Material;
 
-/// Lobes of a surface where a path met it.
+/// Lobes of a surface at a hit.
 enum SurfaceLobes<R: Real> {
     Plain(Bsdf<R>),
-    /// By the place among layered ones, which are too large to be handed on.
+    /// Index among the layered BSDFs, which are too large to be moved.
     Layered(usize),
     Mixture(MixtureSurface<R>),
 }
 
-/// Surfaces of such vertices; kept, so that its lists are made once.
+/// Surfaces of these vertices; kept to reuse the memory of the lists.
 #[derive(Default)]
 pub(super) struct GeneralSurfaces<R: Real> {
-    /// Of each, its lobes and what bends the light that they mirror or let through.
+    /// The lobes of each surface, and the glass for exact mirror and refracted directions.
     each: Vec<(SurfaceLobes<R>, Option<Glass<R>>)>,
     layered: Vec<LayeredBsdf<R>>,
     layered_used: usize,
@@ -39,7 +39,7 @@ impl<R: Real> GeneralSurfaces<R> {
         self.layered_used = 0;
     }
 
-    /// A layered surface to be made, and its place.
+    /// An unused layered BSDF, and its index.
     fn open_layered(&mut self) -> (&mut LayeredBsdf<R>, usize) {
         let place = self.layered_used;
         if place == self.layered.len() {
@@ -50,7 +50,7 @@ impl<R: Real> GeneralSurfaces<R> {
     }
 }
 
-/// To which lights lobes answer.
+/// The sides on which the lobes receive sampled light.
 fn sides<R: Real, L: LobeFamily<R>, const MOST: usize>(bsdf: &Bsdf<R, L, MOST>) -> LitSides {
     match (bsdf.is_delta(), bsdf.lets_through()) {
         (true, _) => LitSides::None,
@@ -60,7 +60,7 @@ fn sides<R: Real, L: LobeFamily<R>, const MOST: usize>(bsdf: &Bsdf<R, L, MOST>) 
 }
 
 impl<R: Real> PathTracer<'_, R> {
-    /// Puts what a path met among these vertices. Whether it is one.
+    /// Adds a hit to these vertices. Returns whether it is one.
     pub(super) fn gather_general(
         &self,
         place: u32,
@@ -71,8 +71,8 @@ impl<R: Real> PathTracer<'_, R> {
         let here = scene.sources.at(at);
         let (lobes, glass, (normal, sides, gain)) = match &scene.materials[at.material as usize] {
             Material::Classic(m) => {
-                // A light without size says how bright it makes a white classic surface that faces
-                // it, not what falls on it.
+                // A delta light's unit is the radiance of a white classic surface facing it, not
+                // its irradiance.
                 let gain = R::from_f64(PI);
                 if let Some(mixture) = &m.mixture {
                     let surface = MixtureSurface::new(mixture, at, m.colour.colour(&here));
@@ -135,7 +135,8 @@ impl<R: Real> PathTracer<'_, R> {
         true
     }
 
-    /// What such vertices answer, of which so many are before these, and how paths go on from them.
+    /// Responses of these vertices to their lights, and how their paths go on; `before` is the
+    /// number of earlier vertices.
     pub(super) fn answer_general(
         &self,
         bounce: &Bounce<'_, R>,
@@ -170,7 +171,7 @@ impl<R: Real> PathTracer<'_, R> {
         answers
     }
 
-    /// What lobes answer at a vertex, and how its path goes on.
+    /// Response of lobes at a vertex, and how its path goes on.
     fn answer<L: LobeFamily<R>, const MOST: usize>(
         &self,
         here: &LaneVertex<'_, R>,
@@ -184,19 +185,19 @@ impl<R: Real> PathTracer<'_, R> {
         let [lobe, u, v, _] = here.numbers();
         let mut drawn = bsdf.sample(&Frame::about(normal), view, [lobe, u, v]);
         let through = drawn.direction.dot(normal) < R::ZERO;
-        // A shading normal must not take a reflection below the surface, nor what goes through it
-        // above.
+        // A shading normal must not turn a reflection below the surface, nor a transmission above
+        // it.
         let geometric = vector::<R>(&here.vertices.geometric, here.lane);
         if !drawn.some || (geometric.dot(drawn.direction) < R::ZERO) != through {
             return Onward::REFLECTED;
         }
         let (place, mut rest) = (here.vertices.place[here.lane], Vector::ZERO);
         let (path, at) = here.bounce.of(place);
-        // A coat may mirror about a normal of its own.
+        // A coat may mirror about its own normal.
         if let Some(glass) = glass.filter(|_| drawn.delta && (through || !L::COATED))
             && let Some(hit) = &here.bounce.hits[place as usize]
         {
-            // With the digits that storing takes from the direction.
+            // Including the digits lost in storing the direction.
             let interface = self.scene.interface(&path.leg, hit, at, glass);
             let exact = if through {
                 interface.refracted
@@ -206,8 +207,7 @@ impl<R: Real> PathTracer<'_, R> {
             (drawn.direction, rest) = exact.map_or((drawn.direction, rest), stored::<R>);
         }
         let material = &self.scene.materials[at.material as usize];
-        // Of delta lobes only walls send light on without an index, straight where all of them is
-        // there.
+        // Among delta lobes only thin walls transmit straight, if their alpha is opaque.
         let straight =
             L::COATED && drawn.delta && through && material.is_wall() && material.covers();
         answers.put_sample(here.lane, &drawn);

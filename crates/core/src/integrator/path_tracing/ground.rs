@@ -1,5 +1,5 @@
-//! The studio's ground, which is no surface: camera rays that come to it see the backdrop, dimmed
-//! by the share of the studio's light that the scene keeps from it there.
+//! The studio's ground, which is no surface: camera rays that reach it see the backdrop, dimmed by
+//! the share of the studio's light that the scene blocks there.
 
 use raywright_bvh::{Interval, Ray, Real, Vector};
 
@@ -8,9 +8,9 @@ use crate::light::Target;
 use crate::sampler::{Purpose, Sequence, fours};
 
 impl<R: Real> PathTracer<'_, R> {
-    /// Share of the studio's light that arrives where camera rays that hit nothing come to the
-    /// ground, one after the other: one direction is asked of each, drawn by what comes from there.
-    /// One where there is no ground, or where it lies too far from everything.
+    /// Visible share of the studio's light where escaped camera rays reach the ground, one after
+    /// the other: one direction each, sampled by the light from there. One without a ground, or far
+    /// from the scene.
     pub(super) fn light_on_ground<'a>(
         &mut self,
         paths: impl Iterator<Item = &'a PathState<R>>,
@@ -26,7 +26,7 @@ impl<R: Real> PathTracer<'_, R> {
         {
             let ray = &leg.ray;
             let t = (ground.height - ray.origin.y()) / ray.direction.y();
-            // Seen from below, it is not there.
+            // The ground is invisible from below.
             let is_met = ray.direction.y() < zero && t > -leg.ahead;
             let at = ray.at(t);
             let point: R::Vec3 = Vector::new(at.x(), ground.height, at.z());

@@ -1,5 +1,4 @@
-//! Vertices on layered surfaces. Out of line, with all that only they ask: surfaces without layers
-//! have one question more.
+//! Vertices on layered surfaces. Not inlined, so that surfaces without layers only pay for a check.
 
 use raywright_bvh::{Hit, Real, Vector};
 
@@ -14,8 +13,7 @@ use crate::sampler::{Address, Purpose, pair};
 use crate::texture::{Bump, Input, Product, ShadingContext};
 
 impl<R: Real> PathTracer<'_, R> {
-    /// Makes the lobes of a layered surface where a path meets it, and returns the boundary that
-    /// bends it.
+    /// Builds the lobes of a layered surface at a hit, and returns its refractive glass, if any.
     #[inline(never)]
     pub(super) fn layers_at(
         &self,
@@ -67,7 +65,7 @@ impl<R: Real> PathTracer<'_, R> {
     }
 }
 
-/// Reads the inputs of layers where a path met their surface.
+/// Evaluates the inputs of layers at a hit.
 struct PointReader<'a, R: Real> {
     scene: &'a Prepared<R>,
     leg: &'a PathSegment<R>,
@@ -76,7 +74,7 @@ struct PointReader<'a, R: Real> {
     here: ShadingContext<'a, R>,
     /// The normal of the lobes.
     normal: R::Vec3,
-    /// Whether an image bends the surface's.
+    /// Whether the surface has a normal map.
     bumpy: bool,
 }
 
@@ -109,7 +107,7 @@ impl<R: Real> ReadAt<InputStage<R>, R> for PointReader<'_, R> {
         *input
     }
 
-    /// The surface's own before anything bends it, bent by an image of its own.
+    /// The unperturbed shading normal, or perturbed by the layer's own normal map.
     fn normal(&self, input: &Option<Bump<R>>) -> R::Vec3 {
         let (at, normal) = (self.at, self.normal);
         let own = if self.bumpy || input.is_some() {
@@ -138,7 +136,7 @@ impl<R: Real> ReadAt<InputStage<R>, R> for PointReader<'_, R> {
     }
 }
 
-/// The path's one wavelength; white ones become one here.
+/// The path's wavelength; a white path samples one here.
 pub(super) fn wavelength<R: Real>(path: &mut PathState<R>) -> f64 {
     *path.wavelength.get_or_insert_with(|| {
         let [u, _] = pair(

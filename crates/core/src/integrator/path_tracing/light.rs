@@ -1,5 +1,4 @@
-//! Which lights vertices ask, where on them, and what of a surface's answer they ask for: a share
-//! of it where the surface finds the light too.
+//! Light sampling at vertices, and its weights of multiple importance sampling.
 
 use core::array::from_fn;
 
@@ -12,8 +11,8 @@ use crate::light::{
 };
 use crate::settings::LightSampling;
 
-/// Share of a technique in what two techniques find, by the densities of both, squared (Veach,
-/// Guibas 1995, "power heuristic"). No density is squared by itself, so that none overflows.
+/// Power heuristic: weight of a technique by the squared densities of two (Veach, Guibas 1995). No
+/// density is squared by itself, so that none overflows.
 #[inline(always)]
 pub(super) fn weight(own: f64, other: f64) -> f64 {
     if own == other {
@@ -23,7 +22,7 @@ pub(super) fn weight(own: f64, other: f64) -> f64 {
     1.0 / (1.0 + ratio * ratio)
 }
 
-/// The lights that vertices ask, as those see them; kept, so that its lists are made once.
+/// The sampled lights of vertices; kept to reuse the memory of the lists.
 #[derive(Default)]
 pub(super) struct AskedLights<R: Real> {
     chosen: Vec<Option<ChosenLight<R>>>,
@@ -31,14 +30,14 @@ pub(super) struct AskedLights<R: Real> {
 }
 
 impl<R: Real> AskedLights<R> {
-    /// So many together as there are lanes.
+    /// Batches of as many lights as lanes.
     pub fn lanes(&self) -> impl Iterator<Item = (&[Option<ChosenLight<R>>], &LightLanes<R>)> {
         self.chosen.chunks(LANES).zip(&self.lights)
     }
 }
 
 impl<R: Real> PathTracer<'_, R> {
-    /// Samples the lights that vertices ask.
+    /// Samples a light for each vertex.
     pub(super) fn sample_lights(
         &self,
         bounce: &Bounce<'_, R>,
@@ -97,8 +96,8 @@ impl<R: Real> PathTracer<'_, R> {
         }
     }
 
-    /// What a light asks of a surface that would be drawn with a density; none: it is found by
-    /// scattering alone.
+    /// Weighting of a light sample of this density; `None` if the light is found by scattering
+    /// alone.
     #[inline(always)]
     fn strategy(&self, light: LightId, density: Density) -> Option<MisStrategy> {
         Some(match (density, light) {
@@ -120,9 +119,9 @@ mod tests {
     use super::weight;
     use raywright_bvh::stability::judge::Random;
 
-    /// Protects: the shares of two techniques are numbers from 0 to 1 that sum to one whatever
-    /// their densities are, none, infinite or with squares that no f64 holds, and where f64 holds
-    /// everything, those of the definition.
+    /// Protects: the weights of two techniques are numbers from 0 to 1 that sum to one for any
+    /// densities, zero, infinite or with squares beyond `f64`; and they follow the definition where
+    /// `f64` holds all terms.
     #[test]
     fn m05_shares_of_extreme_densities() {
         let extremes = [0.0, 1e-300, 1e-30, 1.0, 1e25, 1e300, f64::INFINITY];
@@ -147,7 +146,7 @@ mod tests {
                 10_f64.powf(exponent),
                 10_f64.powf(exponent + random.between(-10.0, 10.0)),
             );
-            // The one square that might be lost is lost beside the other.
+            // If a square underflows, it is negligible beside the other.
             let wanted = own * own / (own * own + other * other);
             assert!(
                 (weight(own, other) - wanted).abs() <= 1e-14 * wanted,

@@ -1,5 +1,5 @@
-//! Borders between media of one index, which light passes unchanged but for a tint: they take no
-//! segment of a path.
+//! Index-matched boundaries, which light passes unchanged but for a tint: they take no segment of a
+//! path.
 
 use raywright_bvh::{Real, Vector};
 
@@ -9,7 +9,7 @@ use crate::interaction::Interaction;
 use crate::prepare::{Index, Material};
 
 impl<R: Real> PathTracer<'_, R> {
-    /// The tint of a surface that is such a border and nothing else.
+    /// The tint of a surface that is an index-matched boundary and nothing else.
     #[inline(always)]
     pub(super) fn matched(&self, path: &mut PathState<R>, at: &Interaction<R>) -> Option<R::Vec3> {
         let may_match = self.bounds_glass(at.material)
@@ -63,7 +63,7 @@ impl<R: Real> PathTracer<'_, R> {
         }
     }
 
-    /// Takes a path on through such a border. Whether it goes on.
+    /// Continues a path through an index-matched boundary. Returns whether the path goes on.
     pub(super) fn pass_matched(
         &mut self,
         path: &mut PathState<R>,

@@ -1,4 +1,4 @@
-//! Bodies that absorb light: which ones a path is in, and what passes.
+//! Media of a path: the stack of bodies around it, and their absorption.
 
 use raywright_bvh::{Interval, Real, Vector};
 
@@ -6,14 +6,14 @@ use super::super::PathSegment;
 use super::{PathState, PathTracer};
 use crate::interaction::Interaction;
 
-/// Bodies that a path can be in at once; a deeper one is not noticed.
+/// Most media around a path; deeper ones are ignored.
 const DEEPEST: usize = 7;
 
-/// Surfaces that are looked through for the bodies that a camera is in.
+/// Most surfaces tested for the media around the camera.
 const MOST_CROSSINGS: u32 = 64;
 
-/// Materials of the bodies that a path has entered and not left, the last one last. Bodies are told
-/// by their materials.
+/// Materials of the media that a path has entered and not left, the last one last. Media are
+/// identified by their materials.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Media {
     inside: [u32; DEEPEST],
@@ -21,7 +21,7 @@ pub(super) struct Media {
 }
 
 impl Media {
-    /// What it is beyond a boundary that is met from outside or from within.
+    /// The media beyond a boundary that is hit from outside or from inside.
     pub fn beyond(mut self, material: u32, outside: bool) -> Self {
         let count = self.count as usize;
         if outside {
@@ -33,7 +33,7 @@ impl Media {
         self
     }
 
-    /// Adds a body before those from a place on, which are within it.
+    /// Inserts a medium before the ones from an index on, which lie inside it.
     fn insert(&mut self, place: usize, material: u32) {
         if (self.count as usize) < DEEPEST {
             self.inside
@@ -43,7 +43,7 @@ impl Media {
         }
     }
 
-    /// Whether a path is in a body of a material.
+    /// Whether a path is in the medium of a material.
     pub fn has(&self, material: u32) -> bool {
         self.last_of(material).is_some()
     }
@@ -54,7 +54,8 @@ impl Media {
             .rposition(|&m| m == material)
     }
 
-    /// The body of the greatest priority, of equal ones the last; without priorities all are equal.
+    /// The medium of the greatest priority, the last among equals; without priorities all are
+    /// equal.
     fn first_by(&self, priorities: &[u32]) -> Option<u32> {
         let inside = self.inside[..self.count as usize].iter().copied();
         if priorities.is_empty() {
@@ -66,8 +67,8 @@ impl Media {
 }
 
 impl<R: Real> PathTracer<'_, R> {
-    /// The bodies that the camera is in: those that a ray leaves more often than it enters them,
-    /// the innermost one first.
+    /// The media around the camera: those that a ray leaves more often than it enters them, the
+    /// innermost first.
     pub(super) fn media_of_camera(&self) -> Media {
         let (scene, mut entered, mut around) = (self.scene, Media::default(), Media::default());
         let mut leg = PathSegment::of(scene.camera.ray(R::ZERO, R::ZERO, [0.5; 2]));
@@ -97,7 +98,7 @@ impl<R: Real> PathTracer<'_, R> {
         around
     }
 
-    /// The bodies that a path is in beyond a surface: the same beyond a thin wall.
+    /// The media of a path beyond a surface; a thin wall does not change them.
     #[inline]
     pub(super) fn beyond(&self, media: &Media, at: &Interaction<R>) -> Media {
         let bounds = self.scene.materials[at.material as usize].bounds_body();
@@ -108,17 +109,17 @@ impl<R: Real> PathTracer<'_, R> {
         }
     }
 
-    /// The body that light is in where several may be around it.
+    /// The effective medium among those around.
     #[inline]
     pub(super) fn around(&self, media: &Media) -> Option<u32> {
         media.first_by(&self.scene.priorities)
     }
 
-    /// Takes from a path what is absorbed on its way to what it met.
+    /// Attenuates a path by the absorption on its way to a hit.
     #[inline(always)]
     pub(super) fn pass_media(&self, path: &mut PathState<R>, at: &Interaction<R>) {
         if self.scene.absorbs {
-            // Also where a path got in by a way that it was not seen to take.
+            // Includes a body that the path entered without a recorded hit.
             let around = self
                 .around(&path.media)
                 .or((!at.outside).then_some(at.material));
@@ -126,12 +127,12 @@ impl<R: Real> PathTracer<'_, R> {
         }
     }
 
-    /// Share of light that passes the way of a shadow ray, which meets nothing on it.
+    /// Transmittance of the media along an unoccluded shadow ray.
     pub(super) fn passes_media(&self, media: &Media, distance: R) -> R::Vec3 {
         self.passes_body(self.around(media).filter(|_| self.scene.absorbs), distance)
     }
 
-    /// What passes of light on its way through a body; all where it is in none.
+    /// Transmittance through a medium; one outside of any.
     fn passes_body(&self, body: Option<u32>, distance: R) -> R::Vec3 {
         let absorption =
             body.and_then(|material| self.scene.materials[material as usize].absorption());
@@ -141,10 +142,10 @@ impl<R: Real> PathTracer<'_, R> {
     }
 }
 
-/// What passes of light on its way through what absorbs so much a metre (Beer and Lambert).
+/// Transmittance for an absorption coefficient per metre (Beer and Lambert).
 fn absorbed<R: Real>(absorption: R::Vec3, distance: R) -> R::Vec3 {
-    // Nothing is lost on no way, also where infinitely much would be, nor of what is not absorbed,
-    // also on a way without end.
+    // A zero distance absorbs nothing even for infinite absorption, and zero absorption nothing
+    // even over an infinite distance.
     let share = |a: R| {
         if distance > R::ZERO && a > R::ZERO {
             Real::exp(-(a * distance))
@@ -164,7 +165,7 @@ mod tests {
     use super::*;
     use glam::{DVec3, Vec3};
 
-    /// Protects: transmittance lies in [0, 1] from nothing to everything, and is exact to a few
+    /// Protects: transmittance lies in [0, 1] from no to full absorption, and is exact to a few
     /// units of rounding.
     #[test]
     fn s21_transmittance() {
@@ -195,7 +196,8 @@ mod tests {
         }
     }
 
-    /// Protects: bodies are left in any order, and one that was never entered changes nothing.
+    /// Protects: media are left in any order, and leaving one that was never entered changes
+    /// nothing.
     #[test]
     fn bodies_in_bodies() {
         let media = Media::default()

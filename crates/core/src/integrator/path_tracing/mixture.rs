@@ -1,5 +1,5 @@
-//! Surfaces that send each ray one of three ways by chance, as a family of shaders has them
-//! ([`crate::scene::Mixture`]).
+//! Mixture surfaces, which reflect, refract or diffuse each ray by chance, as a family of shaders
+//! does ([`crate::scene::Mixture`]).
 
 use core::f64::consts::PI;
 
@@ -15,13 +15,13 @@ use crate::material::{Bsdf, BsdfSample, Frame, Interface, Lambert, cosine_sample
 use crate::prepare::Material;
 use crate::scene::Mixture;
 
-/// Least chance by which the published shader divides.
+/// Least probability by which the published shader divides.
 const LEAST_CHANCE: f64 = 0.001;
 
-/// A surface of a mixture as a ray meets it.
+/// A mixture surface at a hit.
 pub(super) struct MixtureSurface<R: Real> {
     albedo: R::Vec3,
-    /// Chances of being mirrored and of going through; the rest is diffused.
+    /// Probabilities of reflection and of refraction; the rest is diffuse.
     mirrored: f64,
     through: f64,
     interface: Interface,
@@ -37,7 +37,7 @@ impl<R: Real> MixtureSurface<R> {
         let s = m.specular_chance;
         let (mut mirrored, mut through) = (s, m.refraction_chance);
         if s > 0.0 && m.ior.is_some() {
-            // Schlick at the angle on the thin side.
+            // Schlick's formula at the angle on the thin side.
             let fresnel = match interface.refracted {
                 None => 1.0,
                 Some(refracted) => {
@@ -67,12 +67,13 @@ impl<R: Real> MixtureSurface<R> {
         }
     }
 
-    /// Chance of being diffused.
+    /// Probability of diffuse reflection.
     fn diffused(&self) -> f64 {
         1.0 - self.mirrored - self.through
     }
 
-    /// To which lights it answers: what its own roulette weighs is met by chance alone.
+    /// The sides on which the surface receives sampled light: none with the published shader's own
+    /// roulette, which finds lights by scattering alone.
     pub fn sides(&self, m: &Mixture) -> LitSides {
         if !m.published_roulette && self.diffused() > 0.0 {
             LitSides::One
@@ -83,7 +84,7 @@ impl<R: Real> MixtureSurface<R> {
 }
 
 impl<R: Real> PathTracer<'_, R> {
-    /// What such a surface answers at a vertex, and how the path goes on.
+    /// Response of a mixture surface at a vertex, and how the path goes on.
     #[inline(never)]
     pub(super) fn answer_mixture(
         &self,
@@ -106,7 +107,7 @@ impl<R: Real> PathTracer<'_, R> {
         };
         let [way, u, v, luck] = here.numbers();
         let way = way.to_f64();
-        // The normal and an even point of the unit sphere together are drawn by the cosine.
+        // The normal plus a uniform point of the unit sphere has a cosine-weighted direction.
         let h = Frame::<R>::about(normal).to_world(cosine_sample::<R>([u, v]));
         let blend = |smooth: glam::DVec3, about: R::Vec3, roughness: f64| {
             let share = roughness * roughness;
@@ -145,7 +146,7 @@ impl<R: Real> PathTracer<'_, R> {
             weight *= R::from_f64(1.0 / chance.max(LEAST_CHANCE));
             let largest =
                 (vector::<R>(&here.vertices.throughput, here.lane) * weight).max_element();
-            // What is no number goes on as it is, and ends so that its sample is dropped.
+            // NaN and infinity go on unchanged, so that the sample is dropped at the end.
             if largest.is_finite() {
                 some = luck < largest;
                 weight *= one / largest;

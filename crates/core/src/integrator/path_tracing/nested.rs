@@ -1,11 +1,11 @@
-//! Bodies that overlap: which of them a point is in, and what a boundary between two of them bends
-//! ("Simple Nested Dielectrics in Ray Traced Images", Schmidt, Budge 2002). A point is in the body
-//! of the greatest priority that it was entered, of equal ones in the last; a boundary on whose two
-//! sides that is the same body is none. So liquid may reach into its glass, where exact contact
-//! would leave gaps or a film of air.
+//! Nested dielectrics: the effective medium of overlapping bodies, and the relative index of
+//! boundaries between them ("Simple Nested Dielectrics in Ray Traced Images", Schmidt, Budge 2002).
+//! The effective medium is the entered body of the greatest priority, the last among equals; a
+//! boundary with the same medium on both sides is ignored. So liquid may reach into its glass,
+//! where exact contact would leave gaps or a film of air.
 //!
-//! Asked only where the table of priorities is not empty; out of line, so that other scenes have
-//! one question more.
+//! Used only if the table of priorities is not empty; not inlined, so that other scenes only pay
+//! for a check.
 
 use raywright_bvh::Real;
 
@@ -17,13 +17,13 @@ use crate::prepare::{Boundary, Material};
 use crate::texture::ShadingContext;
 
 impl<R: Real> PathTracer<'_, R> {
-    /// Whether bodies are told apart by priority.
+    /// Whether media have priorities.
     #[inline(always)]
     pub(super) fn nests(&self) -> bool {
         !self.scene.priorities.is_empty()
     }
 
-    /// Whether a material bounds a body that light enters by bending.
+    /// Whether a material bounds a refractive body.
     pub(super) fn bounds_glass(&self, material: u32) -> bool {
         match &self.scene.materials[material as usize] {
             Material::Classic(m) => m.transmission.is_some() && m.mixture.is_none(),
@@ -32,8 +32,8 @@ impl<R: Real> PathTracer<'_, R> {
         }
     }
 
-    /// The bodies on the near and on the far side of a boundary. One that is left was entered, also
-    /// where that was not seen.
+    /// The media on the near and on the far side of a boundary. A body that is left counts as
+    /// entered, even without a recorded hit.
     fn sides(&self, media: &Media, at: &Interaction<R>) -> [Media; 2] {
         let known = at.outside || media.has(at.material);
         let near = if known {
@@ -44,8 +44,7 @@ impl<R: Real> PathTracer<'_, R> {
         [near, near.beyond(at.material, at.outside)]
     }
 
-    /// The bodies beyond a boundary that is none, because a body of a greater priority is on both
-    /// sides of it.
+    /// The media beyond a boundary that is hidden by a body of greater priority on both sides.
     #[inline(never)]
     pub(super) fn hidden(&self, media: &Media, at: &Interaction<R>) -> Option<Media> {
         if !self.bounds_glass(at.material) {
@@ -55,7 +54,7 @@ impl<R: Real> PathTracer<'_, R> {
         (self.around(&near) == self.around(&far)).then_some(far)
     }
 
-    /// Index of refraction of a body, for the path's wavelength where it bends them apart.
+    /// Index of refraction of a medium, at the path's wavelength if the medium is dispersive.
     fn index_of(
         &self,
         path: &mut PathState<R>,
@@ -89,8 +88,8 @@ impl<R: Real> PathTracer<'_, R> {
         }
     }
 
-    /// Index of a surface's inside over that of its outside, where either may be a body: of glass
-    /// by what light is in on both sides, of all else over the body that it is in.
+    /// Index of a surface's inside over its outside, where either may be a medium: for glass by the
+    /// effective media of both sides, for other surfaces over the medium around.
     #[inline(never)]
     pub(super) fn relative_index(
         &self,
@@ -102,7 +101,7 @@ impl<R: Real> PathTracer<'_, R> {
             let around = self.around(&path.media);
             let [own, around] =
                 [Some(at.material), around].map(|body| self.index_of(path, body, here));
-            // In what reflects all and has no index, as in air.
+            // In a medium without an index, as in air.
             return if around > 0.0 { own / around } else { own };
         }
         let [near, far] = self.sides(&path.media, at).map(|media| self.around(&media));
@@ -110,7 +109,7 @@ impl<R: Real> PathTracer<'_, R> {
         if at.outside { far / near } else { near / far }
     }
 
-    /// A plain physical surface where it is: in what light is in.
+    /// Adapts a plain physical surface to the medium around it.
     #[inline(never)]
     pub(super) fn immersed(
         &self,

@@ -1,6 +1,5 @@
-//! What surfaces answer to the lights that are asked, and the directions that they draw: one source
-//! for one vertex of any surface and for several on common ones. Here numbers go from columns into
-//! lanes and back.
+//! Evaluation and sampling of BSDFs for light samples: one source for a single vertex of any
+//! surface and for several on common ones. Numbers are moved from columns into lanes and back here.
 
 use core::array::from_fn;
 
@@ -12,18 +11,18 @@ use crate::light::{Column, LANES, LightLanes, TargetKind, Vec3Column, put, vecto
 use crate::material::{Bsdf, BsdfSample, Frame, Lambert, LobeFamily, MetallicRoughness, NormalMap};
 use crate::number::{Lanes, Mask, Number, Vector3};
 
-/// What surfaces answer to a light.
+/// Response of surfaces to a light.
 #[derive(Clone, Copy)]
 pub(super) struct LightResponse<N: Number> {
-    /// What they send back of it, and the diffuse part of that where a light makes no highlights.
+    /// BSDF value, and its diffuse part for lights without highlights.
     pub value: N::Vec3,
     pub diffuse: N::Vec3,
-    /// How densely they would have drawn the direction to it.
+    /// Density with which the BSDF samples the light's direction.
     pub density: N,
 }
 
-/// What surfaces send back of a light in a direction to where they are seen from. `dull`: whether
-/// it makes no highlights, of several some.
+/// Evaluates surfaces for a light's direction and a view. `dull`: whether the light, of several
+/// any, makes no highlights.
 #[inline(always)]
 pub(super) fn respond<N: Number, L: LobeFamily<N>, const MOST: usize>(
     bsdf: &Bsdf<N, L, MOST>,
@@ -43,27 +42,27 @@ pub(super) fn respond<N: Number, L: LobeFamily<N>, const MOST: usize>(
     }
 }
 
-/// How surfaces answer, in columns.
+/// Responses and samples of surfaces, in columns.
 #[derive(Clone, Copy)]
 pub(super) struct Answers<R: Real> {
     pub value: Vec3Column<R>,
     pub diffuse: Vec3Column<R>,
-    /// How densely the directions to lights would have been drawn.
+    /// Densities with which the BSDFs sample the lights' directions.
     pub light_density: Column<R>,
-    /// Whether a direction was drawn that light may take, what light from there counts, and how
-    /// densely it is drawn: infinitely so by mirrors and clear glass.
+    /// Validity of the sampled direction, its weight, and its density: infinite for mirrors and
+    /// clear glass.
     pub some: Column<bool>,
     pub direction: Vec3Column<R>,
     pub weight: Vec3Column<R>,
     pub density: Column<R>,
 }
 
-/// Finds what common surfaces answer. `MATTE`: that reflect nothing, of which one lobe is left with
-/// the same numbers.
+/// Task: responses of common surfaces. `MATTE`: surfaces without specular reflection, with a single
+/// lobe of the same numbers.
 pub(super) struct Respond<'a, R: Real, const MATTE: bool> {
     pub vertices: &'a VertexLanes<R>,
     pub lights: &'a LightLanes<R>,
-    /// Whether facets give back what they send to each other.
+    /// Whether multiple scattering among microfacets is included.
     pub compensated: bool,
 }
 
@@ -78,7 +77,7 @@ impl<R: Real, const MATTE: bool> Loops for Respond<'_, R, MATTE> {
             (0..v.len).for_each(|lane| answers.add::<R, MATTE>(lane, v, lights, self.compensated));
         }
         for lane in 0..LANES {
-            // A shading normal must not take a reflection below the surface.
+            // A shading normal must not turn a reflection below the surface.
             let (geometric, direction) = (
                 vector::<R>(&v.geometric, lane),
                 vector::<R>(&answers.direction, lane),
@@ -101,14 +100,14 @@ impl<R: Real> Answers<R> {
         density: [R::ZERO; LANES],
     };
 
-    /// Says what one vertex sends back of its light.
+    /// Sets the response of one vertex.
     pub fn put_response(&mut self, lane: usize, response: &LightResponse<R>) {
         put::<R>(&mut self.value, lane, response.value);
         put::<R>(&mut self.diffuse, lane, response.diffuse);
         self.light_density[lane] = response.density;
     }
 
-    /// Says which way the path of one vertex would go on.
+    /// Sets the sample of one vertex.
     pub fn put_sample(&mut self, lane: usize, drawn: &BsdfSample<R>) {
         self.some[lane] = drawn.some;
         put::<R>(&mut self.direction, lane, drawn.direction);
@@ -120,7 +119,7 @@ impl<R: Real> Answers<R> {
         };
     }
 
-    /// Adds those of as many vertices as a number has lanes.
+    /// Adds the responses and samples of as many vertices as a number has lanes.
     #[inline(always)]
     fn add<N: Number, const MATTE: bool>(
         &mut self,
@@ -177,7 +176,7 @@ impl<R: Real> Answers<R> {
     }
 }
 
-/// One of several vertices, and what is known of it.
+/// One of several vertices, with its data.
 pub(super) struct LaneVertex<'a, R: Real> {
     pub bounce: &'a Bounce<'a, R>,
     pub vertices: &'a VertexLanes<R>,
@@ -186,13 +185,12 @@ pub(super) struct LaneVertex<'a, R: Real> {
 }
 
 impl<R: Real> LaneVertex<'_, R> {
-    /// Unit direction to where it is seen from.
+    /// Unit direction to the viewer.
     pub fn view(&self) -> R::Vec3 {
         -vector::<R>(&self.vertices.direction, self.lane)
     }
 
-    /// Unit direction to the light that it asks, where there is one, and whether that makes no
-    /// highlights.
+    /// Unit direction to the sampled light, if any, and whether the light makes no highlights.
     pub fn light(&self) -> Option<(R::Vec3, bool)> {
         let is_seen = self.lights.aim[self.lane] != TargetKind::Nothing;
         is_seen.then(|| {
@@ -203,18 +201,18 @@ impl<R: Real> LaneVertex<'_, R> {
         })
     }
 
-    /// Numbers in [0, 1) for the lobe, the direction, and whether the path goes on.
+    /// Numbers in [0, 1) for the lobe, the direction, and Russian roulette.
     pub fn numbers(&self) -> [R; 4] {
         self.vertices.numbers.map(|column| column[self.lane])
     }
 
-    /// What the path met there.
+    /// The interaction at the vertex.
     pub fn met(&self) -> &Interaction<R> {
         self.bounce.of(self.vertices.place[self.lane]).1
     }
 }
 
-/// Numbers of a column from a lane on.
+/// Loads a number's lanes from a column.
 #[inline(always)]
 fn load<N: Number, R: Real>(column: &Column<R>, from: usize) -> N {
     N::of_lanes(|lane| Real::to_f64(column[from + lane]))
@@ -266,7 +264,7 @@ impl<N: Number> Loops for PerturbNormals<'_, N> {
     }
 }
 
-/// A mask of what is said of each lane.
+/// A mask from a function of the lane.
 #[inline(always)]
 fn mask<N: Number>(yes: impl Fn(usize) -> bool) -> N::Mask {
     let mut mask = N::Mask::default();
@@ -276,7 +274,7 @@ fn mask<N: Number>(yes: impl Fn(usize) -> bool) -> N::Mask {
     mask
 }
 
-/// Normals that images bend, of at most so many vertices as there are lanes.
+/// Perturbed normals of at most as many vertices as there are lanes.
 #[inline(always)]
 pub(super) fn perturbed_normals<'a, R: Real>(
     these: impl Fn(usize) -> &'a NormalMap<R>,

@@ -1,30 +1,29 @@
-//! Russian roulette: chance ends paths that carry little, and those that go on count for them.
+//! Russian roulette: paths of low throughput end by chance, and survivors are weighted for them.
 
 use raywright_bvh::{Real, Vector};
 
 use super::PathState;
 use crate::settings::Roulette;
 
-/// From so many segments on a path ends by chance however bright it is, so that one in a white
-/// room, of which nothing is ever lost, has an end too: twenty more on average. Paths that are
-/// limited end before.
+/// Number of segments from which on a path may end at any brightness, so that paths in a white room
+/// without absorption end too: after twenty more on average. The depth limit ends paths earlier.
 const ENDS_FROM: u32 = 64;
 
-/// Chance to go on from there.
+/// Probability of survival from there on.
 const GOES_ON: f64 = 0.95;
 
 impl<R: Real> PathState<R> {
-    /// The greatest chance to go on at the vertex in the making; infinite where chance has no say.
+    /// Greatest probability of survival at the next vertex; infinite without roulette.
     #[inline(always)]
     pub fn most_survival(&self, roulette: Roulette) -> R {
         most_survival(self.traced, roulette)
     }
 }
 
-/// The same of a path of so many segments.
+/// [`PathState::most_survival`] for a number of segments.
 #[inline(always)]
 fn most_survival<R: Real>(traced: u32, roulette: Roulette) -> R {
-    // Before the fourth segment, chance costs more noise than it saves time in most scenes.
+    // Before the fourth segment, roulette costs more by noise than it saves in time in most scenes.
     let first = match roulette {
         Roulette::Early => 1,
         Roulette::Late => 4,
@@ -39,11 +38,11 @@ fn most_survival<R: Real>(traced: u32, roulette: Roulette) -> R {
     }
 }
 
-/// What a path counts that goes on by a chance of at most so much, and whether it does; chance has
-/// no say where that is infinite. Without a branch, for several side by side.
+/// Throughput after roulette with a survival probability of at most `most`, and whether the path
+/// survives; no roulette if `most` is infinite. Without a branch, for several paths side by side.
 #[inline(always)]
 pub(super) fn survive<R: Real>(throughput: R::Vec3, most: R, u_roulette: R) -> (R::Vec3, bool) {
-    // Also ends what is no number.
+    // Ends NaN too.
     let survival = throughput.max_element().min(most);
     let may_end = most < R::INFINITY;
     let divided = throughput * (R::ONE / survival);
@@ -56,14 +55,14 @@ pub(super) fn survive<R: Real>(throughput: R::Vec3, most: R, u_roulette: R) -> (
     )
 }
 
-/// Whether something is left of what light brings, a number or not.
+/// Whether a throughput is non-zero; true for NaN.
 #[inline(always)]
 pub(super) fn is_some<R: Real>(v: R::Vec3) -> bool {
     (v.x() != R::ZERO) | (v.y() != R::ZERO) | (v.z() != R::ZERO)
 }
 
-/// Whether it is a number. A path that carries none makes its sample none, which is then dropped
-/// and counted.
+/// Whether all components are finite. A path with a component that is not makes its sample invalid,
+/// which is then dropped and counted.
 #[inline(always)]
 pub(super) fn is_number<R: Real>(v: R::Vec3) -> bool {
     let (x, y, z) = (Real::abs(v.x()), Real::abs(v.y()), Real::abs(v.z()));
@@ -75,8 +74,8 @@ mod tests {
     use super::*;
     use glam::DVec3;
 
-    /// Protects: of what chance ends, the rest counts for it: the mean over all numbers is what
-    /// came, whatever the colour; what carries nothing, or is no number, ends without it too.
+    /// Protects: survivors count for ended paths: the mean over all numbers is the original
+    /// throughput, for any colour; zero and non-finite throughputs end without roulette too.
     #[test]
     fn m07_survivors_count_for_what_ends() {
         const COUNT: u32 = 10_000;
@@ -123,9 +122,8 @@ mod tests {
         }
     }
 
-    /// Paths that carry from a thousandth to 1e-30 of what came, or nearly all of it: the chance is
-    /// above zero and at most one, and what goes on counts for what ends, as exactly as numbers
-    /// are.
+    /// Tests throughputs from a thousandth to 1e-30, or nearly one: the survival probability is
+    /// above zero and at most one, and survivors count for ended paths to within rounding.
     fn is_unbiased<R: Real>() {
         for (share, most) in [1e-3, 1e-10, 1e-20, 1e-30, 0.999_999, 1.0, 7.0]
             .into_iter()
@@ -152,9 +150,8 @@ mod tests {
         }
     }
 
-    /// Protects: whatever little or much a path carries, what chance takes of it is made good by
-    /// what it leaves, in both precisions; and however bright it stays, from the 64th segment on it
-    /// may end, by every rule.
+    /// Protects: roulette is unbiased for very low and very high throughput, in both precisions;
+    /// and at any brightness, a path may end from the 64th segment on, by every rule.
     #[test]
     fn m07_next_to_nothing_and_all() {
         is_unbiased::<f32>();

@@ -1,4 +1,4 @@
-//! How a path leaves a vertex: the ray in the direction that was drawn.
+//! Scattered rays: how a path leaves a vertex in the sampled direction.
 
 use raywright_bvh::{Ray, Real, Vector};
 
@@ -10,20 +10,20 @@ use crate::interaction::Interaction;
 use crate::light::vector;
 use crate::prepare::Spawn;
 
-/// How a surface sends a path on, beside where.
+/// Properties of a scattered ray besides its direction.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Onward<R: Real> {
-    /// What storing took from the direction.
+    /// Rounding error of the stored direction.
     pub rest: R::Vec3,
-    /// Whether a mirror or clear glass sends it, and whether it goes through the surface.
+    /// Whether a delta lobe scattered the ray, and whether the ray goes through the surface.
     pub smooth: bool,
     pub through: bool,
-    /// Whether it does so as shadow rays do.
+    /// Whether the ray goes straight through, as shadow rays do.
     pub straight: bool,
 }
 
 impl<R: Real> Onward<R> {
-    /// As what is rough and opaque does.
+    /// A ray from a rough opaque surface.
     pub const REFLECTED: Self = Self {
         rest: <R::Vec3 as Vector<R>>::ZERO,
         smooth: false,
@@ -33,7 +33,7 @@ impl<R: Real> Onward<R> {
 }
 
 impl<R: Real> PathTracer<'_, R> {
-    /// Sends a path on in the direction that was drawn.
+    /// Continues a path in the sampled direction.
     #[inline(always)]
     pub(super) fn send_on(
         &mut self,
@@ -53,7 +53,7 @@ impl<R: Real> PathTracer<'_, R> {
         );
         let normal = vector::<R>(&vertices.normal, lane);
         if !matches!(self.scene.rules.spawn, Spawn::ErrorBound) {
-            // Starts of rays count from the normal that the object has.
+            // Ray origins are offset along the object's normal.
             let side = if onward.through == (normal == at.normal) {
                 -R::ONE
             } else {
@@ -73,8 +73,8 @@ impl<R: Real> PathTracer<'_, R> {
         self.leave(path, at, leaves, (&ray, lit), onward);
     }
 
-    /// Sends a path on along a ray, with what it then counts and the density of its direction.
-    /// `lit`: normal of the side that lights were asked for; zero for both.
+    /// Continues a path along a ray, with its throughput and the density of its direction. `lit`:
+    /// normal of the side on which lights were sampled; zero for both.
     #[inline(always)]
     pub(super) fn leave(
         &mut self,
@@ -92,7 +92,7 @@ impl<R: Real> PathTracer<'_, R> {
         path.leg.go_on(ray, onward.rest);
         path.throughput = throughput;
         path.address.bounce += 1;
-        // What goes straight on through a wall is still found by lights that were asked before it.
+        // Light samples from before a thin wall still cover paths that pass straight through it.
         if !onward.straight {
             path.spread = path.spread.min(path.previous.density);
             path.previous = PreviousVertex {

@@ -1,6 +1,5 @@
-//! What becomes of several vertices: what they send back of the lights that they ask, and the rays
-//! that leave them, step by step, each step of all of them. Each has the bits that it would have
-//! alone.
+//! Shading of several vertices: reflected light and scattered rays, step by step, each step for all
+//! vertices. Each vertex has the bits that it would have alone.
 
 use raywright_bvh::{Loops, Real, Vector, widest};
 
@@ -10,8 +9,8 @@ use super::roulette::{is_number, is_some, survive};
 use super::vertices::{LitSides, MisStrategy, VertexLanes};
 use crate::light::{Column, LANES, LightLanes, TargetKind, Vec3Column, put, vector};
 
-/// What becomes of vertices. Each step is a function of its own, in which a compiler sees that what
-/// is written lies apart from what is read.
+/// Results of shading vertices. Each step is a function of its own, so that the compiler knows that
+/// outputs do not alias inputs.
 #[derive(Clone, Copy)]
 pub(super) struct ShadedLanes<R: Real> {
     pub lit: LitLanes<R>,
@@ -20,8 +19,8 @@ pub(super) struct ShadedLanes<R: Real> {
 }
 
 impl<R: Real> ShadedLanes<R> {
-    /// Of vertices that answer this to the lights that they ask. `reach`: as far as a shadow of a
-    /// light without size that is infinitely far reaches.
+    /// Shades vertices with these responses to their lights. `reach`: greatest shadow distance of
+    /// infinitely distant delta lights.
     #[inline]
     pub fn of(
         vertices: &VertexLanes<R>,
@@ -45,10 +44,10 @@ impl<R: Real> ShadedLanes<R> {
     }
 }
 
-/// What vertices send back of lights.
+/// Reflected light of vertices.
 #[derive(Clone, Copy)]
 pub(super) struct LitLanes<R: Real> {
-    /// Whether anything is sent back where nothing is in between, and whether the light shines
+    /// Whether unoccluded light would be reflected or transmitted, and whether the light shines
     /// through the surface.
     pub is_lit: Column<bool>,
     pub is_through: Column<bool>,
@@ -88,8 +87,8 @@ impl<R: Real> Loops for LightTask<'_, R> {
         for lane in 0..LANES {
             let (towards, zero) = (vector::<R>(&lights.direction, lane), R::ZERO);
             let facing = vector::<R>(&v.normal, lane).dot(towards);
-            // Above the shading normal's horizon and the surface's own, or below both of what lets
-            // light through. Only what is given back answers to lights that make no highlights.
+            // The light must lie above both the shading and the geometric horizon, or below both
+            // for transmissive surfaces. Lights without highlights are reflected alone.
             let below = vector::<R>(&v.geometric, lane).dot(towards) < zero;
             let above = (facing > zero) & !below;
             let through = (v.sides[lane] == LitSides::Both) & (facing < zero) & below & !dull[lane];
@@ -113,12 +112,12 @@ impl<R: Real> Loops for LightTask<'_, R> {
     }
 }
 
-/// Rays to what lights aim at where that is a surface or infinitely far.
+/// Shadow rays to surfaces and to infinity.
 #[derive(Clone, Copy)]
 pub(super) struct ShadowRays<R: Real> {
     pub start: Vec3Column<R>,
     pub towards: Vec3Column<R>,
-    /// Not above zero where nothing is in between.
+    /// Zero or negative if nothing can lie in between.
     pub length: Column<R>,
 }
 
@@ -178,11 +177,11 @@ impl<R: Real> Loops for ShadowTask<'_, R> {
     }
 }
 
-/// How paths go on in the directions that were drawn.
+/// Scattered rays of paths.
 #[derive(Clone, Copy)]
 pub(super) struct NextRays<R: Real> {
     pub goes_on: Column<bool>,
-    /// Whether it ends because what it carries is no number.
+    /// Whether the path ends because its throughput is not finite.
     pub overflows: Column<bool>,
     pub origin: Vec3Column<R>,
     pub throughput: Vec3Column<R>,

@@ -1,8 +1,8 @@
-//! What arrives of a light over surfaces that let it straight through: thin walls, boundaries that
-//! a body of greater priority hides, and what is absent in part. They are met in the order of the
-//! way, because what a metre of it absorbs depends on what was passed before.
+//! Light that arrives straight through surfaces: thin walls, boundaries hidden by a body of greater
+//! priority, and partly transparent surfaces. Surfaces are visited in order along the ray, because
+//! absorption depends on the media entered before.
 //!
-//! Asked only in scenes that have such walls or priorities.
+//! Used only in scenes with thin walls or priorities.
 
 use raywright_bvh::{Hit, Interval, Real, Vector};
 
@@ -15,10 +15,9 @@ use crate::prepare::Material;
 use crate::scene::AlphaMode;
 
 impl<R: Real> PathTracer<'_, R> {
-    /// Share of a light that arrives where it is asked from, on a way that begins in these bodies,
-    /// in each channel: what the way absorbs is taken too. Each thin wall takes a segment, as it
-    /// does from paths. Of an emitter that varies, what is given off where the way meets it: there
-    /// it is read, as paths read it.
+    /// Transmittance of a light, in each channel, along a shadow ray that begins in `media`;
+    /// absorption is included. Each thin wall takes a segment, as for paths. For an emitter of
+    /// varying emission the result is its emission at the ray's hit, evaluated as for paths.
     #[inline(never)]
     pub(super) fn arrives_straight(
         &mut self,
@@ -28,14 +27,14 @@ impl<R: Real> PathTracer<'_, R> {
         at: &Interaction<R>,
     ) -> R::Vec3 {
         let varied = emitter.filter(|&emitter| self.scene.lights.emitters.varies(emitter));
-        // From a place of its own plane a flat lamp may be met far from where it was drawn, and
-        // from there again and again.
+        // Seen from its own plane, a flat lamp may be hit far from its sampled point, and then
+        // again and again.
         let flat = emitter.is_some_and(|emitter| self.scene.lights.emitters.is_flat(emitter));
         let sizeless = light.density == Density::Delta;
         let (mut from, mut share, mut segments) =
             (*at, R::Vec3::ONE, path.traced - path.matched + 1);
         for _ in 0..=MOST_PASSAGES {
-            // Where the light is where the ray would start, nothing is in between.
+            // If the light lies at the ray's origin, nothing blocks it.
             let Some((ray, range)) = self.scene.towards(light, &from) else {
                 return if varied.is_some() {
                     Vector::ZERO
@@ -69,13 +68,14 @@ impl<R: Real> PathTracer<'_, R> {
                 && self.scene.lights.emitters.of(met.object, hit.primitive) == emitter;
             let is_there = is_own && (flat || is_at(&met, &light.target));
             let (passes, counts) = if varied.is_some() && (hit.t >= before || is_there) {
-                // What lies before it was passed: it is met, or nothing of it.
+                // All surfaces before the light were passed: this hit is the light, or the light is
+                // hidden.
                 let own = is_own && self.scene.shines(&met);
                 let (material, here) = (
                     &self.scene.materials[met.material as usize],
                     self.scene.sources.at(&met),
                 );
-                // What a surface gives off, in its share that is there.
+                // Emission, times alpha.
                 return if own {
                     share * (material.emission_at(&here) * material.alpha_at(&here))
                 } else {
@@ -102,8 +102,7 @@ impl<R: Real> PathTracer<'_, R> {
         Vector::ZERO
     }
 
-    /// Share that a surface lets straight through, and whether a path that passes there has one
-    /// more segment.
+    /// Straight transmittance of a surface, and whether passing it takes a segment.
     fn through_wall(
         &self,
         path: &PathState<R>,
@@ -119,8 +118,8 @@ impl<R: Real> PathTracer<'_, R> {
             return (Vector::ZERO, false);
         };
         if m.alpha != AlphaMode::Opaque {
-            // What covers a part lets nothing through: paths do not find light straight through it
-            // either.
+            // The present share of a partly transparent surface blocks all light: paths do not find
+            // light straight through it either.
             return (
                 Vector::splat(R::ONE - m.alpha_at(&self.scene.sources.at(at))),
                 false,
@@ -142,7 +141,7 @@ impl<R: Real> PathTracer<'_, R> {
     }
 }
 
-/// Whether a surface is where a lamp's point was drawn, as far as rounding tells.
+/// Whether a hit coincides with a lamp's sampled point, within rounding.
 fn is_at<R: Real>(met: &Interaction<R>, target: &Target<R>) -> bool {
     let Target::Surface(target) = target else {
         return false;

@@ -1,5 +1,4 @@
-//! Vertices in columns: what is a number of one vertex stands beside that of the next, as lanes
-//! take them.
+//! Vertices in columns (structure of arrays), as lanes read them.
 
 use raywright_bvh::{Hit, Real};
 
@@ -9,18 +8,18 @@ use crate::light::{Column, LANES, SurfaceLanes, Vec3Column, put};
 use crate::material::MetallicRoughness;
 use crate::settings::Roulette;
 
-/// A segment of many paths.
+/// One segment of many paths.
 pub(super) struct Bounce<'a, R: Real> {
     pub paths: &'a mut [PathState<R>],
-    /// Those that met something, by their places.
+    /// Indices of the paths with a hit.
     pub going: &'a [u32],
-    /// What they met, in their order, and as which hits.
+    /// Their interactions, in the same order, and the hits.
     pub met: &'a mut [Interaction<R>],
     pub hits: &'a [Option<Hit<R>>],
 }
 
 impl<R: Real> Bounce<'_, R> {
-    /// The path that comes to a vertex, and what it met there.
+    /// The path and the interaction of a vertex.
     #[inline(always)]
     pub fn of(&self, place: u32) -> (&PathState<R>, &Interaction<R>) {
         (
@@ -30,61 +29,61 @@ impl<R: Real> Bounce<'_, R> {
     }
 }
 
-/// Which lights a surface answers to.
+/// Sides on which a surface receives sampled light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum LitSides {
-    /// None that could be drawn.
+    /// None: delta lobes alone.
     None,
-    /// Those on the side of its normal.
+    /// The side of its normal.
     One,
-    /// Those on either side, of which some shine through it.
+    /// Both sides, since the surface transmits.
     Both,
 }
 
-/// What a light asks of a surface.
+/// Weighting of a light sample.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum MisStrategy {
-    /// What it sends back.
+    /// The BSDF value alone, without a weight.
     Value,
-    /// The same of a light without size, of which only some make highlights.
+    /// The BSDF value for a delta light; `shines`: whether it makes highlights.
     Delta { shines: bool },
-    /// What it sends back, and how densely it would have drawn the direction to the light.
+    /// The BSDF value, weighted by the densities of both techniques.
     Weighed,
 }
 
 impl MisStrategy {
-    /// Whether what is diffused alone answers it.
+    /// Whether only the diffuse part of the BSDF responds.
     pub fn is_dull(&self) -> bool {
         matches!(self, Self::Delta { shines: false })
     }
 }
 
-/// Some vertices, and the paths that come to them.
+/// A batch of vertices, with data of their paths.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct VertexLanes<R: Real> {
     /// How many there are.
     pub len: usize,
-    /// Their places among the paths that met something.
+    /// Indices of the vertices among the paths with a hit.
     pub place: Column<u32>,
     pub surface: SurfaceLanes<R>,
-    /// The surface's own normal on the side that the path came from.
+    /// Geometric normal on the path's side.
     pub geometric: Vec3Column<R>,
     pub normal: Vec3Column<R>,
-    /// Unit direction towards the surface.
+    /// Unit direction of the incoming ray.
     pub direction: Vec3Column<R>,
     pub sides: Column<LitSides>,
-    /// Of common surfaces: what they reflect, and metallic, roughness, and the dielectric's
-    /// reflectance at normal and at grazing incidence, these not of matte ones.
+    /// Base colour of common surfaces; and metallic, roughness, and the dielectric's reflectance at
+    /// normal and at grazing incidence, unused for matte ones.
     pub base: Vec3Column<R>,
     pub terms: [Column<R>; 4],
-    /// Factor on lights without size, whose unit is not the same to both families of materials.
+    /// Factor on delta lights, whose unit differs between the two families of materials.
     pub gain: Column<R>,
     pub throughput: Vec3Column<R>,
-    /// Numbers in [0, 1) for the lobe, the direction, and whether the path goes on.
+    /// Numbers in [0, 1) for the lobe, the direction, and Russian roulette.
     pub numbers: [Column<R>; 4],
-    /// The greatest chance of a path to go on; infinite of one that chance may not end.
+    /// Greatest probability of survival; infinite without roulette.
     pub most_survival: Column<R>,
-    /// What the light that is asked asks of the surface.
+    /// Weighting of the light sample.
     pub strategy: Column<MisStrategy>,
 }
 
@@ -109,7 +108,7 @@ impl<R: Real> VertexLanes<R> {
         }
     }
 
-    /// Adds a vertex on a surface with a normal, and returns its lane.
+    /// Adds a vertex with its shading normal, and returns its lane.
     #[inline(always)]
     pub fn push(
         &mut self,
@@ -143,7 +142,7 @@ impl<R: Real> VertexLanes<R> {
         lane
     }
 
-    /// Says what the common surface of a lane is made of.
+    /// Sets the model of a lane's common surface.
     #[inline(always)]
     pub fn put_model(&mut self, lane: usize, model: &MetallicRoughness<R>) {
         put::<R>(&mut self.base, lane, model.base);
@@ -164,7 +163,7 @@ impl<R: Real> VertexLanes<R> {
     }
 }
 
-/// Any number of vertices; kept, so that its list is made once.
+/// A list of vertices; kept to reuse its memory.
 #[derive(Clone, Debug, Default)]
 pub(super) struct VertexList<R: Real> {
     lanes: Vec<VertexLanes<R>>,
@@ -183,7 +182,7 @@ impl<R: Real> VertexList<R> {
             .map_or(0, |last| last * LANES + self.lanes[last].len)
     }
 
-    /// Lanes with room for a vertex.
+    /// A batch with room for a vertex.
     #[inline(always)]
     pub fn open(&mut self) -> &mut VertexLanes<R> {
         if self.used == 0 || self.lanes[self.used - 1].is_full() {

@@ -1,6 +1,6 @@
-//! Many paths at a time, stage by stage, each segment of all of them before the next one of any:
-//! what one asks of memory is on its way while others compute, and rays, sky and surfaces each have
-//! the caches to themselves. No path's bits depend on which others it goes with.
+//! Wavefront path tracing: many paths at a time, stage by stage, one segment of all paths before
+//! the next. Memory requests of one path overlap with the computation of others, and rays, sky and
+//! surfaces each have the caches to themselves. No path's bits depend on the other paths.
 
 use raywright_bvh::{Hit, Interval, Real, Vector, widest};
 
@@ -16,30 +16,30 @@ use crate::interaction::Interaction;
 use crate::light::{Column, LANES, LightLanes, SkySample};
 use crate::sampler::{Purpose, Sequence, fours};
 
-/// Paths on their way together; kept by who has many, so that its lists are made once.
+/// State of a batch of paths; kept to reuse the memory of the lists.
 #[derive(Default)]
 pub(super) struct Wavefront<R: Real> {
     paths: Vec<PathState<R>>,
-    /// Those that have a ray to be traced, by their places.
+    /// Indices of the active paths.
     going: Vec<u32>,
-    /// What those hit, in their order.
+    /// Hits of the active paths, in their order.
     hits: Vec<Option<Hit<R>>>,
-    /// What those that hit nothing see of the sky.
+    /// Sky samples of the escaped paths.
     seen: Vec<SkySample<R>>,
-    /// The surfaces that the others met, and room for more.
+    /// Interactions of the other paths, and spare entries.
     met: Vec<Interaction<R>>,
     sequences: Vec<(Sequence, u32)>,
     draws: Vec<[f32; 4]>,
     vertices: VertexQueues<R>,
-    /// The lights that vertices of a kind ask.
+    /// Sampled lights of the vertices of one kind.
     asked: AskedLights<R>,
-    /// Which of them go on.
+    /// Whether each active path survives.
     goes: Vec<bool>,
     first_hits: FirstHits<R>,
 }
 
 impl<R: Real> PathTracer<'_, R> {
-    /// Follows the paths of camera rays to their ends.
+    /// Traces the paths of camera rays to their ends.
     pub(super) fn follow(
         &mut self,
         rays: CameraRays<'_, R>,
@@ -63,8 +63,8 @@ impl<R: Real> PathTracer<'_, R> {
         self.finish(wave, results);
     }
 
-    /// The paths of camera rays, with what those hit: as many as leave one point are intersected
-    /// together.
+    /// Starts the paths of camera rays and finds their first hits: rays of a common origin are
+    /// intersected as packets.
     fn start(
         &mut self,
         CameraRays { rays, addresses }: CameraRays<'_, R>,
@@ -98,7 +98,7 @@ impl<R: Real> PathTracer<'_, R> {
         }
     }
 
-    /// Traces the rays of the paths that go on.
+    /// Traces the rays of the active paths.
     fn intersect(
         &self,
         Wavefront {
@@ -127,7 +127,7 @@ impl<R: Real> PathTracer<'_, R> {
         )
     }
 
-    /// Ends the paths that hit nothing, with what they see of the sky or of the backdrop before it.
+    /// Ends the paths without a hit, with the radiance of the sky or of the backdrop before it.
     fn escape(
         &mut self,
         Wavefront {
@@ -188,8 +188,8 @@ impl<R: Real> PathTracer<'_, R> {
         hits.retain(Option::is_some);
     }
 
-    /// Finds points, frames and coordinates of the surfaces that were met; their texels are asked
-    /// for before any is waited for.
+    /// Computes points, frames and coordinates of hits; their texels are prefetched before any is
+    /// read.
     fn locate(
         &self,
         Wavefront {
@@ -218,7 +218,7 @@ impl<R: Real> PathTracer<'_, R> {
         }
     }
 
-    /// Makes the random numbers that nearly every vertex asks for.
+    /// Computes the random numbers that nearly every vertex needs.
     fn draw(
         &self,
         Wavefront {
@@ -247,8 +247,8 @@ impl<R: Real> PathTracer<'_, R> {
             .iter()
             .zip(draws.chunks_exact(if asks_lights { 2 } else { 1 }))
         {
-            // Directions are what matters most: they have the first two dimensions of a point,
-            // which are the evenest together.
+            // Directions matter most: they get the first two dimensions of a point, which are the
+            // best stratified.
             let [u, v, luck, lobe] = draws[0];
             paths[place as usize].draws = VertexSamples {
                 scatter: [lobe, u, v, luck],
@@ -257,8 +257,7 @@ impl<R: Real> PathTracer<'_, R> {
         }
     }
 
-    /// Reads what surfaces are made of, adds what they give off, and puts their vertices into
-    /// queues by kind.
+    /// Evaluates materials, adds emission, and puts vertices into queues by kind.
     fn evaluate(&mut self, wave: &mut Wavefront<R>, results: &mut PathResults<R>) {
         let Wavefront {
             paths,
@@ -352,9 +351,9 @@ impl<R: Real> PathTracer<'_, R> {
         );
     }
 
-    /// Shades vertices of a kind and sends their paths on. `answer`: what so many lanes of them
-    /// answer to the lights that they ask, after so many vertices; it says how they send paths on
-    /// where that is not as what is rough and opaque does.
+    /// Shades vertices of one kind and continues their paths. `answer` returns the responses of a
+    /// batch to its lights, given the number of vertices before it; it sets the properties of
+    /// scattered rays that differ from rough opaque surfaces.
     fn shade_each(
         &mut self,
         bounce: &mut Bounce<'_, R>,
@@ -402,7 +401,7 @@ impl<R: Real> PathTracer<'_, R> {
         }
     }
 
-    /// What the paths brought, limited and seen through a veil as the scene says.
+    /// Results of the paths, clamped and veiled as the scene requires.
     fn finish(
         &self,
         wave: &Wavefront<R>,
@@ -437,13 +436,13 @@ impl<R: Real> PathTracer<'_, R> {
     }
 }
 
-/// Leaves the paths that go on.
+/// Keeps the surviving paths.
 fn compact<R: Real>(Wavefront { going, goes, .. }: &mut Wavefront<R>) {
     let mut goes_on = goes.iter();
     going.retain(|_| goes_on.next() == Some(&true));
 }
 
-/// The share of a radiance whose brightest channel is not above a limit.
+/// Factor that clamps a radiance's brightest channel to a limit.
 fn clamping<R: Real>(radiance: R::Vec3, most: R) -> R {
     let brightest = radiance.max_element();
     if brightest > most {

@@ -1,4 +1,4 @@
-//! The classic material model: its terms, in the order in which the documented shaders add them.
+//! The classic material model: its terms in the order of the documented shaders.
 
 use glam::DVec3;
 use raywright_bvh::{Hit, Real, Vector};
@@ -14,8 +14,8 @@ use crate::scene::{SpecularModel, TransmissionChoice};
 use crate::texture::ShadingContext;
 
 impl<R: Real> WhittedTracer<'_, R> {
-    /// Adds the local term of a classic surface to what the path brings, which then goes on with
-    /// the rays that leave.
+    /// Adds the local term of a classic surface to the path's radiance, and continues the path with
+    /// the scattered rays.
     #[inline(always)]
     pub(super) fn classic(
         &mut self,
@@ -99,8 +99,8 @@ impl<R: Real> WhittedTracer<'_, R> {
         ])
     }
 
-    /// colour·(ambient + Σ diffuse·light) + Σ specular + rim. Leaves the first light's direction
-    /// and shadow `here`, where the expressions of reflection weights find them.
+    /// colour·(ambient + Σ diffuse·light) + Σ specular + rim. Stores the first light's direction
+    /// and shadow in `here`, for the expressions of reflection weights.
     #[inline(always)]
     fn local(
         &mut self,
@@ -153,7 +153,7 @@ impl<R: Real> WhittedTracer<'_, R> {
             && let Some((drawn, share)) = self.emitter(at, address)
         {
             (here.beam.direction, here.beam.share) = (drawn.direction, share);
-            // Emissive surfaces have a radiance, so here the classic surface answers as Lambert's:
+            // Area lights have a radiance, so the classic surface acts as a Lambertian one here:
             // its colour over π.
             let facing = n.dot(drawn.direction) * share * R::from_f64(core::f64::consts::FRAC_1_PI);
             lit += drawn.arriving * (m.diffuse.number(here) * facing);
@@ -167,8 +167,7 @@ impl<R: Real> WhittedTracer<'_, R> {
         local
     }
 
-    /// Highlights that belong to the reflection: no shadow ray, as the documented preset's mirror
-    /// has it.
+    /// Highlights of the reflection: without a shadow ray, as for the documented preset's mirror.
     fn highlights(
         &mut self,
         specular: &SpecularInputs<R>,
@@ -193,7 +192,7 @@ impl<R: Real> WhittedTracer<'_, R> {
         sum
     }
 
-    /// Refraction with the reflection of glass: one ray, or both with their Fresnel weights.
+    /// Refraction and reflection of glass: one ray, or both with their Fresnel weights.
     #[inline(always)]
     pub(super) fn refract(
         &mut self,
@@ -206,7 +205,7 @@ impl<R: Real> WhittedTracer<'_, R> {
         if path.segments <= 1 {
             return [None; 2];
         }
-        // A normal that is not turned to the viewer points away from a ray inside.
+        // A normal that is not flipped to the viewer points away from a ray inside.
         let (side, interface) = (at.side(), self.scene.interface(&path.leg, hit, at, glass));
         let leaves = |this: &Self, direction: DVec3, side, throughput| {
             let (direction, rest) = stored::<R>(direction);
@@ -248,7 +247,7 @@ impl<R: Real> WhittedTracer<'_, R> {
     }
 }
 
-/// The shape of a highlight towards a light in unit direction `l`.
+/// Value of a highlight towards a light in unit direction `l`.
 #[inline(always)]
 fn lobe<R: Real>(s: &SpecularInputs<R>, at: &Interaction<R>, l: R::Vec3) -> R {
     let cosine = match s.model {
@@ -257,6 +256,6 @@ fn lobe<R: Real>(s: &SpecularInputs<R>, at: &Interaction<R>, l: R::Vec3) -> R {
         SpecularModel::Phong => at.mirrored().dot(l),
         SpecularModel::Grazing => at.direction.dot(at.mirrored()),
     };
-    // Halfway between opposite directions there is none: NaN, and no highlight.
+    // Opposite directions have no half vector: NaN, and no highlight.
     Real::powi(cosine.max(R::ZERO), s.exponent)
 }

@@ -1,6 +1,5 @@
 //! Whitted shading of a physical material: base colour lit by the lights and by the sky's
-//! cosine-weighted average, smooth reflection and refraction traced, rough lobes as local
-//! highlights.
+//! cosine-weighted mean, smooth reflection and refraction traced, rough lobes as local highlights.
 
 use raywright_bvh::{Hit, Real, Vector};
 
@@ -14,9 +13,8 @@ use crate::sampler::{Address, Branch};
 use crate::scene::TransmissionChoice;
 
 impl<R: Real> WhittedTracer<'_, R> {
-    /// Where the surface does not cover all of what is behind it: the path goes on there, or, where
-    /// it covers some, waits for the path that shows the rest. None where it covers everything, and
-    /// where the path has waited.
+    /// Partly transparent surfaces: the path continues behind a fully transparent point, or waits
+    /// for the path behind a partly transparent one. `None` at an opaque point, and after the wait.
     pub(super) fn cutout(
         &mut self,
         m: &PhysicalInputs<R>,
@@ -42,7 +40,7 @@ impl<R: Real> WhittedTracer<'_, R> {
             rest: path.leg.rest,
         };
         let (camera, segments, share) = (path.camera, path.segments, path.share * (R::ONE - alpha));
-        // What a camera ray sees through a surface it sees as if nothing were before it.
+        // Behind a partly transparent surface the path still counts as a camera ray.
         let mut behind = WhittedState {
             camera,
             segments,
@@ -56,8 +54,8 @@ impl<R: Real> WhittedTracer<'_, R> {
         Some(Some(behind))
     }
 
-    /// Adds what a physical surface sends back by itself to what the path brings, which then goes
-    /// on with the rays that leave.
+    /// Adds the local light of a physical surface to the path's radiance, and continues the path
+    /// with the scattered rays.
     #[inline(always)]
     pub(super) fn physical(
         &mut self,
@@ -90,7 +88,7 @@ impl<R: Real> WhittedTracer<'_, R> {
         *radiance += throughput * self.lit(&model, at, mirror, address);
         let dielectric = R::ONE - model.metallic;
         if let Some(glass) = model.glass.filter(|_| dielectric > R::ZERO) {
-            // Paint reflects as glass does, from outside alone.
+            // Paint reflects like glass, from outside alone.
             let mirrored = if at.outside { R::ONE } else { glass.share };
             let glass = Glass {
                 reflected: glass.reflected * mirrored,
@@ -122,7 +120,7 @@ impl<R: Real> WhittedTracer<'_, R> {
         path.leave([onward, None])
     }
 
-    /// Light of the lights and of the sky's average, diffused and as rough highlights.
+    /// Direct light and the sky's mean, as diffuse reflection and rough highlights.
     fn lit(
         &mut self,
         model: &MetallicRoughness<R>,

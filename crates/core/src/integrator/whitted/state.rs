@@ -1,57 +1,55 @@
-//! A path on its way. What one more segment makes of it is apart from who asks for it, so that
-//! paths may be followed one by one or many at a time, in any order: their bits depend on nothing
-//! else.
+//! State of a Whitted path. Advancing a path is separate from the order of tracing, so that paths
+//! may be traced one by one or many at a time, in any order, with the same bits.
 
 use raywright_bvh::{Hit, Ray, Real, Vector};
 
 use super::super::PathSegment;
 use crate::sampler::{Address, Branch};
 
-/// Where a path is: all that its next segment depends on, in numbers alone, so that paths can lie
-/// side by side.
+/// State of a path: everything that its next segment depends on, as plain numbers, so that paths
+/// can lie side by side.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct WhittedState<R: Real> {
-    /// The ray to be traced.
+    /// The next ray.
     pub leg: PathSegment<R>,
-    /// Share of what arrives along it that reaches the camera.
+    /// Throughput of the path (beta).
     pub throughput: R::Vec3,
-    /// What the path has brought so far.
+    /// Radiance collected so far.
     pub radiance: R::Vec3,
-    /// The vertex in the making, for random numbers.
+    /// Address of the next vertex, for random numbers.
     pub address: Address,
-    /// Segments that it may still have, the one to be traced included; none: it has ended.
+    /// Remaining segments, including the next one; zero for an ended path.
     pub segments: u32,
-    /// Surfaces that the rays of its sample passed unchanged, with those of the paths that it
-    /// waited for.
+    /// Surfaces that the sample's rays passed unchanged, side branches included.
     pub passages: u32,
-    /// Whether it still is what the camera sees first.
+    /// Whether the next ray still counts as a camera ray.
     pub camera: bool,
-    /// Share of the camera ray that goes this way, while it is what the camera sees: less than one
-    /// behind what is there in part.
+    /// Share of the camera ray, while it counts as one: less than one behind partly transparent
+    /// surfaces.
     pub share: R,
-    /// What of the camera ray it has found covered, with the paths that it waited for.
+    /// Covered share of the camera ray, side branches included.
     pub covered: R,
-    /// What the ray met, where that waits for what is behind it.
+    /// The hit, if its path waits for the path behind it.
     pub met: Option<Hit<R>>,
 }
 
-/// A ray to follow, with what it counts.
+/// A scattered ray with its throughput.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct NextRay<R: Real> {
     pub ray: Ray<R>,
     pub throughput: R::Vec3,
-    /// What storing took from the direction. Only the next interface asks for it: leaving glass
-    /// near the critical angle magnifies it thousands of times, and a slab then turns a ray that it
-    /// should only move.
+    /// Rounding error of the stored direction. Only the next interface uses it: leaving glass near
+    /// the critical angle magnifies the error thousands of times, and a slab then turns a ray that
+    /// it should only shift.
     pub rest: R::Vec3,
 }
 
-/// The rays that leave a surface: the path's own, and another one, whose path comes first and
-/// brings its radiance to this one.
+/// The scattered rays of a surface: the path's own, and one for a side branch, which is traced
+/// first and adds its radiance to this path.
 pub(crate) type ScatteredRays<R> = [Option<NextRay<R>>; 2];
 
 impl<R: Real> WhittedState<R> {
-    /// The path of a side branch that leaves at the vertex in the making.
+    /// The path of a side branch at the current vertex.
     pub fn branch(&self, next: &NextRay<R>, branch: Branch) -> Self {
         let mut leg = self.leg;
         leg.go_on(&next.ray, next.rest);
@@ -69,8 +67,8 @@ impl<R: Real> WhittedState<R> {
         }
     }
 
-    /// Ends the vertex and takes up what leaves it. Returns the path that is to be followed to its
-    /// end first, if there is one.
+    /// Finishes the vertex and continues with the scattered rays. Returns a side branch that must
+    /// be traced to its end first, if any.
     #[inline(always)]
     pub fn leave(&mut self, [onward, aside]: ScatteredRays<R>) -> Option<Self> {
         let aside = aside.map(|next| self.branch(&next, Branch::Reflected));
