@@ -1,4 +1,4 @@
-//! Denoised pictures whose truth is known.
+//! Denoised pictures with a known truth.
 
 use super::*;
 use crate::film::tests::{ReplicateSample, film_of};
@@ -7,7 +7,7 @@ use crate::prepare;
 use crate::scene::Scene;
 use crate::settings::{Sampling, Settings};
 
-/// Noise of mean 0 and variance 1, nearly normal: twelve even numbers added, by seed, pixel,
+/// Nearly normal noise of mean 0 and variance 1: a sum of twelve uniform numbers, by seed, pixel,
 /// replicate and channel.
 fn noise(seed: u64, pixel: usize, replicate: usize, channel: usize) -> f64 {
     let mut state =
@@ -31,7 +31,7 @@ fn denoised(film: &Film) -> Denoised {
     denoise(film, &()).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// Mean squared distance of a picture from the truth.
+/// Mean squared error of a picture.
 fn error(picture: &Picture, truth: impl Fn(usize) -> f64) -> f64 {
     let square = |(pixel, rgb): (usize, &[f32; 3])| {
         rgb.iter()
@@ -41,8 +41,8 @@ fn error(picture: &Picture, truth: impl Fn(usize) -> f64) -> f64 {
     picture.rgb.iter().enumerate().map(square).sum::<f64>() / (3 * picture.rgb.len()) as f64
 }
 
-/// Protects: of an even picture with even noise nearly all noise goes, the claim holds, the error
-/// of a pixel is told as well, and light is neither made nor lost.
+/// Protects: a flat picture loses nearly all of its uniform noise, the error estimates of picture
+/// and pixels hold, and light is neither gained nor lost.
 #[test]
 fn flat_pictures_lose_their_noise() {
     let film = film_of([96, 64], |pixel, replicate| {
@@ -70,8 +70,8 @@ fn flat_pictures_lose_their_noise() {
     assert!(found.brightened.abs() < 0.002, "{}", found.brightened);
 }
 
-/// Protects: noise of lamps and skies themselves goes, too, and texture stays where the noise is as
-/// large as it: light over albedo is even.
+/// Protects: directly visible lamps and skies lose their noise too, and texture as strong as the
+/// noise stays, because light over albedo is flat.
 #[test]
 fn lamps_lose_their_noise_and_texture_stays() {
     let film = film_of([64, 48], |pixel, replicate| {
@@ -105,9 +105,9 @@ fn lamps_lose_their_noise_and_texture_stays() {
     assert!(before / after > 15.0, "{before} became {after}");
 }
 
-/// Protects: light is filtered over albedo. Every pixel has an albedo of its own, all within what
-/// counts as one surface, under a light whose noise is a third of what the albedo changes: without
-/// the division texture would have to be told from noise. Of the noise nearly all goes.
+/// Protects: light is divided by the albedo before filtering. Every pixel has its own albedo,
+/// within the tolerance of one surface, under a light with noise of a third of the albedo's
+/// variation: without the division, texture would be confused with noise. Nearly all noise goes.
 #[test]
 fn texture_within_a_surface_is_no_noise() {
     let albedo = |pixel: usize| 0.5 + 0.02 * noise(14, pixel, 0, 0).clamp(-2.0, 2.0);
@@ -124,8 +124,9 @@ fn texture_within_a_surface_is_no_noise() {
     assert!(before / after > 15.0, "{before} became {after}");
 }
 
-/// Protects: a replicate's firefly is judged by the other replicate of its half, so that two of
-/// them in one pixel, one in each half, are both dimmed: by nearly all of (100 + 100)/4 together.
+/// Protects: a replicate's firefly is limited by the other replicate of its half, so that two
+/// fireflies in one pixel, one in each half, are both dimmed: by nearly all of (100 + 100)/4
+/// together.
 #[test]
 fn fireflies_do_not_vouch_for_themselves() {
     let at = 16 * 40 + 20;
@@ -149,9 +150,9 @@ fn fireflies_do_not_vouch_for_themselves() {
     );
 }
 
-/// Protects: what is made without a pixel's own noise is: where two replicates are constant, so
-/// that weights are even and their own means too, another sample of a third one in a pixel changes
-/// the neighbours' colours and not the pixel's.
+/// Protects: the leave-one-out colour is independent of the pixel's own noise. Two replicates are
+/// constant, so that weights are uniform, and a changed sample of a third one changes the
+/// neighbours' colours and not the pixel's.
 #[test]
 fn a_pixel_has_no_part_in_its_own_base() {
     let at = 16 * 40 + 20;
@@ -171,8 +172,8 @@ fn a_pixel_has_no_part_in_its_own_base() {
     assert!((low[1] - high[1]).abs() > 1e-5, "{low:?} {high:?}");
 }
 
-/// Protects: what noise makes of a difference is taken off it, (4 − 1 − 1)/(1 + 2)/2, and what is
-/// noisier than twice counts less.
+/// Protects: the expected noise is subtracted from a difference, (4 − 1 − 1)/(1 + 2)/2, and pixels
+/// of more than twice the noise get less weight.
 #[test]
 fn weights_by_hand() {
     use filter::loops;
@@ -187,7 +188,7 @@ fn weights_by_hand() {
     );
 }
 
-/// A picture of what no feature shows: a step, a ramp, a fine pattern, a faint lamp and a few
+/// A picture invisible to all features: a step, a ramp, a fine pattern, a faint lamp and a few
 /// bright lines.
 fn drawn(width: usize) -> impl Fn(usize) -> f64 {
     move |pixel| {
@@ -202,10 +203,9 @@ fn drawn(width: usize) -> impl Fn(usize) -> f64 {
     }
 }
 
-/// Protects: what is claimed is right on average, whatever the filter does to a picture: over 60
-/// pictures with things that no feature shows, and noise that goes with brightness, the mean
-/// claimed squared error is the mean true one to three standard errors. (A half that filters itself
-/// claims less than nothing.)
+/// Protects: the error estimate is unbiased for any filter: over 60 pictures with content invisible
+/// to features, and noise that depends on brightness, the mean estimated squared error is the mean
+/// true one within three standard errors. (A half that filters itself gives a negative estimate.)
 #[test]
 fn claims_are_right_on_average() {
     const RUNS: u64 = 60;
@@ -260,7 +260,7 @@ fn claims_are_right_on_average() {
     );
 }
 
-/// Mean squared distance of a picture from the truth, relative to it.
+/// Mean relative squared error of a picture.
 fn relative_error(picture: &Picture, truth: impl Fn(usize) -> f64) -> f64 {
     let square = |(pixel, rgb): (usize, &[f32; 3])| {
         rgb.iter()
@@ -272,16 +272,16 @@ fn relative_error(picture: &Picture, truth: impl Fn(usize) -> f64) -> f64 {
     picture.rgb.iter().enumerate().map(square).sum::<f64>() / (3 * picture.rgb.len()) as f64
 }
 
-/// Protects: the relative claim knows that pixels into which light was spread are darker than they
-/// look: in stripes of which one of three is lit, it is most of the error. (Relative to the
-/// picture's own colour it is three fifths.)
+/// Protects: the relative error estimate accounts for pixels that spread light makes look too
+/// bright: in stripes with one of three lit, they are most of the error. (Relative to the picture's
+/// own colour the estimate is three fifths of it.)
 #[test]
 fn relative_claims_know_what_looks_too_bright() {
     const RUNS: u64 = 40;
     let is_bright = |pixel: usize| (pixel % 48).is_multiple_of(3);
     let runs = (0..RUNS).map(|seed| {
         let film = film_of([48, 32], |pixel, replicate| {
-            // Half of the samples, or a fiftieth, by the normal deviate.
+            // Half of the samples, or one in fifty, by the normal deviate.
             let least = if is_bright(pixel) { 0.0 } else { 2.054 };
             grey(
                 (0..4)
@@ -303,8 +303,8 @@ fn relative_claims_know_what_looks_too_bright() {
     );
 }
 
-/// Protects: what there is no noise in stays as it is, black stays black, and nothing is claimed to
-/// be wrong with it.
+/// Protects: a picture without noise is unchanged, black stays black, and the estimated error is
+/// zero.
 #[test]
 fn pictures_without_noise_stay() {
     let truth = drawn(48);
@@ -329,8 +329,8 @@ fn pictures_without_noise_stay() {
     }
 }
 
-/// Protects: pictures of any size, and numbers that no picture should have, come out as numbers:
-/// what is beyond all pictures stays as it is.
+/// Protects: pictures of any size and with invalid numbers yield finite numbers; values beyond the
+/// range of pictures stay unchanged.
 #[test]
 fn odd_pictures_make_no_odd_numbers() {
     let noisy = |pixel: usize, replicate: usize| grey(0.3 + 0.1 * noise(3, pixel, replicate, 0));
@@ -413,8 +413,8 @@ fn odd_pictures_make_no_odd_numbers() {
     }
 }
 
-/// Protects: a film that lacks what is read says what it is, and one without chance that it has no
-/// noise.
+/// Protects: a film that lacks layers or replicates yields an error that names them, and a
+/// deterministic film the error that there is no noise.
 #[test]
 fn what_is_missing_is_named() {
     let film = |settings: Settings| {
@@ -483,8 +483,8 @@ fn threads_change_no_bit() {
     assert_eq!(one.standard_error, three.standard_error);
 }
 
-/// Protects: tiles leave no seams: a part of a picture far from its edges is that of the same
-/// picture elsewhere in the tiles.
+/// Protects: tiles leave no seams: a region far from the picture's edges is the same elsewhere in
+/// the tiles.
 #[test]
 fn tiles_leave_no_seams() {
     let of = |shift: usize| {
@@ -505,10 +505,9 @@ fn tiles_leave_no_seams() {
     }
 }
 
-/// Protects: what makes the noisy picture's error doubtful makes the denoised one's: where few
-/// pixels met light in one replicate alone, and where lamps are met by chance. An error that is
-/// asked for is not reached then, however small the claim is; where nothing is doubtful it is, from
-/// the upper end of the interval on.
+/// Protects: doubts about the noisy picture's error carry over to the denoised one: few pixels lit
+/// in one replicate alone, and lamps hit by chance. A doubtful picture does not reach a target
+/// error, however small the estimate is; without doubt it does, by the upper end of the interval.
 #[test]
 fn doubts_of_the_noisy_picture_are_doubts_of_the_denoised_one() {
     use crate::film::Doubt;
@@ -542,9 +541,9 @@ fn doubts_of_the_noisy_picture_are_doubts_of_the_denoised_one() {
     }
 }
 
-/// Protects: nothing is claimed of a denoised picture whose light is so rare that others have to
-/// vouch for it and what it is relative to is far apart even then, though the noisy picture's error
-/// is known: each pixel was lit in one replicate or in two.
+/// Protects: a denoised picture of rare light is doubtful if its relative errors by both colours
+/// differ widely, even if other pixels support it and the noisy picture's error is known: each
+/// pixel was lit in one replicate or in two.
 #[test]
 fn rare_light_that_is_vouched_for_is_not_known_denoised() {
     use crate::film::Doubt;
@@ -562,8 +561,8 @@ fn rare_light_that_is_vouched_for_is_not_known_denoised() {
     );
 }
 
-/// Protects: a picture of less than two blocks, of whose denoised error no interval is known, ends
-/// where the noisy one does.
+/// Protects: a picture of less than two blocks, without an interval for its denoised error, reaches
+/// a target error where the noisy one does.
 #[test]
 fn pictures_without_blocks_end() {
     let film = film_of([4, 4], |pixel, replicate| {

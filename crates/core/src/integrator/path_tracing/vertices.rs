@@ -61,7 +61,7 @@ impl MisStrategy {
 /// A batch of vertices, with data of their paths.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct VertexLanes<R: Real> {
-    /// How many there are.
+    /// Number of vertices.
     pub len: usize,
     /// Indices of the vertices among the paths with a hit.
     pub place: Column<u32>,
@@ -175,7 +175,7 @@ impl<R: Real> VertexList<R> {
         self.used = 0;
     }
 
-    /// How many there are.
+    /// Number of vertices.
     pub fn len(&self) -> usize {
         self.used
             .checked_sub(1)

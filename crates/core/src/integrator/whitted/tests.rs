@@ -1,4 +1,4 @@
-//! Paths that are under way together.
+//! Whitted paths traced together.
 
 use glam::{DAffine3, DVec3, Vec3};
 use raywright_bvh::shapes::{AnyShape, Quad, Sphere};
@@ -11,8 +11,8 @@ use crate::prepare::Prepared;
 use crate::scene::Scene;
 use crate::settings::Settings;
 
-/// Glass that sends two rays from every hit, a half-transparent sheet, a mask, mirrors, and a lamp
-/// whose points are drawn.
+/// Glass with two rays from every hit, a half-transparent sheet, a mask, mirrors, and a sampled
+/// lamp.
 fn everything() -> Scene {
     let ball = |x: f64, z: f64, material: &str| json!({ "shape": { "sphere": { "centre": [x, 0, z], "radius": 0.9 } }, "material": material });
     let quad = |z: f64, material: &str| {
@@ -40,16 +40,16 @@ fn everything() -> Scene {
     .expect("a scene")
 }
 
-/// A path with the ones that wait for it.
+/// A path with the paths that wait for it.
 struct PixelState {
     path: WhittedState<f32>,
     waiting: Vec<WhittedState<f32>>,
     ended: bool,
 }
 
-/// Protects: paths that are advanced together, one segment each, in another order at every turn and
-/// with their rays asked as one slice, bring the bits and trace the rays of paths that are followed
-/// one by one.
+/// Protects: paths advanced together, one segment each, in another order at every step and with
+/// their rays intersected as one slice, give the bits and trace the rays of paths traced one by
+/// one.
 #[test]
 fn together_or_one_by_one() {
     let scene = everything();
@@ -131,8 +131,7 @@ fn together_or_one_by_one() {
     );
 }
 
-/// The objects of [`everything`] as instances that move, each its own way, or that stand where they
-/// are at a time.
+/// The objects of [`everything`] as instances, each with its own motion, or static at a given time.
 fn on_the_way(standing: Option<f64>) -> Geometry<f32> {
     let ball = |x: f32, y: f32, z: f32, radius: f32| {
         AnyShape::from(Sphere {
@@ -180,9 +179,9 @@ fn on_the_way(standing: Option<f64>) -> Geometry<f32> {
     Geometry::new(group, AcceleratorKind::default())
 }
 
-/// Protects: every ray that comes of a camera ray has its time: mirrored, refracted, passing where
-/// nothing covers what is behind, and on its way to a light. So what moves gives the picture of
-/// what stands there at that time, bit for bit.
+/// Protects: every ray of a camera ray's path has its time: mirrored, refracted, passing through
+/// transparent surfaces, and shadow rays. So moving objects give the picture of static ones at that
+/// time, bit for bit.
 #[test]
 fn rays_keep_their_time() {
     let scene = everything();

@@ -5,8 +5,8 @@ use crate::scene::{Integrator, Projection};
 use crate::settings::{Aov, Sampling, Settings};
 use crate::{Scene, prepare};
 
-/// A square of two triangles that an orthographic camera sees, `edge` wide in a picture of two
-/// units and 64 pixels, beside a ball.
+/// A square of two triangles, `edge` wide, before an orthographic camera with a picture of two
+/// units and 64 pixels, with further objects.
 fn scene(edge: f64, colour: f64, more: Value) -> Scene {
     let mesh = json!({ "positions": [[0, 0, 0], [edge, 0, 0], [edge, edge, 0], [0, edge, 0]], "indices": [[0, 1, 2], [0, 2, 3]] });
     let model = json!({ "base_colour": colour, "roughness": 1 });
@@ -33,16 +33,16 @@ fn picture(scene: &Scene, change: impl FnOnce(&mut Settings)) -> Picture {
         .picture
 }
 
-/// Columns of dark light in a row, summed: how many pixels wide lines are there, beside white.
+/// Sum of darkness in a row: the total width of lines in pixels, beside white.
 fn width(picture: &Picture, row: u32, columns: core::ops::Range<u32>) -> f64 {
     columns
         .map(|x| 1.0 - f64::from(picture.pixel(x, row).expect("a pixel")[0]) / 0.8)
         .sum()
 }
 
-/// Protects: an edge of one triangle is half a pixel wide, one between two is a pixel wide,
-/// whatever the direction, by either integrator, by camera rays of a pinhole too; nothing else of a
-/// triangle changes, and lines on what is dark are bright.
+/// Protects: an edge of one triangle is half a pixel wide, an edge between two is a pixel wide, in
+/// any direction, with both integrators, with a pinhole camera too. Nothing else of a triangle
+/// changes, and lines on dark surfaces are bright.
 #[test]
 fn edges_are_a_pixel_wide() {
     let scene = scene(0.9, 0.8, json!([]));
@@ -60,8 +60,8 @@ fn edges_are_a_pixel_wide() {
                     f64::from(plain.pixel(x, row).unwrap()[0] - lines.pixel(x, row).unwrap()[0])
                 })
                 .sum();
-            // Half a pixel at the left and at the right, and a diagonal one, which a row crosses at
-            // half a right angle.
+            // Half a pixel on the left and on the right, and a diagonal line, which a row crosses
+            // at 45°.
             let expected = (1.0 + 2.0_f64.sqrt()) * 0.79;
             assert!(
                 (across - expected).abs() < 0.12,
@@ -95,8 +95,8 @@ fn edges_are_a_pixel_wide() {
 }
 
 /// Protects: a mesh of triangles smaller than pixels becomes grey, not black; spheres have no
-/// edges; what mirrors and lights see has none; layers show the surface, but that lines are black
-/// in `albedo`; samples are dropped nowhere.
+/// edges; mirrors and lights show none; layers show the surface, except that lines are black in
+/// `albedo`; no samples are dropped.
 #[test]
 fn dense_meshes_and_other_shapes() {
     let grid = 200;

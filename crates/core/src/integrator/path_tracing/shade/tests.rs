@@ -1,4 +1,4 @@
-//! Vertices in columns against hand values: matte surfaces, whose answers are known in closed form.
+//! Vertices in columns against values by hand: matte surfaces, with BSDFs in closed form.
 
 use core::f32::consts::PI;
 
@@ -16,7 +16,7 @@ use crate::material::MetallicRoughness;
 use crate::sampler::Address;
 use crate::settings::Roulette;
 
-/// A surface at a point whose outward normal is this.
+/// A surface at a point with this outward normal.
 fn surface(point: Vec3, normal: Vec3) -> Surface<f32> {
     Surface {
         point,
@@ -27,8 +27,7 @@ fn surface(point: Vec3, normal: Vec3) -> Surface<f32> {
     }
 }
 
-/// A point of a surface whose outward normal is up, met by a ray that comes down, with a shading
-/// normal.
+/// A hit of a ray downwards on a horizontal surface, with a shading normal.
 fn met(point: Vec3, normal: Vec3) -> Interaction<f32> {
     let direction = -Vec3::Y;
     Interaction {
@@ -40,7 +39,7 @@ fn met(point: Vec3, normal: Vec3) -> Interaction<f32> {
     }
 }
 
-/// A path that comes there after some segments.
+/// A path at the surface after `traced` segments.
 fn path(traced: u32, throughput: Vec3, scatter: [f32; 4]) -> PathState<f32> {
     let address = Address::default();
     PathState {
@@ -80,7 +79,7 @@ fn matte(base: Vec3) -> MetallicRoughness<f32> {
     }
 }
 
-/// What becomes of vertices, and what they answered.
+/// Shaded vertices, and their responses.
 struct Shaded {
     lanes: ShadedLanes<f32>,
     answers: Answers<f32>,
@@ -95,7 +94,7 @@ impl Shaded {
     }
 }
 
-/// Vertices and the lights that they ask, one after the other.
+/// Vertices and their light samples, one after the other.
 struct Vertices {
     vertices: VertexLanes<f32>,
     lights: LightLanes<f32>,
@@ -148,7 +147,7 @@ impl Vertices {
     }
 }
 
-/// A light in a direction, of this radiance over its density.
+/// A light sample in a direction, with this radiance over its density.
 fn light(
     direction: Vec3,
     arriving: Vec3,
@@ -171,11 +170,11 @@ fn close(found: Vec3, wanted: Vec3) {
     );
 }
 
-/// Protects: what matte surfaces send back of a light, in each lane its own: albedo over π by the
-/// cosine; all of a light without size times its gain; of a light that is found by scattering too
-/// the share of the power heuristic, whose other density is the cosine over π. Nothing of lights
-/// below the surface or the shading normal, and of none. Light that is no number stays none, so
-/// that its sample is dropped and counted.
+/// Protects: matte surfaces reflect light in closed form, each lane its own: albedo over π times
+/// the cosine; delta lights in full times their gain; lights also found by scattering with the
+/// weight of the power heuristic, whose other density is the cosine over π. Lights below the
+/// surface or the shading normal, and missing lights, give zero. Non-finite light stays so, so that
+/// its sample is dropped and counted.
 #[test]
 fn lights_are_sent_back_in_closed_form() {
     let mut all = Vertices::new();
@@ -206,7 +205,7 @@ fn lights_are_sent_back_in_closed_form() {
             MisStrategy::Delta { shines: false },
         )),
     );
-    // Above the shading normal's horizon and below the surface, and the other way round.
+    // Above the shading horizon and below the geometric one, and the reverse.
     all.push(
         (&path, &tilted),
         (&matte(albedos[0]), 1.0),
@@ -254,9 +253,8 @@ fn lights_are_sent_back_in_closed_form() {
     close(sent(2), arriving * albedos[0] * 0.6);
 }
 
-/// Protects: a surface of the physical kind that reflects nothing is shaded with matte ones to the
-/// bit: the lobe of its facets, without reflectance, has no share in anything, whatever its
-/// roughness.
+/// Protects: a physical surface without reflectance is shaded as a matte one to the bit: its
+/// microfacet lobe, of reflectance zero, contributes nothing at any roughness.
 #[test]
 fn what_reflects_nothing_is_matte() {
     let mut all = Vertices::new();
@@ -322,8 +320,8 @@ fn what_reflects_nothing_is_matte() {
     }
 }
 
-/// Protects: rays to lights leave the surface on the light's side and end before what they aim at,
-/// or go on for ever; a light without size that is infinitely far has the reach of shadows.
+/// Protects: shadow rays leave the surface on the light's side and end before their target, or are
+/// infinite; for infinitely distant delta lights they end at the greatest shadow distance.
 #[test]
 fn rays_to_lights_aim_at_them() {
     let mut all = Vertices::new();
@@ -389,14 +387,14 @@ fn rays_to_lights_aim_at_them() {
     );
 }
 
-/// Protects: paths go on above the surface, with what Lambert's diffusion leaves of them: the
-/// albedo, by cosine over π; those that chance may end by their brightest channel and a number of
-/// its own, and for those that it ended.
+/// Protects: scattered paths continue above the surface with the throughput of Lambert's lobe: the
+/// albedo, with a density of cosine over π. Russian roulette uses the brightest channel and its own
+/// number, and survivors count for ended paths.
 #[test]
 fn paths_go_on_by_their_brightness() {
     let (base, at) = (Vec3::new(0.5, 0.25, 0.125), met(Vec3::ZERO, Vec3::Y));
     let mut all = Vertices::new();
-    // The lobe, the direction and, last, whether the path goes on.
+    // The lobe, the direction and, last, Russian roulette.
     let numbers = |u_roulette| [0.3, 0.04, 0.7, u_roulette];
     for (traced, brightness, u_roulette) in [
         (1, 1.0, 0.99),
@@ -442,7 +440,7 @@ fn paths_go_on_by_their_brightness() {
             origin, direction, ..
         } = shaded.ray(lane);
         assert!(origin.y > 0.0 && origin.length() < 0.01, "{origin}");
-        // A point of the disk at the root of 0.04, raised.
+        // A point of the disk at radius √0.04, raised to the hemisphere.
         assert!((direction.y - 0.96_f32.sqrt()).abs() < 1e-5, "{direction}");
         assert!(
             (shaded.answers.density[lane] - direction.y / PI).abs() < 1e-5,
@@ -452,9 +450,8 @@ fn paths_go_on_by_their_brightness() {
     }
 }
 
-/// Protects: paths that would go on with more than a number holds, or with none, are told, so that
-/// their samples are dropped and counted; not those of which nothing is left, nor those that would
-/// lead below the surface.
+/// Protects: paths with an overflowing or NaN throughput are reported, so that their samples are
+/// dropped and counted; not those of zero throughput, nor those below the surface.
 #[test]
 fn paths_that_carry_no_number_are_told() {
     let mut all = Vertices::new();
@@ -493,8 +490,8 @@ fn paths_that_carry_no_number_are_told() {
     assert!(above.contains(&true) && above.contains(&false), "{above:?}");
 }
 
-/// Protects: a shading normal takes no reflection below the surface that is there, from outside and
-/// from within.
+/// Protects: a shading normal turns no reflection below the geometric surface, from outside and
+/// from inside.
 #[test]
 fn s08_nothing_is_reflected_below_the_surface() {
     let normal = Vec3::new(0.8, 0.6, 0.0);

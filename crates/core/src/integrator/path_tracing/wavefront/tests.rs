@@ -1,4 +1,4 @@
-//! Paths side by side against paths alone.
+//! Paths side by side against single paths.
 
 use raywright_bvh::{Ray, Real, Vector};
 use serde_json::json;
@@ -14,8 +14,9 @@ use crate::settings::Settings;
 
 const SIZE: [u32; 2] = [24, 16];
 
-/// Rough surfaces, even and in cells, a mesh with images, beside mirrors, glass, layers, what is
-/// there in part, lamps and a sky: all that paths meet, and lights of each kind.
+/// A scene of everything that paths hit, and lights of each kind: rough surfaces, plain and
+/// checkered, a mesh with images, mirrors, glass, layers, partly transparent surfaces, lamps and a
+/// sky.
 fn everything() -> Scene {
     let ball = |x: f64, y: f64, material: &str| json!({ "shape": { "sphere": { "centre": [x, y, 0], "radius": 0.6 } }, "material": material });
     let physical = |name: &str, terms: serde_json::Value| json!({ "name": name, "model": { "physical": terms } });
@@ -82,8 +83,8 @@ fn everything() -> Scene {
     scene
 }
 
-/// What the paths of all pixels bring, so many of them side by side, with what they hit first and
-/// what was counted.
+/// Results of the paths of all pixels, traced `together` side by side, with first hits and
+/// counters.
 fn followed<R: Real>(
     prepared: &Prepared<R>,
     depth: u32,
@@ -126,7 +127,8 @@ fn followed<R: Real>(
     (out, tracer.counters)
 }
 
-/// The same with bodies in bodies, one of which absorbs, and a metal ball and a matte one in them.
+/// [`everything`] with nested media, one of which absorbs, and a metal ball and a matte one in
+/// them.
 fn in_bodies() -> Scene {
     let mut scene = everything();
     let ball = |x: f64, radius: f64, material: &str| json!({ "shape": { "sphere": { "centre": [x, 0, 0], "radius": radius } }, "material": material });
@@ -192,8 +194,8 @@ fn many_or_few<R: Real>(scene: &Scene, effects: EffectSet) {
     assert_eq!(followed(&prepared, 2, 100), short, "and of short paths");
 }
 
-/// Protects: how many paths go side by side, and whether their vertices are shaded together,
-/// changes no bit of what each brings, no first hit and no count.
+/// Protects: the number of paths side by side, and shading vertices together, change no bit of any
+/// result, no first hit and no counter.
 #[test]
 fn paths_bring_what_they_bring_alone() {
     let scene = everything();
@@ -201,7 +203,8 @@ fn paths_bring_what_they_bring_alone() {
     many_or_few::<f64>(&scene, EffectSet::ALL);
 }
 
-/// Protects: the same in bodies that absorb and bend, with priorities and without.
+/// Protects: the number of paths side by side changes no bit in absorbing and refractive media,
+/// with priorities and without.
 #[test]
 fn paths_in_bodies_bring_what_they_bring_alone() {
     let (scene, without) = (
@@ -248,8 +251,8 @@ fn prepared(scene: &Scene) -> Prepared<f32> {
     Prepared::new(scene, &settings, EffectSet::ALL, &()).expect("it can be prepared")
 }
 
-/// Protects: what layers show of a camera ray is what it meets first, also where the path goes on
-/// through it; a veil lies over what paths bring, and what is too bright is brought down before.
+/// Protects: layers show the first hit of a camera ray, also if the path passes through it; a veil
+/// is added to the results, after clamping.
 #[test]
 fn first_hits_veils_and_limits() {
     let mut prepared = prepared(&everything());
@@ -302,8 +305,8 @@ fn first_hits_veils_and_limits() {
     assert!(limited > 10, "{limited}");
 }
 
-/// Protects: texels that are asked for ahead are those that are read, also where two maps of a
-/// material lie differently.
+/// Protects: prefetched texels are the ones read, also if two maps of a material have different
+/// transforms.
 #[test]
 fn asking_ahead_changes_no_texel() {
     let mut scene = everything();
@@ -347,8 +350,8 @@ fn asking_ahead_changes_no_texel() {
     assert!(leaves > 20, "{leaves} where the maps differ");
 }
 
-/// Protects: a light that is above the horizon of a tilted normal and below that of the surface
-/// itself lights nothing; above both it does.
+/// Protects: a light above the shading horizon and below the geometric one contributes nothing;
+/// above both it contributes.
 #[test]
 fn lights_below_the_surface_light_nothing() {
     let lit = |height: f64| {
