@@ -1,14 +1,13 @@
-//! Finds the scenes and assets that the program carries: whatever lies in `scenes/` when it is
-//! built. A file added there is a new preset and a file deleted there is one less; no code names
-//! any of them.
+//! Collects the built-in scenes and assets: all files in `scenes/` at build time. A new file there
+//! is a new preset, and a deleted file removes its preset; no code names any of them.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::{env, fs, io};
 
 fn main() -> io::Result<()> {
-    // A package holds a copy where a checkout has a link, which is a plain file on a system without
-    // links.
+    // A package contains a copy where a checkout has a symbolic link, which is a plain file on
+    // systems without links.
     let manifest = PathBuf::from(env::var("CARGO_MANIFEST_DIR").map_err(io::Error::other)?);
     let inside = manifest.join("scenes");
     let scenes = if inside.is_dir() {
@@ -16,7 +15,7 @@ fn main() -> io::Result<()> {
     } else {
         manifest.join("../../scenes")
     };
-    // Cargo looks at everything inside a folder, so that added and deleted files count as changes.
+    // Cargo scans the whole folder, so that added and deleted files count as changes.
     println!("cargo::rerun-if-changed={}", scenes.display());
     println!("cargo::rerun-if-changed=build.rs");
     let mut code = String::from(
@@ -36,8 +35,8 @@ fn main() -> io::Result<()> {
     )
 }
 
-/// Name without the ending, and path, of the files of a folder that end so, by name; none where
-/// there is no such folder.
+/// Lists the files of a folder with this extension, by name: each name without the extension, and
+/// its path. Empty for a missing folder.
 fn files(folder: &Path, ending: &str) -> io::Result<Vec<(String, PathBuf)>> {
     let Ok(entries) = fs::read_dir(folder) else {
         return Ok(Vec::new());

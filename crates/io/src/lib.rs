@@ -18,9 +18,9 @@
 //! assert!(wrong.to_string().contains("whitted"), "the message suggests the right name: {wrong}");
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
-//!
-//! Not here yet: subsurface scattering and vendors' extensions of glTF's materials (each is named
-//! in [`Scene::unread`](raywright_core::Scene::unread), and so an effect that is left out), points
+//! Not supported yet: subsurface scattering and vendor extensions of glTF materials (each is listed
+//! in [`Scene::unread`](raywright_core::Scene::unread), and therefore an effect left out), points
+//! and lines (a warning).
 //! and lines (a warning).
 #![forbid(unsafe_code)]
 

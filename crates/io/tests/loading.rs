@@ -1,5 +1,4 @@
-//! Loading as a caller sees it: what comes from where, what each failure means, what the hash
-//! covers.
+//! The loader's public API: sources of scenes, kinds of errors, coverage of the hash.
 
 use std::path::{Path, PathBuf};
 
@@ -9,7 +8,7 @@ use raywright_io::{
     presets,
 };
 
-/// A folder of its own with one scene and whatever else a test puts there.
+/// A temporary folder with a scene and further files of a test.
 struct Place {
     folder: tempfile::TempDir,
 }
@@ -41,7 +40,7 @@ impl Place {
         )
     }
 
-    /// The kind and message of the failure, with the folder's own name left out.
+    /// Kind and message of the error, without the folder's path.
     fn fails(&self, options: &LoadOptions) -> (ErrorKind, String) {
         let error = self.load_with(options).expect_err("the scene is wrong");
         (
@@ -72,7 +71,7 @@ fn at(t: f64) -> LoadOptions {
 
 const TEXTURED: &str = "format = 1\n[[images]]\nname = \"wood\"\npath = \"wood.png\"\n";
 
-/// A red pixel.
+/// A red PNG of one pixel.
 fn png() -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, 1, 1);
@@ -84,7 +83,7 @@ fn png() -> Vec<u8> {
     bytes
 }
 
-/// Protects: a file that does not exist is named with the reason.
+/// Protects: the error for a missing file names the file and the reason.
 #[test]
 fn a_file_that_does_not_exist_is_named_with_the_reason() {
     let error = load(
@@ -99,7 +98,7 @@ fn a_file_that_does_not_exist_is_named_with_the_reason() {
     );
 }
 
-/// Protects: a folder is no scene.
+/// Protects: a folder is refused as a scene.
 #[test]
 fn a_folder_is_no_scene() {
     let error =
@@ -108,7 +107,7 @@ fn a_folder_is_no_scene() {
     assert!(error.to_string().ends_with(": it is a folder"), "{error}");
 }
 
-/// Protects: a file of another kind is refused with the kinds that are read.
+/// Protects: an unsupported format is refused with the supported ones.
 #[test]
 fn a_file_of_another_kind_is_refused_with_the_kinds_that_are_read() {
     let place = Place::new("");
@@ -123,7 +122,7 @@ fn a_file_of_another_kind_is_refused_with_the_kinds_that_are_read() {
     );
 }
 
-/// Protects: a text that is not UTF-8 is refused with its place.
+/// Protects: a text that is not UTF-8 is refused with its position.
 #[test]
 fn a_text_that_is_not_utf_8_is_refused_with_its_place() {
     let place = Place::new("");
@@ -136,7 +135,7 @@ fn a_text_that_is_not_utf_8_is_refused_with_its_place() {
     );
 }
 
-/// Protects: the ending decides what a file is and the content where it does not.
+/// Protects: the extension decides the format, otherwise the content.
 #[test]
 fn the_ending_decides_what_a_file_is_and_the_content_where_it_does_not() {
     let place = Place::new("");
@@ -170,7 +169,7 @@ fn the_ending_decides_what_a_file_is_and_the_content_where_it_does_not() {
     );
 }
 
-/// Protects: what asks for too much is over a limit.
+/// Protects: input beyond a limit is an error of kind limit.
 #[test]
 fn what_asks_for_too_much_is_over_a_limit() {
     let grid = "format = 1\n[[materials]]\nname = \"m\"\nmodel.classic = {}\n[[generators]]\n\
@@ -208,7 +207,7 @@ fn what_asks_for_too_much_is_over_a_limit() {
     );
 }
 
-/// Protects: a missing texture is a warning and a missing sky is not.
+/// Protects: a missing texture is a warning, and a missing sky an error.
 #[test]
 fn a_missing_texture_is_a_warning_and_a_missing_sky_is_not() {
     let loaded = Place::new(TEXTURED).load().expect("a scene");
@@ -225,7 +224,7 @@ fn a_missing_texture_is_a_warning_and_a_missing_sky_is_not() {
     assert!(message.contains("--> x.scene.toml:4:8"), "{message}");
 }
 
-/// Protects: images are decoded and broken ones shown at their place.
+/// Protects: images are decoded, and broken ones reported at their position.
 #[test]
 fn images_are_decoded_and_broken_ones_shown_at_their_place() {
     let place = Place::new(TEXTURED);
@@ -264,7 +263,7 @@ fn images_are_decoded_and_broken_ones_shown_at_their_place() {
     );
 }
 
-/// Protects: references out of the folder are refused at their place.
+/// Protects: references outside the folder are refused at their position.
 #[test]
 fn references_out_of_the_folder_are_refused_at_their_place() {
     let scene = TEXTURED.replace("wood.png", "../wood.png");
@@ -280,7 +279,7 @@ fn references_out_of_the_folder_are_refused_at_their_place() {
     );
 }
 
-/// Protects: an unknown embedded image is refused at its place.
+/// Protects: an unknown embedded image is refused at its position.
 #[test]
 fn an_unknown_embedded_image_is_refused_at_its_place() {
     let (kind, message) = Place::new(&TEXTURED.replace("wood.png", "embedded:nothing"))
@@ -292,7 +291,8 @@ fn an_unknown_embedded_image_is_refused_at_its_place() {
     );
 }
 
-/// A glTF file with one triangle, its buffer beside it, shown twice: moved, and mirrored.
+/// Writes a glTF file with one triangle, its buffer beside it, and two instances: translated, and
+/// reflected.
 fn gltf_triangle(place: &Place) {
     let corners: [Triple; 3] = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
     let buffer: Vec<u8> = corners
@@ -311,7 +311,7 @@ fn gltf_triangle(place: &Place) {
 
 const MODEL: &str = "format = 1\n[[meshes]]\nname = \"leaf\"\nsource.file = \"models/leaf.gltf\"\n";
 
-/// Protects: a mesh in a file becomes one mesh with the file's transforms.
+/// Protects: a mesh from a file is a single mesh with the file's transforms applied.
 #[test]
 fn a_mesh_in_a_file_becomes_one_mesh_with_the_file_s_transforms() {
     let place = Place::new(MODEL);
@@ -328,11 +328,11 @@ fn a_mesh_in_a_file_becomes_one_mesh_with_the_file_s_transforms() {
         mesh.positions.offsets()[3..],
         [[0.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
     );
-    // The mirrored one is turned over, so that both face +z.
+    // The reflected triangle is reversed, so that both face +z.
     assert_eq!(mesh.indices, [[0, 1, 2], [3, 5, 4]]);
 }
 
-/// Protects: a mesh file that cannot be had is an error at its place.
+/// Protects: an unreadable mesh file is an error at its position.
 #[test]
 fn a_mesh_file_that_cannot_be_had_is_an_error_at_its_place() {
     let place = Place::new(MODEL);
@@ -376,7 +376,7 @@ fn a_model_has_no_parameters() {
     );
 }
 
-/// Protects: the hash covers text time parameters and files.
+/// Protects: the hash covers text, time, parameters and files.
 #[test]
 fn the_hash_covers_text_time_parameters_and_files() {
     let hash =
@@ -408,8 +408,8 @@ fn the_hash_covers_text_time_parameters_and_files() {
     );
 }
 
-/// Protects: a value on the command line makes another scene, by the value and by which parameter
-/// it is given to; of two for one parameter the last one counts.
+/// Protects: a parameter on the command line changes the hash, by its value and by its name; the
+/// last of two values for a parameter is used.
 #[test]
 fn values_of_parameters_count() {
     let place = Place::new("format = 1\n[parameters]\na = 1\nb = 1\n");
@@ -441,8 +441,8 @@ fn values_of_parameters_count() {
     );
 }
 
-/// Protects: loading says which files a scene is made from or names, itself included, so that no
-/// picture of it replaces one.
+/// Protects: loading lists the files that a scene is made from or names, itself included, so that
+/// no picture replaces any of them.
 #[test]
 fn a_scene_knows_its_files() {
     use raywright_io::output;
@@ -552,8 +552,8 @@ fn an_unknown_preset_is_a_usage_error_with_a_suggestion() {
     assert_eq!(error.to_string(), wanted);
 }
 
-/// Protects: endings of any case say what a file is, and are no part of its stem, after which the
-/// picture is named.
+/// Protects: extensions in any letter case decide the format, and are removed from the name of the
+/// picture.
 #[test]
 fn endings_count_in_any_case() {
     let place = Place::new("");
@@ -581,9 +581,9 @@ fn endings_count_in_any_case() {
     }
 }
 
-/// Protects: a byte order mark before a text of any format, with either end of lines, changes
-/// nothing of what is read, from a file and from a pipe alike; of a scene of ours, places in
-/// messages count from what follows it.
+/// Protects: a byte order mark before a text of any format, with either line end, has no effect on
+/// the content, from a file and from a pipe alike; positions in messages of native scenes are
+/// relative to the text after it.
 #[test]
 fn byte_order_marks_change_nothing() {
     let toml = "format = 1\n[[materials]]\nname = \"m\"\nmodel.classic = {}\n";

@@ -1,8 +1,8 @@
-//! What may go wrong with bytes, lines and numbers in a text, whatever they mean.
+//! Corruption of bytes, of lines and of numbers in a text, whatever their meaning.
 
 use crate::random::Random;
 
-/// Numbers that break what counts, adds and divides.
+/// Numbers that break counters, sums and divisions.
 const NUMBERS: [&str; 14] = [
     "0",
     "-1",
@@ -20,8 +20,8 @@ const NUMBERS: [&str; 14] = [
     "18446744073709551615",
 ];
 
-/// As `NUMBERS`, in 32 bits, whole or not: with infinities, what is no number, and the least number
-/// that is none of the normal ones.
+/// The same as 32-bit words, integers and floats: with infinities, NaN, and the largest subnormal
+/// number.
 const WORDS: [u32; 12] = [
     0,
     1,
@@ -58,7 +58,7 @@ pub fn mangle(bytes: &mut Vec<u8>, random: &mut Random) {
     }
 }
 
-/// Puts another number in the place of four bytes, of either order.
+/// Replaces four bytes by another number, in either byte order.
 fn word(bytes: &mut [u8], at: usize, random: &mut Random) {
     let word = *random.of(&WORDS);
     let new = if random.below(2) == 0 {
@@ -74,7 +74,7 @@ fn word(bytes: &mut [u8], at: usize, random: &mut Random) {
     }
 }
 
-/// Puts another number in the place of the next one that is written in digits.
+/// Replaces the next number in digits by another.
 fn number(bytes: &mut Vec<u8>, from: usize, random: &mut Random) {
     let Some(start) = bytes
         .iter()
@@ -112,7 +112,7 @@ pub fn mangle_lines(bytes: &mut Vec<u8>, random: &mut Random) {
     *bytes = lines.join(end.as_bytes());
 }
 
-/// Puts a word of one line, or a number, into another.
+/// Puts a word of one line, or a number, into another line.
 fn words(lines: &mut [Vec<u8>], a: usize, b: usize, random: &mut Random) {
     let mut words: Vec<Vec<u8>> = lines[a]
         .split(|&byte| byte == b' ')
@@ -133,7 +133,7 @@ fn words(lines: &mut [Vec<u8>], a: usize, b: usize, random: &mut Random) {
     lines[a] = words.join(&b' ');
 }
 
-/// Makes the checksums of a PNG's chunks right, so that what is wrong in them is read.
+/// Corrects the checksums of a PNG's chunks, so that the decoder reads their corrupt content.
 pub fn mend_png(bytes: &mut [u8]) {
     let mut at = 8;
     while let Some(length) = bytes.get(at..).and_then(|rest| rest.first_chunk::<4>()) {
@@ -152,7 +152,7 @@ pub fn mend_png(bytes: &mut [u8]) {
     }
 }
 
-/// The checksum of the PNG specification, third edition, annex D.
+/// Computes the checksum of the PNG specification, third edition, annex D.
 fn crc(bytes: &[u8]) -> u32 {
     let bit = |sum: u32, _| {
         if sum & 1 == 1 {

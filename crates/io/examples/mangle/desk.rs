@@ -1,17 +1,17 @@
-//! Where files are mangled: a copy of each folder of the corpus, made once, so that what a file
-//! names lies beside it.
+//! Working folders: a copy of each folder of the corpus, made once, so that a mangled file lies
+//! beside the files that it names.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-/// A folder for all copies, and for what is kept.
+/// Parent folder of all copies and kept folders.
 pub struct Desk {
     here: PathBuf,
     folders: HashMap<PathBuf, PathBuf>,
 }
 
 impl Desk {
-    /// An empty one of that name, where the system has its temporary files.
+    /// Creates an empty folder with this name among the system's temporary files.
     pub fn new(name: &str) -> Self {
         let here = std::env::temp_dir().join(name);
         std::fs::create_dir_all(&here).expect("a folder for mangled files");
@@ -21,12 +21,12 @@ impl Desk {
         }
     }
 
-    /// Where it is.
+    /// Path of the folder.
     pub fn here(&self) -> &Path {
         &self.here
     }
 
-    /// The copy of the folder that a file is in.
+    /// Returns the copy of a file's folder, made on first use.
     pub fn folder(&mut self, file: &Path) -> PathBuf {
         let from = file.parent().unwrap_or(Path::new(".")).to_owned();
         let next = self.here.join(format!("files-{}", self.folders.len()));
@@ -40,19 +40,19 @@ impl Desk {
         }
     }
 
-    /// Keeps a folder as it is, under a name.
+    /// Keeps a copy of a folder under a name.
     pub fn keep(&self, folder: &Path, name: &str) -> PathBuf {
         let kept = self.here.join(name);
         copy_files(folder, &kept);
         kept
     }
 
-    /// Removes all but what was kept.
+    /// Removes everything except the kept folders.
     pub fn clear(self) {
         self.folders
             .values()
             .for_each(|folder| drop(std::fs::remove_dir_all(folder)));
-        // Only if nothing is in it.
+        // Succeeds only for an empty folder.
         let _ = std::fs::remove_dir(self.here);
     }
 }
@@ -61,7 +61,7 @@ fn copy_files(from: &Path, to: &Path) {
     std::fs::create_dir_all(to).expect("a folder for files");
     for entry in std::fs::read_dir(from).into_iter().flatten().flatten() {
         if entry.path().is_file() && entry.metadata().is_ok_and(|data| data.len() < 1 << 22) {
-            // Not its permissions: what is written over may be read-only.
+            // Permissions are not copied: the originals may be read-only.
             let _ = std::fs::read(entry.path())
                 .map(|bytes| std::fs::write(to.join(entry.file_name()), bytes));
         }

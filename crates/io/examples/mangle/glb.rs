@@ -1,15 +1,15 @@
-//! Takes GLB files apart and puts them together again, with lengths that are right or not.
+//! Splits and rebuilds GLB files, with correct or wrong lengths.
 
 use crate::random::Random;
 
-/// The JSON and the rest of a container, where it has both.
+/// Returns the JSON and the rest of a container, if it has both.
 pub fn parts(bytes: &[u8]) -> Option<(&[u8], &[u8])> {
     let length = u32::from_le_bytes(*bytes.get(12..)?.first_chunk()?) as usize;
     bytes.starts_with(b"glTF").then_some(())?;
     Some((bytes.get(20..20 + length)?, bytes.get(20 + length..)?))
 }
 
-/// A container of a JSON text and what followed it in another.
+/// Builds a container from a JSON text and the rest of another container.
 pub fn container(mut json: Vec<u8>, rest: &[u8]) -> Vec<u8> {
     json.resize(json.len().next_multiple_of(4), b' ');
     let lengths =
@@ -25,7 +25,7 @@ pub fn container(mut json: Vec<u8>, rest: &[u8]) -> Vec<u8> {
     .concat()
 }
 
-/// Makes the length of the file or of one of its first two chunks wrong.
+/// Corrupts the length of the file or of one of its first two chunks.
 pub fn break_length(bytes: &mut [u8], random: &mut Random) {
     let second = parts(bytes).map_or(12, |(json, _)| 20 + json.len());
     let at = *random.of(&[8, 12, second]);

@@ -1,14 +1,14 @@
-//! Mangles files and loads what comes out, for as long as it is told: no file may make the library
-//! panic or take long.
+//! Fuzzer of the loaders: mangles files and loads the results, for a given time. No file may make
+//! the library panic or take long.
 //!
 //! `cargo run --release -p raywright-io --example mangle -- FOLDER.. gltf|obj|stl|ply|scene|picture
-//! SECONDS [SEED]` takes the files of that kind below the folders, those that have cost least so
-//! far first, and changes bits, numbers, lines and lengths of each at random, or the values of the
-//! JSON in it. Every fourth that the loader lets through is also prepared and rendered, small. It
-//! goes on for so many seconds of the *processor*, all threads together. A file that panics or
-//! takes more than five such seconds stays behind under the name that is printed, and the exit code
-//! is 1; one that ends the whole process is in the folder that is named at the start. What a file
-//! becomes depends on seed, place in the list and round. Set `TMPDIR` to a folder in memory.
+//! SECONDS [SEED]` takes the files of that kind below the folders, cheapest so far first, and
+//! changes random bits, numbers, lines and lengths, or the values of their JSON. Every fourth file
+//! that loads is also prepared and rendered at a small size. The run lasts this many seconds of
+//! *CPU time*, over all threads. A file that panics or takes more than five such seconds is kept
+//! under the printed name, and the exit code is 1; a file that ends the whole process is in the
+//! folder named at the start. A mangled file depends on seed, place in the list and round. Set
+//! `TMPDIR` to a folder in memory.
 #![expect(clippy::print_stdout, reason = "a program that reports what it did")]
 
 mod bytes;
@@ -29,14 +29,14 @@ use desk::Desk;
 use random::Random;
 use tree::Pool;
 
-/// Seconds of the processor that no file may take.
+/// Largest CPU seconds of a file.
 const SLOW: f64 = 5.0;
 
-/// Seconds of the processor from one report to the next.
+/// CPU seconds between reports.
 const EVERY: f64 = 60.0;
 
-/// A kind of file: its name, the endings of what is mangled, and those that are loaded by the file
-/// of another ending beside them.
+/// A kind of file: its name, the extensions of the mangled files, and pairs of extensions for files
+/// that are loaded through a companion file.
 type Kind = (
     &'static str,
     &'static [&'static str],
@@ -60,14 +60,14 @@ const KINDS: [Kind; 6] = [
 struct Seed {
     path: PathBuf,
     bytes: Vec<u8>,
-    /// Its values where it is JSON, GLB or TOML.
+    /// Its values, for JSON, GLB or TOML.
     tree: Option<Value>,
-    /// CPU seconds that it took.
+    /// CPU seconds spent on it.
     spent: f64,
     rounds: u64,
 }
 
-/// The values in a file that is JSON, GLB or TOML.
+/// Parses a JSON, GLB or TOML file.
 fn tree_of(name: &str, bytes: &[u8]) -> Option<Value> {
     if name.ends_with(".toml") {
         return tree::of_toml(std::str::from_utf8(bytes).ok()?);
@@ -75,8 +75,8 @@ fn tree_of(name: &str, bytes: &[u8]) -> Option<Value> {
     serde_json::from_slice(glb::parts(bytes).map_or(bytes, |(json, _)| json)).ok()
 }
 
-/// Files of a kind below some folders, in order. What is larger than four megabytes would take all
-/// the time.
+/// Lists the files of a kind below some folders, in order, without those above four megabytes,
+/// which would take all the time.
 fn corpus(folders: &[String], endings: &[&str]) -> Vec<Seed> {
     let (mut found, mut open): (Vec<PathBuf>, Vec<PathBuf>) =
         (Vec::new(), folders.iter().map(PathBuf::from).collect());
@@ -111,7 +111,7 @@ fn corpus(folders: &[String], endings: &[&str]) -> Vec<Seed> {
     found.into_iter().filter_map(seed).collect()
 }
 
-/// A mangled file: its bytes, and its ending where that is another than before.
+/// Returns the bytes of a mangled file, and its extension if changed.
 fn mangled(seed: &Seed, pool: &Pool, random: &mut Random) -> (Vec<u8>, Option<&'static str>) {
     let name = seed.path.to_string_lossy().to_lowercase();
     let mut bytes = seed.bytes.clone();
@@ -145,8 +145,7 @@ fn mangled(seed: &Seed, pool: &Pool, random: &mut Random) -> (Vec<u8>, Option<&'
     (bytes, None)
 }
 
-/// Loads a file and, if it is asked for and may be rendered, renders a few pixels of it. Whether it
-/// loads.
+/// Loads a file and, if requested and possible, renders a few pixels. Returns whether it loads.
 fn swallow(path: &Path, renders: bool) -> bool {
     let limits = Limits {
         memory_bytes: 256 << 20,
@@ -185,7 +184,7 @@ fn swallow(path: &Path, renders: bool) -> bool {
     true
 }
 
-/// What is loaded for a file that was written: itself, or one that names it.
+/// Path to load for a written file: the file itself, or its companion.
 fn entrance(path: &Path, (kind, _, named): &Kind) -> PathBuf {
     let ending = path
         .extension()
@@ -216,18 +215,18 @@ fn entrance(path: &Path, (kind, _, named): &Kind) -> PathBuf {
     path
 }
 
-/// A figure of this process in `/proc/self`, where the system has that.
+/// Reads a figure of this process from `/proc/self`, if the system has it.
 fn told(file: &str, figure: impl Fn(&str) -> Option<f64>) -> Option<f64> {
     std::fs::read_to_string(Path::new("/proc/self").join(file))
         .ok()
         .and_then(|text| figure(&text))
 }
 
-/// Seconds that all threads of this process have spent on a processor, so that what else a machine
-/// does counts for nothing; where the system does not tell, those since the start.
+/// CPU seconds of all threads of this process, independent of other programs; wall-clock seconds
+/// since the start where the system does not report them.
 fn busy(start: Instant) -> f64 {
     const TICKS: f64 = 100.0;
-    // After the name of the program in brackets, times are the twelfth and the thirteenth word.
+    // After the program's name in brackets, the times are the twelfth and the thirteenth word.
     let ticks = |text: &str| {
         let words = text.rsplit(')').next()?.split_whitespace().skip(11).take(2);
         words
@@ -237,7 +236,7 @@ fn busy(start: Instant) -> f64 {
     told("stat", ticks).map_or_else(|| start.elapsed().as_secs_f64(), |ticks| ticks / TICKS)
 }
 
-/// A run under way.
+/// State of a run.
 struct Run {
     kind: &'static Kind,
     number: u64,
@@ -251,7 +250,7 @@ struct Run {
 }
 
 impl Run {
-    /// Mangles and loads the file that cost least so far; false where there is none.
+    /// Mangles and loads the cheapest file so far; returns false without any file.
     fn round(&mut self) -> bool {
         let by_cost =
             |a: &(usize, &mut Seed), b: &(usize, &mut Seed)| a.1.spent.total_cmp(&b.1.spent);
@@ -271,7 +270,7 @@ impl Run {
         let renders = seed.rounds % 4 == 0;
         let outcome = std::panic::catch_unwind(|| swallow(&entrance(&path, self.kind), renders));
         let spent = busy(self.start) - before;
-        // Ticks are too coarse for a small file.
+        // Clock ticks are too coarse for a small file.
         seed.spent += begun.elapsed().as_secs_f64();
         if outcome.is_err() || spent > SLOW {
             self.wrong += 1;
@@ -290,7 +289,7 @@ impl Run {
         true
     }
 
-    /// Says how far it has come.
+    /// Prints the progress.
     fn report(&self) {
         let high = |text: &str| {
             text.lines().find_map(|line| {

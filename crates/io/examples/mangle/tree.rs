@@ -1,5 +1,5 @@
-//! What may go wrong with a text that is sound JSON: values that are others', extreme, of another
-//! type, too few or too many.
+//! Corruption of valid JSON: values of other files, extreme values, other types, missing or
+//! additional entries.
 
 use std::collections::BTreeMap;
 
@@ -9,11 +9,11 @@ use toml::de::{DeTable, DeValue};
 use crate::bytes;
 use crate::random::Random;
 
-/// Values that files have under each name, to be put where another file has that name.
+/// Values of all files under each name, to replace values of the same name elsewhere.
 #[derive(Default)]
 pub struct Pool(BTreeMap<String, Vec<Value>>);
 
-/// Words that mean something in a place or in an expression.
+/// Words with a meaning in some place or in an expression.
 const WORDS: [&str; 16] = [
     "",
     "../../secret.png",
@@ -34,7 +34,7 @@ const WORDS: [&str; 16] = [
 ];
 
 impl Pool {
-    /// Takes up all values of a tree that are not large.
+    /// Adds all small values of a tree.
     pub fn add(&mut self, value: &Value) {
         match value {
             Value::Array(list) => list.iter().for_each(|inner| self.add(inner)),
@@ -51,19 +51,19 @@ impl Pool {
         }
     }
 
-    /// A value that some file has under a name.
+    /// Returns a value from any file under this name.
     fn value(&self, key: &str, random: &mut Random) -> Option<Value> {
         self.0.get(key).map(|values| random.of(values).clone())
     }
 
-    /// Any name with a value.
+    /// Returns a random name with a value.
     fn entry(&self, random: &mut Random) -> Option<(String, Value)> {
         let (key, values) = self.0.iter().nth(random.below(self.0.len()))?;
         Some((key.clone(), random.of(values).clone()))
     }
 }
 
-/// The values of a TOML file, which the same scene in JSON has.
+/// Parses a TOML file into the equivalent JSON.
 pub fn of_toml(text: &str) -> Option<Value> {
     DeTable::parse(text)
         .ok()
@@ -99,7 +99,7 @@ pub fn mangle(root: &mut Value, pool: &Pool, random: &mut Random) {
     }
 }
 
-/// Goes down to a value, by chance at each branch, and changes it.
+/// Descends along random branches to a value, and changes it.
 fn descend(value: &mut Value, key: &str, pool: &Pool, random: &mut Random) {
     let stays = random.below(6) == 0;
     match value {
@@ -142,7 +142,7 @@ fn change(value: &mut Value, key: &str, pool: &Pool, random: &mut Random) {
     }
 }
 
-/// A number that is near, small, or large beyond reason.
+/// Returns a nearby, small, or extreme number.
 fn extreme(number: f64, random: &mut Random) -> Value {
     match random.below(6) {
         0 => json!(number as i64 + 1),

@@ -1,11 +1,11 @@
-//! What vertices of imported meshes carry, by hand: colours of every kind, and normals that a file
-//! lacks in part.
+//! Vertex attributes of imported meshes, computed by hand: colours of every kind, and normals that
+//! a file lacks in part.
 
 use raywright_core::scene::MeshData;
 
 use crate::shared::{check_sound, load, mesh_of};
 
-/// A glTF file of the triangle 0, x, y, whose outside is +z, with one more attribute.
+/// Loads a glTF file of the triangle 0, x, y, whose outside is +z, with another attribute.
 fn triangle(
     attribute: &str,
     component: u32,
@@ -20,7 +20,7 @@ fn triangle(
         .flat_map(|x| x.to_le_bytes())
         .collect();
     bytes.extend(values);
-    // The elements lie at multiples of four bytes.
+    // Elements lie at multiples of four bytes.
     let stride = values.len() / 3;
     let text = format!(
         r#"{{ "asset": {{ "version": "2.0" }}, "scene": 0, "scenes": [{{ "nodes": [0] }}], "nodes": [{{ "mesh": 0 }}],
@@ -36,7 +36,7 @@ fn triangle(
     written("a.gltf", &text, &bytes)
 }
 
-/// What the first object of a file shows, given its text and the buffer beside it.
+/// Mesh of the first object in a file, from its text and the buffer beside it.
 fn written(name: &str, text: &str, buffer: &[u8]) -> MeshData {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("a.bin"), buffer).unwrap();
@@ -48,8 +48,8 @@ fn written(name: &str, text: &str, buffer: &[u8]) -> MeshData {
 }
 
 /// Protects: colours of three numbers are opaque and those of four have their own alpha, in each of
-/// the three kinds of number that glTF 2.0 allows (section 3.7.2.1). What lies where a fourth
-/// number would be is none.
+/// the three component types of glTF 2.0 (section 3.7.2.1). Bytes in place of a fourth number are
+/// ignored.
 #[test]
 fn colours_of_three_numbers_are_opaque() {
     let covering = [
@@ -78,8 +78,8 @@ fn colours_of_three_numbers_are_opaque() {
     }
 }
 
-/// Protects: normals that a file has too short or not at all become those of the facets around,
-/// outward; the others are its own, also where they point inward.
+/// Protects: short and missing normals of a file become the mean of the facets around, outward;
+/// other normals keep their direction, even inward.
 #[test]
 fn missing_normals_point_outward() {
     let given = [[0.0_f32; 3], [0.0, 0.0, -2.0], [f32::NAN, 1.0, 0.0]];
@@ -98,8 +98,8 @@ fn missing_normals_point_outward() {
     assert_eq!(model.normals, wanted);
 }
 
-/// Protects: the normals of a smoothing group are outward and weigh each facet by its area: a floor
-/// of area 2 (two triangles) and a wall of area 1/2 meet at x = 0 in (1/2, 0, 2)/√(17/4), and
+/// Protects: the normals of a smoothing group are outward and weight each facet by its area: a
+/// floor of area 2 (two triangles) and a wall of area 1/2 meet at x = 0 in (1/2, 0, 2)/√(17/4), and
 /// beyond that edge each has its own.
 #[test]
 fn smooth_normals_point_outward() {
@@ -119,8 +119,8 @@ fn smooth_normals_point_outward() {
     assert_eq!(model.normals.len(), model.positions.len());
 }
 
-/// Protects: smoothing groups that meet share no normal: a floor in one and a wall in the other
-/// each keep their own, and in one group the edge leans.
+/// Protects: adjacent smoothing groups share no normal: a floor and a wall in different groups each
+/// keep their own, and in a common group the normals at the edge are averaged.
 #[test]
 fn smoothing_groups_keep_their_normals() {
     let model = |wall: &str| {
@@ -148,8 +148,8 @@ fn smoothing_groups_keep_their_normals() {
     assert_eq!((edge(&apart), edge(&model("1"))), (4, 2));
 }
 
-/// Protects: a mesh has every set of coordinates up to the one that its material reads, each at its
-/// own place: of a file with the second set alone the first is zeros.
+/// Protects: a mesh has every set of coordinates up to the largest that its material uses, each at
+/// its own index: in a file with only the second set, the first is zeros.
 #[test]
 fn sets_of_coordinates_keep_their_places() {
     const DOT: &str = "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGAWjR9awAAAABJRU5ErkJggg==";

@@ -1,4 +1,5 @@
-//! Whole collections: every file loads (or says why not) and keeps the invariants of a scene.
+//! Whole collections: every file loads or has an error message, and keeps the invariants of a
+//! scene.
 
 use std::path::PathBuf;
 
@@ -16,8 +17,8 @@ fn models(folder: &str, endings: &[&str]) -> Vec<PathBuf> {
         .collect()
 }
 
-/// Protects: every shared glTF file outside `compressed` loads, and shows something unless it is
-/// made of points and lines.
+/// Protects: every shared glTF file outside `compressed` loads, and shows an object unless it
+/// consists of points and lines.
 #[test]
 fn gltf_files_load() {
     for path in models("gltf", &["gltf", "glb"]) {
@@ -39,8 +40,8 @@ fn gltf_files_load() {
     }
 }
 
-/// Protects: files that the asset generator calls wrong are refused or shown without the wrong
-/// part.
+/// Protects: files that the asset generator marks as invalid are refused or shown without the
+/// invalid part.
 #[test]
 fn negative_gltf_files_do_no_harm() {
     for path in models("gltf/AssetGenerator-Negative", &["gltf", "glb"]) {

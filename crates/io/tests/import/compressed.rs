@@ -6,9 +6,9 @@ use raywright_io::Loaded;
 
 use crate::shared::{assets, load, world_triangles};
 
-/// Protects: compressed geometry is what it was before: Draco's box the unit box with its facets'
-/// normals, meshoptimizer's duck, of positions in 12 bits, the duck of the file without compression
-/// to 2⁻¹² of its size, with the same picture.
+/// Protects: compressed geometry equals the original: Draco's box the unit box with its facets'
+/// normals; meshoptimizer's duck, with 12-bit positions, the uncompressed duck to 2⁻¹² of its size,
+/// with the same picture.
 #[test]
 fn compressed_geometry_is_decoded() {
     let Some(folder) = assets("gltf") else { return };
@@ -70,7 +70,7 @@ fn compressed_geometry_is_decoded() {
     }
 }
 
-/// Protects: compressed data that is cut off, or whose counts lie, is refused with its place.
+/// Protects: compressed data that is truncated, or has false counts, is refused with its position.
 #[test]
 fn broken_compressed_geometry_is_refused() {
     let Some(folder) = assets("gltf/compressed") else {
@@ -114,8 +114,8 @@ fn broken_compressed_geometry_is_refused() {
     }
 }
 
-/// Protects: pictures in WebP and KTX2 are read, where a file has nothing else too; the balloon's
-/// are of the sizes that it says, of its colours, and opaque.
+/// Protects: pictures in WebP and KTX2 are read, even without a fallback; the balloon's have the
+/// declared sizes, its colours, and are opaque.
 #[test]
 fn pictures_of_extensions_are_read() {
     let Some(folder) = assets("gltf/compressed") else {

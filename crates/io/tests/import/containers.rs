@@ -1,5 +1,5 @@
-//! What lies around the contents of a model: versions, nodes, strides, binary chunks, and the files
-//! that a scene names.
+//! Structure around a model's contents: versions, nodes, strides, binary chunks, and the files that
+//! a scene names.
 
 use std::path::{Path, PathBuf};
 
@@ -16,7 +16,7 @@ fn corners() -> Vec<u8> {
         .collect()
 }
 
-/// A glTF file of one triangle whose parts are these.
+/// A glTF file of one triangle with these parts.
 fn json(asset: &str, node: &str, view: &str, buffers: &str) -> String {
     format!(
         r#"{{ "asset": {{ {asset} }}, "scene": 0, "scenes": [{{ "nodes": [0] }}], "nodes": [{{ {node} "mesh": 0 }}],
@@ -46,8 +46,8 @@ fn said(loaded: &Loaded) -> String {
         .join("\n")
 }
 
-/// Protects: files of another version are refused, and those that ask for a later 2.x are read with
-/// a warning.
+/// Protects: files of another version are refused, and those of a later 2.x are read with a
+/// warning.
 #[test]
 fn versions_are_looked_at() {
     for (asset, words) in [
@@ -80,8 +80,8 @@ fn versions_are_looked_at() {
     }
 }
 
-/// Protects: a rotation that is none turns nothing, one of another length turns as much as it would
-/// at unit length, and both are told.
+/// Protects: a zero rotation is the identity, and a rotation of another length equals the
+/// normalised one; both give a warning.
 #[test]
 fn rotations_are_brought_to_unit_length() {
     for (rotation, y, told) in [
@@ -109,7 +109,7 @@ fn rotations_are_brought_to_unit_length() {
     }
 }
 
-/// Protects: elements may lie apart, but not in each other.
+/// Protects: elements may have gaps between them, but may not overlap.
 #[test]
 fn strides_hold_their_elements() {
     let strided = |stride: u32| {
@@ -128,7 +128,7 @@ fn strides_hold_their_elements() {
     );
 }
 
-/// A container of these chunks.
+/// Writes a container of these chunks.
 fn glb(folder: &Path, text: &str, binaries: &[Vec<u8>]) -> PathBuf {
     let chunk = |kind: &[u8; 4], bytes: &[u8]| {
         [&(bytes.len() as u32).to_le_bytes()[..], kind, bytes].concat()
@@ -152,8 +152,8 @@ fn glb(folder: &Path, text: &str, binaries: &[Vec<u8>]) -> PathBuf {
     path
 }
 
-/// Protects: the first binary chunk is the first buffer, and no other: a second chunk is passed
-/// over with a warning, and a second buffer without a place of its own has no bytes.
+/// Protects: the first binary chunk is the first buffer, and no other: a second chunk is skipped
+/// with a warning, and a second buffer without a URI has no bytes.
 #[test]
 fn the_first_chunk_is_the_first_buffer() {
     let folder = tempfile::tempdir().unwrap();
@@ -178,7 +178,7 @@ fn the_first_chunk_is_the_first_buffer() {
     );
 }
 
-/// Protects: the kind of failure of a model that a scene names: not there, too large, out of the
+/// Protects: the kind of error for a model named by a scene: missing, too large, outside the
 /// folder, not a file, or not a model.
 #[test]
 fn a_named_model_fails_in_its_own_way() {
@@ -217,7 +217,7 @@ fn a_named_model_fails_in_its_own_way() {
     }
 }
 
-/// An OBJ file of one triangle, given its lines before the face and a library's line.
+/// Loads an OBJ file of one triangle, from its lines before the face and a library's line.
 fn obj(vertices: &str, before: &str, library: &str) -> Loaded {
     let folder = tempfile::tempdir().unwrap();
     image::RgbaImage::new(1, 1)
@@ -237,8 +237,8 @@ fn obj(vertices: &str, before: &str, library: &str) -> Loaded {
     load(&path)
 }
 
-/// Protects: the words that smooth and those that do not, and colours in bytes, which are told by
-/// any number above 1.
+/// Protects: smoothing is switched by the keywords of the format, and colours are in bytes if any
+/// number is above 1.
 #[test]
 fn statements_of_vertices_have_their_meaning() {
     let plain = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
@@ -276,9 +276,9 @@ fn statements_of_vertices_have_their_meaning() {
     }
 }
 
-/// Protects: options before the name of an image: those that count, those that are passed over with
-/// their words, and what is taken where an option has fewer numbers. Rows count from the top in a
-/// scene, from the bottom in a library.
+/// Protects: options before the name of an image: supported ones, ignored ones with their words,
+/// and defaults where an option has fewer numbers. Rows count from the top in a scene, from the
+/// bottom in a library.
 #[test]
 fn options_of_images_have_their_meaning() {
     let repeat = Wrap::Repeat;
@@ -326,7 +326,7 @@ fn options_of_images_have_their_meaning() {
     }
 }
 
-/// Protects: a buffer ends where its length says, and not where its file does: what reads beyond is
+/// Protects: a buffer ends at its declared length, not at the end of its file; reads beyond it are
 /// refused.
 #[test]
 fn a_buffer_is_as_long_as_it_says() {

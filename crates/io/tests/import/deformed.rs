@@ -1,5 +1,5 @@
-//! Vertices that move: morph targets, skins and instances of the graphics processor, against places
-//! worked out by hand.
+//! Deformed meshes: morph targets, skins and GPU instances, compared with positions computed by
+//! hand.
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 use raywright_io::{Error, ErrorKind, Input, LoadOptions, Loaded, ModelOptions, Overrides, load};
@@ -8,14 +8,14 @@ use serde_json::{Value, json};
 use crate::keyed::{Made, asked};
 use crate::shared::{assets, transform, world_triangles};
 
-/// The corners of the model's triangle at rest.
+/// Corners of the model's triangle at rest.
 const CORNERS: [DVec3; 3] = [DVec3::ZERO, DVec3::X, DVec3::Y];
 
 fn shown(made: &Made, at: Option<f64>) -> Loaded {
     made.asked(None, None, at).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// Where the first object's one triangle is, with its normals.
+/// World positions of the first object's only triangle, with its normals.
 fn triangle(loaded: &Loaded) -> ([DVec3; 3], Option<[DVec3; 3]>) {
     let (corners, normals) = world_triangles(loaded, &loaded.scene.objects[0]);
     (corners[0], normals.first().copied())
@@ -46,7 +46,7 @@ fn morphing() -> Made {
     })
 }
 
-/// What two weights make of the triangle, whose node is at (0, 0, 5).
+/// Expected triangle under two weights, with its node at (0, 0, 5).
 fn morphed(a: f64, b: f64) -> ([DVec3; 3], DVec3) {
     let lifted = |i: usize| CORNERS[i] + DVec3::Z * (a * (i as f64 + 1.0) + 5.0);
     (
@@ -55,9 +55,9 @@ fn morphed(a: f64, b: f64) -> ([DVec3; 3], DVec3) {
     )
 }
 
-/// Protects: targets add up by their weights, the mesh's, in their place the node's, in theirs the
-/// animation's: straight, by steps and by splines, each weight for itself; normals are brought back
-/// to unit length.
+/// Protects: targets are summed by their weights: those of the animation before those of the node
+/// before those of the mesh; linear, stepped and by splines, each weight separately; normals are
+/// renormalised.
 #[test]
 fn targets_move_by_their_weights() {
     let weighs = |made: &Made, at: Option<f64>, [a, b]: [f64; 2]| {
@@ -86,7 +86,8 @@ fn targets_move_by_their_weights() {
         Some(2.9),
         [0.0, 1.0],
     );
-    // Before, value and after each key, two weights each; the keys are two seconds apart.
+    // In-tangent, value and out-tangent of each key, two weights each; the keys are two seconds
+    // apart.
     let spline = [9.0, 9.0, 0.0, 1.0, 0.25, 0.0, 0.5, 0.0, 0.5, 3.0, 9.0, 9.0];
     weighs(
         &node().animated("", 1, "weights", "CUBICSPLINE", &spline),
@@ -100,8 +101,8 @@ fn targets_move_by_their_weights() {
     );
 }
 
-/// Protects: one mesh under several nodes with weights of their own is as many shapes; with equal
-/// ones, one.
+/// Protects: a mesh under several nodes with different weights becomes several meshes; with equal
+/// weights, one.
 #[test]
 fn shapes_are_told_apart() {
     let made = |weights: [f64; 2]| {
@@ -128,8 +129,8 @@ fn matrix(map: &DAffine3) -> Vec<f32> {
         .collect()
 }
 
-/// Places of two joints, bound at the origin and at (0, 1, 0), and the model's triangle, hanging by
-/// these weights in 255ths.
+/// Model with two joints at these transforms, bound at the origin and at (0, 1, 0), and its
+/// triangle with these weights in 255ths.
 fn skinned(joints: [DAffine3; 2], weights: [[u8; 4]; 3]) -> Made {
     let mut made = Made::new();
     let binds = [
@@ -156,9 +157,8 @@ fn skinned(joints: [DAffine3; 2], weights: [[u8; 4]; 3]) -> Made {
     })
 }
 
-/// Protects: a vertex goes with its joints by its weights and not with its node; weights that are
-/// not one in sum count by their shares, and without any the first joint has the vertex; normals
-/// turn along.
+/// Protects: a vertex follows its joints by its weights and not its node; weights are divided by
+/// their sum, and without any the first joint has the vertex; normals rotate along.
 #[test]
 fn skins_go_with_their_joints() {
     let quarter = DQuat::from_rotation_x(std::f64::consts::FRAC_PI_2);
@@ -170,7 +170,8 @@ fn skins_go_with_their_joints() {
         None,
     );
     let (corners, normals) = triangle(&loaded);
-    // The third stays at (0, 1, 0) for the second joint, and goes to (3, 1, 0) with the first.
+    // The third corner stays at (0, 1, 0) under the second joint, and moves to (3, 1, 0) with the
+    // first.
     near(
         corners,
         [DVec3::X * 3.0, DVec3::X * 4.0, DVec3::new(1.5, 1.0, 0.0)],
@@ -184,7 +185,7 @@ fn skins_go_with_their_joints() {
             (half.inverse().transpose() * DVec3::Z).normalize(),
         ],
     );
-    // All with the second joint: the model turned about (0, 1, 0).
+    // All under the second joint: the model rotated about (0, 1, 0).
     let (corners, normals) = triangle(&shown(&skinned(joints, [[0, 255, 0, 0]; 3]), None));
     near(
         corners,
@@ -193,9 +194,9 @@ fn skins_go_with_their_joints() {
     near(normals.expect("it has normals"), [quarter * DVec3::Z; 3]);
 }
 
-/// Protects: a skinned mesh below a mirror is seen from the side that its file calls its front:
-/// corners go with the joints, their order and the normals are those of the mirrored triangle.
-/// Another node's handedness makes another shape.
+/// Protects: a skinned mesh below a reflection keeps the front side of its file: corners follow the
+/// joints, with the order and the normals of the reflected triangle. A node of the other handedness
+/// makes another mesh.
 #[test]
 fn skins_below_mirrors_keep_their_front() {
     let made = skinned([DAffine3::IDENTITY; 2], [[255, 0, 0, 0]; 3]);
@@ -231,8 +232,8 @@ fn skins_below_mirrors_keep_their_front() {
     }
 }
 
-/// Protects: a model that stands a million kilometres away keeps its shape, which single precision
-/// has no room for there; and joints that no scene shows stand somewhere all the same.
+/// Protects: a skinned model a million kilometres away keeps its shape, beyond the range of single
+/// precision; joints outside every scene have a transform too.
 #[test]
 fn skins_far_away_keep_their_shape() {
     let far = DVec3::new(1e9, -1e9, 0.25);
@@ -250,7 +251,7 @@ fn skins_far_away_keep_their_shape() {
     }
 }
 
-/// Protects: a skin plays: joints that animations move take the vertices along, targets first.
+/// Protects: an animated skin deforms its vertices after the morph targets.
 #[test]
 fn skins_and_targets_play_together() {
     let joints = [DAffine3::IDENTITY, DAffine3::from_translation(DVec3::Y)];
@@ -273,11 +274,10 @@ fn skins_and_targets_play_together() {
     }
 }
 
-/// What is wrong with a file's JSON.
+/// A change of a file's JSON that makes it invalid.
 type Change = fn(&mut Value);
 
-/// Protects: what skins and targets say that can't be is an error with its place, whatever is
-/// played.
+/// Protects: invalid skins and targets are errors with their position, at any time of an animation.
 #[test]
 fn broken_skins_and_targets_are_refused() {
     let joints = [DAffine3::IDENTITY; 2];
@@ -349,8 +349,8 @@ fn broken_skins_and_targets_are_refused() {
     }
 }
 
-/// Protects: EXT_mesh_gpu_instancing shows the mesh at each place in its node's space, turned and
-/// scaled, stored once.
+/// Protects: EXT_mesh_gpu_instancing shows the mesh at each transform in its node's space, rotated
+/// and scaled, stored once.
 #[test]
 fn instances_of_the_graphics_processor() {
     let (turn, place) = (DQuat::from_rotation_z(0.7), DVec3::new(1.0, 2.0, 3.0));
@@ -399,8 +399,8 @@ fn instances_of_the_graphics_processor() {
     );
 }
 
-/// Protects: a node under two parents is shown under each, with a warning; doubled again and again
-/// it is refused, and so is a cycle, wherever it begins.
+/// Protects: a node under two parents is shown under each, with a warning; repeated doubling is
+/// refused, and so is a cycle, wherever it begins.
 #[test]
 fn nodes_of_several_parents() {
     let shared = Made::new().with(|d| {
@@ -447,9 +447,9 @@ fn nodes_of_several_parents() {
     }
 }
 
-/// Protects: what is listed 100,000 times, as a root, as a child or as an instance, is shown once
-/// in each place, with what is below it and a warning; listed where it stands elsewhere it is shown
-/// there too, and a camera or lamp counts once.
+/// Protects: a node listed 100,000 times, as a root, as a child or as an instance, is shown once at
+/// each transform, with its descendants and a warning; at another transform it is shown again, and
+/// a camera or light counts once.
 #[test]
 fn what_is_listed_again_and_again_is_shown_once() {
     const MANY: usize = 100_000;
@@ -509,9 +509,9 @@ fn what_is_listed_again_and_again_is_shown_once() {
     assert_eq!(shown(&lit, None).scene.lights.len(), 1);
 }
 
-/// Protects: each animation of a file is shown by its name or index, from its beginning where no
-/// moment is asked for; without a choice they are together, the first first; and one that is not
-/// there is an error that lists them.
+/// Protects: each animation of a file is found by name or index, and shown at its start without a
+/// time; without a choice all are played together, the first in precedence; an unknown one is an
+/// error that lists them.
 #[test]
 fn animations_are_chosen() {
     let Some(folder) = assets("gltf") else { return };
@@ -561,8 +561,8 @@ fn animations_are_chosen() {
     );
 }
 
-/// Protects: real rigs stand and walk where another program's skinning (in double precision, by
-/// matrices) has them: the least and the greatest corner, to a millionth of their size.
+/// Protects: real rigs have the poses of another program's skinning (in double precision, by
+/// matrices): the least and the greatest corner, to a millionth of their size.
 #[test]
 fn real_rigs() {
     let Some(folder) = assets("gltf") else { return };

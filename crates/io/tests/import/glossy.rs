@@ -1,6 +1,5 @@
-//! What glTF's ways to colour reflections bring to a picture, against closed forms: in a white
-//! furnace a smooth surface seen head-on sends back what it reflects, and of its diffuse colour
-//! what that leaves.
+//! Coloured reflections of glTF, compared with closed forms: in a white furnace a smooth surface
+//! seen head-on returns its reflectance, and its diffuse colour times the rest.
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
@@ -13,11 +12,11 @@ use serde_json::{Value, json};
 
 use crate::keyed::Made;
 
-/// The mean over pixels that see one point of the model's triangle head-on, in a white furnace.
+/// Mean over pixels that see a point of the model's triangle head-on, in a white furnace.
 fn furnace(material: &Value) -> [f64; 3] {
     let mut made = Made::new();
     let coordinates = made.accessor("VEC2", &[0.5; 6]);
-    // One texel: the codes of (0.5, 0.25, 0.125) on the sRGB curve, and a glossiness of 1.
+    // One texel: the sRGB codes of (0.5, 0.25, 0.125), and a glossiness of 1.
     let mut png = std::io::Cursor::new(Vec::new());
     let texel = image::RgbaImage::from_pixel(1, 1, image::Rgba([188, 137, 99, 255]));
     texel
@@ -79,9 +78,8 @@ fn sends_back(material: &Value, expected: [f64; 3]) {
     assert!(near, "{material}: {found:?}, not {expected:?}");
 }
 
-/// Protects: a material of the specular-glossiness model sends back specular + diffuse · (1 −
-/// largest specular), by factors and by images alike, where the one colour is a dielectric's and
-/// the other a metal's, and where both are.
+/// Protects: a material of the specular-glossiness model returns specular + diffuse · (1 − largest
+/// specular), by factors and by images alike, for a dielectric, for a metal and for both.
 #[test]
 fn specular_and_diffuse_colours_are_as_given() {
     let of = |body: Value| json!({ "extensions": { "KHR_materials_pbrSpecularGlossiness": body } });
@@ -109,7 +107,7 @@ fn specular_and_diffuse_colours_are_as_given() {
     sends_back(&of(both), [0.25, 0.875, 0.0625]);
 }
 
-/// Protects: an index of 0 reflects all at every angle but what the specular factor takes away
+/// Protects: an index of 0 reflects everything at every angle, times the specular factor
 /// (KHR_materials_ior).
 #[test]
 fn an_index_of_zero_reflects_all() {
@@ -127,8 +125,7 @@ fn an_index_of_zero_reflects_all() {
     );
 }
 
-/// Protects: materials that share an image of glossiness have a roughness each by their own factor
-/// of it.
+/// Protects: materials that share a glossiness image each have a roughness by their own factor.
 #[test]
 fn factors_of_one_glossiness_stay_apart() {
     let mut made = Made::new();

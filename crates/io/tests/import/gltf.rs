@@ -1,4 +1,4 @@
-//! glTF files whose right answer is known.
+//! glTF files with known contents.
 
 use glam::DVec3;
 use raywright_core::scene::{
@@ -22,7 +22,7 @@ fn physical<'a>(loaded: &'a Loaded, name: &str) -> &'a Physical {
     }
 }
 
-/// The farthest distance between corresponding corners of two files, object by object.
+/// Largest distance between corresponding corners of two files, object by object.
 fn farthest(a: &Loaded, b: &Loaded) -> f64 {
     assert_eq!(a.scene.objects.len(), b.scene.objects.len());
     let mut farthest = 0.0_f64;
@@ -74,7 +74,7 @@ fn duck() {
         Some(texture.name.as_str())
     );
     assert_eq!(material.metallic, 0.0.into());
-    // The root scales by 0.01: without it, the duck would be 166 units high.
+    // The root scales by 0.01; unscaled, the duck would be 166 units high.
     let height = world_triangles(&duck, &duck.scene.objects[0])
         .0
         .as_flattened()
@@ -84,7 +84,7 @@ fn duck() {
     assert!((1.5..1.7).contains(&height), "{height}");
 }
 
-/// Protects: buffers beside the file, with a blank in their name; the lamp's radiance is factor
+/// Protects: buffers are found in files with a blank in their name; the lamp's radiance is factor
 /// times strength.
 #[test]
 fn cornell() {
@@ -124,8 +124,7 @@ fn cornell() {
     assert_eq!(room.scene.cameras[0].aspect, None);
 }
 
-/// Protects: normalised and plain integers of 8 and 16 bits mean the same as the floats of the
-/// twin.
+/// Protects: normalised and plain integers of 8 and 16 bits equal the floats of the twin file.
 #[test]
 fn quantized_equals_its_float_twin() {
     let Some(folder) = assets("gltf/crafted") else {
@@ -157,8 +156,8 @@ fn quantized_equals_its_float_twin() {
     }
 }
 
-/// Protects: nested non-uniform scales, mirrors and matrices: same places, and normals on the same
-/// side of the same facets.
+/// Protects: nested non-uniform scales, reflections and matrices give the twin's positions, and
+/// normals on the same side of the same facets.
 #[test]
 fn nested_transforms_equal_their_baked_twin() {
     let Some(folder) = assets("gltf/crafted") else {
@@ -177,7 +176,7 @@ fn nested_transforms_equal_their_baked_twin() {
             (world_triangles(&a, x), world_triangles(&b, y));
         assert_eq!(points.len(), twin_points.len());
         for (i, (p, q)) in points.iter().zip(&twin_points).enumerate() {
-            // The twin may start a triangle at another corner.
+            // A triangle of the twin may start at another corner.
             let closest = |p: &DVec3| q.iter().map(|q| p.distance(*q)).fold(f64::MAX, f64::min);
             assert!(
                 p.iter().all(|p| closest(p) < 1e-5),
@@ -191,7 +190,7 @@ fn nested_transforms_equal_their_baked_twin() {
     assert!(mirrored > 0, "the file has mirrored nodes");
 }
 
-/// Protects: all index types, no indices, strips and fans make the same quad.
+/// Protects: all index types, no indices, strips and fans give the same quad.
 #[test]
 fn index_types_make_the_same_quads() {
     let Some(path) = assets("gltf/crafted/index_types.glb") else {
@@ -210,14 +209,14 @@ fn index_types_make_the_same_quads() {
         areas.push(area);
     }
     assert!(areas.len() >= 6, "{areas:?}");
-    // Equal as vectors: same size, same facing.
+    // Equal as vectors: same area, same orientation.
     assert!(
         areas.iter().all(|area| area.distance(areas[0]) < 1e-6),
         "{areas:?}"
     );
 }
 
-/// Protects: a flat sheet with five points raised by a sparse accessor.
+/// Protects: a flat sheet has five points raised by a sparse accessor.
 #[test]
 fn sparse_positions_raise_five_points() {
     let Some(folder) = assets("gltf/crafted") else {
@@ -263,7 +262,7 @@ fn the_default_scene_is_shown() {
     }
 }
 
-/// Protects: blanks, umlauts, sub-folders and data references: every image is found.
+/// Protects: images are found by names with blanks, umlauts or sub-folders, and in data references.
 #[test]
 fn encoded_references_are_found() {
     let Some(folder) = assets("gltf/crafted/uri_encoding") else {
@@ -280,8 +279,8 @@ fn encoded_references_are_found() {
     assert!(textured >= 3);
 }
 
-/// Protects: palettes, grey, alpha, gamma chunks and orientation tags: eight-bit codes that agree
-/// where the picture's do.
+/// Protects: palettes, grey, alpha, gamma chunks and orientation tags decode to equal 8-bit codes
+/// for equal pictures.
 #[test]
 fn image_formats_decode_alike() {
     let Some(path) = assets("gltf/crafted/image_formats.glb") else {
@@ -325,8 +324,8 @@ fn node_translations_keep_double_precision() {
     assert_eq!(file.scene.meshes.len(), 1, "objects of one mesh share it");
 }
 
-/// Protects: the markers of the texture transform test lie where the arrow's tip must be shown:
-/// just beyond (0.69, 0.69) in the image.
+/// Protects: the markers of the texture transform test show the arrow's tip: just beyond (0.69,
+/// 0.69) in the image.
 #[test]
 fn texture_transforms_turn_the_right_way() {
     let Some(path) = assets("gltf/TextureTransformTest/TextureTransformTest.gltf") else {
@@ -391,8 +390,8 @@ fn deep_and_braided_hierarchies() {
     assert!(error.contains("several parents"), "{error}");
 }
 
-/// Protects: radiance of the emissive row: factor times strength, exactly; the strength of a file
-/// without the extension is 1.
+/// Protects: radiance of the emissive row is factor times strength, exactly; the strength without
+/// the extension is 1.
 #[test]
 fn emissive_strength_multiplies() {
     let Some(path) = assets("gltf/crafted/emissive_strength.glb") else {
@@ -408,7 +407,7 @@ fn emissive_strength_multiplies() {
     }
 }
 
-/// Protects: both kinds of camera, with the pose of their nodes.
+/// Protects: both kinds of camera have the pose of their nodes.
 #[test]
 fn cameras_have_their_nodes_pose() {
     let Some(path) = assets("gltf/Cameras/Cameras.gltf") else {
@@ -449,7 +448,7 @@ fn cameras_have_their_nodes_pose() {
     assert_eq!(height, 2.0);
 }
 
-/// Protects: point, spot and directional lights with position, direction, cone and intensity.
+/// Protects: point, spot and directional lights have their position, direction, cone and intensity.
 #[test]
 fn punctual_lights_are_read() {
     let Some(path) = assets("gltf/crafted/lights_punctual.glb") else {
@@ -489,7 +488,7 @@ fn punctual_lights_are_read() {
         (inner_angle - degrees[0]).abs() < 1e-5 && (outer_angle - degrees[1]).abs() < 1e-5,
         "{spot:?}"
     );
-    // Shining along -z of a node that is turned by -1 radian about x.
+    // A light along -z of a node rotated by -1 radian about x.
     let LightKind::Directional { to_light } = sun.kind else {
         panic!("{sun:?}")
     };
@@ -500,7 +499,7 @@ fn punctual_lights_are_read() {
     assert!(close(sun.colour.0, [0.2, 0.25, 0.5]), "{sun:?}");
 }
 
-/// Protects: wrap modes, filters and single-sidedness as the file says.
+/// Protects: wrap modes, filters and single-sidedness are those of the file.
 #[test]
 fn samplers_and_sides_are_read() {
     let Some(path) = assets("gltf/TextureSettingsTest/TextureSettingsTest.gltf") else {
@@ -526,7 +525,7 @@ fn samplers_and_sides_are_read() {
     );
 }
 
-/// Protects: what is ignored is said, once and by name.
+/// Protects: each ignored part of a file is named once.
 #[test]
 fn what_is_ignored_is_named() {
     let Some(folder) = assets("gltf") else { return };
@@ -548,8 +547,8 @@ fn what_is_ignored_is_named() {
     }
 }
 
-/// Protects: what a file says of its materials that no picture shows is left out by name, with the
-/// materials that show it, and what a material says that does nothing is not.
+/// Protects: unsupported parts of materials are left out by name, with the materials that have
+/// them; a part without effect is not listed.
 #[test]
 fn extensions_of_materials_are_left_out_by_name() {
     use raywright_core::Settings;
@@ -595,12 +594,12 @@ fn extensions_of_materials_are_left_out_by_name() {
     );
 }
 
-/// A glTF file of one triangle whose corners are 0, x and y, with more of accessor and node.
+/// Loads a glTF file of one triangle with the corners 0, x and y, with more of accessor and node.
 fn crafted(accessor: &str, node: &str, more: &[u8]) -> Loaded {
     tried(accessor, node, more).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// The same, which may be refused.
+/// The same for a file that may be refused.
 fn tried(accessor: &str, node: &str, more: &[u8]) -> Result<Loaded, raywright_io::Error> {
     let corners = [[0.0_f32; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
     let mut bytes: Vec<u8> = corners
@@ -625,8 +624,8 @@ fn tried(accessor: &str, node: &str, more: &[u8]) -> Result<Loaded, raywright_io
     crate::shared::try_load(&folder.path().join("a.gltf"))
 }
 
-/// Protects: elements that a sparse accessor replaces out of order are all replaced: the third by
-/// (7, 8, 9), the first by (1, 2, 3).
+/// Protects: elements of a sparse accessor are replaced in any order: the third by (7, 8, 9), the
+/// first by (1, 2, 3).
 #[test]
 fn sparse_elements_in_any_order() {
     let mut more = vec![2, 0, 0, 0];
@@ -644,8 +643,8 @@ fn sparse_elements_in_any_order() {
     );
 }
 
-/// Protects: a sparse accessor that replaces more elements than there are, or one that there is
-/// not, is refused with the numbers.
+/// Protects: a sparse accessor with more replacements than elements, or with an index out of range,
+/// is refused with the numbers.
 #[test]
 fn sparse_elements_that_there_are_not() {
     let said = |count: u32, indices: [u8; 4]| {
@@ -664,8 +663,8 @@ fn sparse_elements_that_there_are_not() {
     assert!(beyond.contains("replaces element 3 of 3"), "{beyond}");
 }
 
-/// Protects: a rotation's length means nothing: (0, 0, 1, 1), of length √2, is a quarter turn about
-/// z and scales nothing.
+/// Protects: the length of a rotation has no effect: (0, 0, 1, 1), of length √2, is a quarter turn
+/// about z without scale.
 #[test]
 fn rotations_of_any_length_only_turn() {
     let file = crafted("", r#", "rotation": [0, 0, 1, 1]"#, &[0; 28]);

@@ -1,5 +1,5 @@
-//! Damaged files by the thousand: every truncation of small files, random flips, and numbers that
-//! lie. None may panic, and whatever still loads must be a sound scene.
+//! Damaged files by the thousand: every truncation of small files, random flips, and false numbers.
+//! No file may panic, and every file that still loads must be a valid scene.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
@@ -7,8 +7,7 @@ use std::path::{Path, PathBuf};
 use crate::made;
 use crate::shared::{assets, check_sound, try_load};
 
-/// A small generator of pseudo-random numbers (xorshift; Marsaglia 2003): the same damage in every
-/// run.
+/// A pseudo-random generator (xorshift; Marsaglia 2003), with the same damage in every run.
 struct Random(u64);
 
 impl Random {
@@ -20,7 +19,7 @@ impl Random {
     }
 }
 
-/// A folder with a copy of a file's folder, in which the file is replaced again and again.
+/// A copy of a file's folder, in which the file is replaced repeatedly.
 struct Victim {
     _folder: tempfile::TempDir,
     path: PathBuf,
@@ -44,7 +43,7 @@ impl Victim {
         }
     }
 
-    /// Loads the file with other bytes; says whether it still loads.
+    /// Loads the file with other bytes; returns whether it loads.
     fn survives(&self, bytes: &[u8], what: &str) -> bool {
         replace(&self.path, bytes);
         let outcome = catch_unwind(AssertUnwindSafe(|| match try_load(&self.path) {
@@ -61,14 +60,14 @@ impl Victim {
     }
 }
 
-/// Writes a file anew. Removed first: file systems flush a file that is cut and rewritten, which
-/// takes milliseconds.
+/// Rewrites a file. The old file is removed first: file systems flush a file that is truncated and
+/// rewritten, which takes milliseconds.
 fn replace(path: &Path, bytes: &[u8]) {
     std::fs::remove_file(path).unwrap();
     std::fs::write(path, bytes).unwrap();
 }
 
-/// Makes the lengths in a GLB's headers fit a file that was cut, so that the damage gets past the
+/// Adjusts the lengths in a GLB's headers to a truncated file, so that the damage gets past the
 /// container.
 fn with_fitting_lengths(mut bytes: Vec<u8>) -> Vec<u8> {
     let length = bytes.len() as u32;
@@ -94,7 +93,7 @@ const SMALL: [&str; 6] = [
     "gltf/Cameras/Cameras.gltf",
 ];
 
-/// Models made here, and those of the shared ones with these names where they are.
+/// Models generated here, and the shared ones with these names if available.
 fn victims(endings: &[&str], names: &[&str]) -> Vec<Victim> {
     let folder = tempfile::tempdir().unwrap();
     let made = made::models(folder.path()).into_iter().filter(|path| {
@@ -106,7 +105,7 @@ fn victims(endings: &[&str], names: &[&str]) -> Vec<Victim> {
         .collect()
 }
 
-/// Protects: every length from nothing to all but one byte.
+/// Protects: a model truncated at any length causes no panic.
 #[test]
 fn truncated_models_do_no_harm() {
     for victim in victims(&["gltf", "glb"], &SMALL) {
@@ -121,7 +120,7 @@ fn truncated_models_do_no_harm() {
     }
 }
 
-/// Protects: one to four random bytes changed.
+/// Protects: one to four random changed bytes cause no panic.
 #[test]
 fn flipped_models_do_no_harm() {
     let (mut survivors, mut tried) = (0, 0);
@@ -151,7 +150,7 @@ fn flipped_models_do_no_harm() {
     );
 }
 
-/// Protects: numbers in the JSON replaced by others that fit the grammar: huge, negative,
+/// Protects: numbers in the JSON replaced by other valid numbers cause no panic: huge, negative,
 /// fractional, off by one.
 #[test]
 fn lying_numbers_do_no_harm() {
@@ -203,7 +202,7 @@ fn lying_numbers_do_no_harm() {
     }
 }
 
-/// Places and texts of the numbers outside of strings.
+/// Positions and texts of the numbers outside of strings.
 fn numbers(json: &str) -> Vec<(usize, &str)> {
     let mut out = Vec::new();
     let (mut quoted, mut begun) = (false, None);
@@ -224,8 +223,8 @@ fn numbers(json: &str) -> Vec<(usize, &str)> {
     out
 }
 
-/// Protects: STL and PLY of all kinds: every truncation, and bytes changed, most of them where
-/// there is text.
+/// Protects: STL and PLY of all kinds cause no panic when truncated at any length or with changed
+/// bytes, most of them in text.
 #[test]
 fn damaged_meshes_do_no_harm() {
     let folder = tempfile::tempdir().unwrap();
@@ -259,7 +258,7 @@ fn damaged_meshes_do_no_harm() {
     );
 }
 
-/// Protects: OBJ and MTL text cut and changed in every way that the models are.
+/// Protects: OBJ and MTL text causes no panic when truncated or changed as the models are.
 #[test]
 fn damaged_text_does_no_harm() {
     let names = [

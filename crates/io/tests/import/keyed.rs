@@ -1,4 +1,4 @@
-//! A small model with two scenes, three variants and keys that a test gives it.
+//! A small model with two scenes, three variants and animation keys given by a test.
 
 use std::path::PathBuf;
 
@@ -9,7 +9,7 @@ use raywright_core::affine;
 use raywright_io::{Error, Input, LoadOptions, Loaded, ModelOptions, Overrides};
 use serde_json::{Value, json};
 
-/// A triangle, two keys at 1 and 3 seconds, and what is between them, each under its own accessor.
+/// A triangle, keys at 1 and 3 seconds, and their values, each in its own accessor.
 pub struct Made {
     document: Value,
     bytes: Vec<u8>,
@@ -17,7 +17,7 @@ pub struct Made {
 }
 
 impl Made {
-    /// Two scenes, of a node each that has a node below it; the first is at (0, 0, 5).
+    /// Creates two scenes, each of a node with a child; the first child is at (0, 0, 5).
     pub fn new() -> Self {
         let primitive = json!({ "attributes": { "POSITION": 0 }, "material": 0, "extensions": { "KHR_materials_variants": {
             "mappings": [{ "material": 1, "variants": [1, 2] }] } } });
@@ -40,7 +40,7 @@ impl Made {
         made
     }
 
-    /// Adds floats of a kind of element; its index.
+    /// Adds floats of an element type; returns the accessor's index.
     pub fn accessor(&mut self, kind: &str, numbers: &[f32]) -> usize {
         let arity = match kind {
             "SCALAR" => 1,
@@ -64,7 +64,7 @@ impl Made {
         place
     }
 
-    /// An animation of one channel with keys at 1 and 3 seconds.
+    /// Adds an animation of one channel with keys at 1 and 3 seconds.
     pub fn animated(
         mut self,
         name: &str,
@@ -89,7 +89,7 @@ impl Made {
         self
     }
 
-    /// Adds vectors of four bytes, whole numbers or fractions; their index.
+    /// Adds vectors of four bytes, integers or normalised; returns their index.
     pub fn bytes(&mut self, fractions: bool, values: &[[u8; 4]]) -> usize {
         let floats: Vec<f32> = values.iter().map(|v| f32::from_le_bytes(*v)).collect();
         let place = self.accessor("SCALAR", &floats);
@@ -102,13 +102,13 @@ impl Made {
         place
     }
 
-    /// The same with something changed in its JSON.
+    /// Applies a change to the JSON.
     pub fn with(mut self, change: impl FnOnce(&mut Value)) -> Self {
         change(&mut self.document);
         self
     }
 
-    /// The file.
+    /// Writes the file.
     pub fn write(&self) -> PathBuf {
         let mut document = self.document.clone();
         let uri = format!(
@@ -121,7 +121,7 @@ impl Made {
         path
     }
 
-    /// Loads what is meant of it.
+    /// Loads the file with these choices.
     pub fn asked(
         &self,
         scene: Option<&str>,
@@ -131,7 +131,7 @@ impl Made {
         asked(self.write(), scene, variant, at)
     }
 
-    /// Where the one object that is shown stands at a time.
+    /// Transform of the only visible object at a time.
     pub fn at(&self, time: f64) -> DAffine3 {
         let loaded = self
             .asked(None, None, Some(time))
@@ -143,7 +143,7 @@ impl Made {
     }
 }
 
-/// Loads what is meant of a file.
+/// Loads a file with these choices.
 pub fn asked(
     path: PathBuf,
     scene: Option<&str>,

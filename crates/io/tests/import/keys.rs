@@ -1,5 +1,5 @@
-//! Tables of importers: what each key of a material, a light or a texture alone means, and what is
-//! taken where it is left out.
+//! Tables of the importers: the meaning of each key of a material, a light or a texture, and its
+//! default.
 
 use std::path::Path;
 
@@ -34,8 +34,8 @@ fn picture(folder: &Path) {
         .unwrap();
 }
 
-/// The material of an OBJ file that a library writes in these lines, without its textures, and how
-/// many it had.
+/// Material of an OBJ file whose library has these lines, without its textures, and the number of
+/// textures.
 fn library(lines: &str) -> (Physical, usize) {
     let folder = tempfile::tempdir().unwrap();
     picture(folder.path());
@@ -64,9 +64,8 @@ fn library(lines: &str) -> (Physical, usize) {
     )
 }
 
-/// Protects: the table from MTL to the physical model: each key, each `illum` and what decides
-/// between two readings of one. An exponent of 30 is a roughness of one half: its fourth power is
-/// 2/(30 + 2).
+/// Protects: the table from MTL to the physical model: each key, each `illum` and the rules between
+/// interpretations. An exponent of 30 is a roughness of one half, whose fourth power is 2/(30 + 2).
 #[test]
 fn each_key_of_a_library_has_its_meaning() {
     let plain = |grey: f64| Physical {
@@ -178,7 +177,7 @@ fn each_key_of_a_library_has_its_meaning() {
     }
 }
 
-/// A glTF file of one triangle with this material.
+/// Loads a glTF file of one triangle with this material.
 fn gltf(material: &str) -> Loaded {
     let folder = tempfile::tempdir().unwrap();
     picture(folder.path());
@@ -196,8 +195,8 @@ fn gltf(material: &str) -> Loaded {
     load(&path)
 }
 
-/// Protects: what glTF 2.0 and its extensions say of each factor, and of one that is left out: a
-/// metal is the default there.
+/// Protects: each factor of glTF 2.0 and its extensions has its meaning, and its default if
+/// omitted: a metal by default.
 #[test]
 fn each_factor_of_gltf_has_its_meaning() {
     let default = || Physical {
@@ -289,7 +288,7 @@ fn each_factor_of_gltf_has_its_meaning() {
                 ..default()
             },
         ),
-        // A dielectric of index 1.5 reflects 4 %, which the specular colour multiplies.
+        // A dielectric of index 1.5 reflects 4 %, times the specular colour.
         (
             extension(
                 "pbrSpecularGlossiness",
@@ -330,8 +329,8 @@ fn each_factor_of_gltf_has_its_meaning() {
     }
 }
 
-/// Protects: the images of the old specular-glossiness model are those of base colour and of
-/// specular colour, each where it lies, and what glossiness leaves is roughness, texel by texel.
+/// Protects: the images of the old specular-glossiness model become those of base colour and of
+/// specular colour, with their transforms, and glossiness becomes roughness, texel by texel.
 #[test]
 fn specular_glossiness_has_images() {
     let transform =
@@ -391,8 +390,8 @@ fn specular_glossiness_has_images() {
     }
 }
 
-/// Protects: the set of coordinates that a texture's transform names counts before that of its use
-/// (KHR_texture_transform).
+/// Protects: the set of coordinates in a texture's transform takes precedence over that of its
+/// reference (KHR_texture_transform).
 #[test]
 fn a_transform_may_name_its_own_coordinates() {
     for (body, set) in [
@@ -418,8 +417,8 @@ fn a_transform_may_name_its_own_coordinates() {
     }
 }
 
-/// Protects: lamps of KHR_lights_punctual: kinds, what is left out, a range of nothing, and names,
-/// for which a node's will do.
+/// Protects: lights of KHR_lights_punctual have their kinds, defaults, a range of zero, and names,
+/// or those of their nodes.
 #[test]
 fn lamps_have_their_defaults() {
     let folder = tempfile::tempdir().unwrap();
@@ -525,9 +524,8 @@ fn lamps_have_their_defaults() {
     }
 }
 
-/// Protects: a normal map is read with its scale and where it lies, as numbers and not by the sRGB
-/// curve; tangents of the file come along where a material asks for them and the mesh has normals,
-/// and not where one of them says nothing.
+/// Protects: a normal map is read with its scale and transform, as linear data; a file's tangents
+/// are kept where a material needs them and the mesh has normals, unless any of them is invalid.
 #[test]
 fn normal_maps_of_gltf() {
     let normal = r#""index": 0, "scale": 0.5, "extensions": { "KHR_texture_transform": { "offset": [0.5, 0.25] } }"#;
@@ -599,17 +597,16 @@ fn normal_maps_of_gltf() {
     );
 }
 
-/// A grey picture of one pixel.
+/// A grey PNG of one pixel.
 const DOT: &[u8] = &[
     137, 80, 78, 71, 13, 10, 26, 10, 0, 0, 0, 13, 73, 72, 68, 82, 0, 0, 0, 1, 0, 0, 0, 1, 8, 0, 0,
     0, 0, 58, 126, 155, 85, 0, 0, 0, 10, 73, 68, 65, 84, 120, 156, 99, 104, 0, 0, 0, 130, 0, 129,
     119, 205, 114, 182, 0, 0, 0, 0, 73, 69, 78, 68, 174, 66, 96, 130,
 ];
 
-/// Protects: a picture that can't be had - no picture, cut off in its header or in its data, of a
-/// format that is not read, outside of its buffer, of broken base64, not there, or a texture that
-/// is not there - is a warning, inside the file or beside it, and what is left is the material
-/// without it; other pictures stay.
+/// Protects: an unusable picture - no picture, truncated in its header or in its data, of an
+/// unsupported format, outside of its buffer, of broken base64, missing, or a missing texture - is
+/// a warning, inside the file or beside it, and the material has no texture; other pictures stay.
 #[test]
 fn pictures_that_are_none() {
     let mut png = std::io::Cursor::new(Vec::new());
@@ -706,8 +703,8 @@ fn pictures_that_are_none() {
     }
 }
 
-/// Protects: of a material of the specular-glossiness model whose specular image can't be decoded
-/// the factors are left.
+/// Protects: a material of the specular-glossiness model keeps its factors if its specular image
+/// cannot be decoded.
 #[test]
 fn broken_specular_images_leave_factors() {
     let of = |bytes: &[u8]| {
@@ -724,7 +721,7 @@ fn broken_specular_images_leave_factors() {
         crate::shared::check_sound(&loaded, &made.write());
         loaded
     };
-    // What is left for a header that can be read and data that can't.
+    // Result for a valid header with broken data.
     let loaded = of(&DOT[..45]);
     assert!(
         loaded
@@ -756,8 +753,8 @@ fn broken_specular_images_leave_factors() {
     );
 }
 
-/// Protects: what glTF's extensions lay over, under and into a material, each key where it belongs,
-/// and what a factor of zero means.
+/// Protects: each key of glTF's material extensions reaches its property, and a factor of zero
+/// disables the extension.
 #[test]
 fn layers_of_materials() {
     let of = |extensions: &str| first(&gltf(&format!(r#""extensions": {{ {extensions} }}"#)));

@@ -1,5 +1,5 @@
-//! Files that are read on several threads: what comes out does not depend on it, and whoever looks
-//! on is told.
+//! Files read on several threads: the result does not depend on them, and an observer gets the
+//! progress.
 
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -9,20 +9,20 @@ use raywright_io::{Input, LoadOptions, load_observed};
 
 use crate::shared::{load, try_load};
 
-/// Triangles of the model, each with corners of its own: more than are read on one thread.
+/// Triangles of the model, each with corners of its own: more than a single thread reads.
 const TRIANGLES: u32 = 40_000;
 
-/// Where a vertex is: numbers that single precision holds.
+/// Position of a vertex: numbers exact in single precision.
 fn place(vertex: u32) -> [f32; 3] {
     [vertex as f32, (vertex % 7) as f32, -((vertex % 11) as f32)]
 }
 
-/// A corner of a triangle in the file: all vertices, from the last to the first.
+/// Vertex of a corner in the file: all vertices, from the last to the first.
 fn corner(index: u32) -> u32 {
     3 * TRIANGLES - 1 - index
 }
 
-/// Writes a model of one mesh whose triangles have no order that reading could make by chance.
+/// Writes a model of one mesh whose triangles have no accidental order.
 fn write(folder: &Path, changed: impl Fn(u32) -> u32) -> PathBuf {
     let count = 3 * TRIANGLES;
     let mut bytes: Vec<u8> = (0..count)
@@ -48,9 +48,8 @@ fn write(folder: &Path, changed: impl Fn(u32) -> u32) -> PathBuf {
     path
 }
 
-/// Protects: of a mesh that several threads read, every vertex and every triangle is in its place;
-/// of several wrong indices the first is named; triangles that use a vertex twice are gone, and no
-/// other.
+/// Protects: in a mesh read by several threads, every vertex and every triangle is in its place;
+/// the first of several wrong indices is reported; exactly the degenerate triangles are removed.
 #[test]
 fn large_meshes_are_read_in_order() {
     let folder = tempfile::tempdir().unwrap();
@@ -74,7 +73,7 @@ fn large_meshes_are_read_in_order() {
         (mesh.positions.len(), mesh.indices.len()),
         (3 * TRIANGLES as usize, TRIANGLES as usize)
     );
-    // The vertices 7 and 4 come late, as the corners before the last few.
+    // The vertices 7 and 4 come late, as corners near the end.
     let wrong = |index: u32| {
         if index == 7 || index == 4 {
             900_000 + index
@@ -97,7 +96,7 @@ fn large_meshes_are_read_in_order() {
     );
 }
 
-/// Keeps what it hears.
+/// Records the reports.
 #[derive(Default)]
 struct Listener(Mutex<Vec<[u64; 2]>>);
 
@@ -107,8 +106,8 @@ impl Observer for Listener {
     }
 }
 
-/// Protects: whoever looks on hears of the indices and of the vertices of a mesh when they are
-/// read, up to all of them.
+/// Protects: an observer gets the progress over the indices and vertices of a mesh, up to all of
+/// them.
 #[test]
 fn loading_is_told() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,5 +1,4 @@
-//! What glTF files say beyond what can be worked with, or in other words than usual: none of it
-//! refuses a model.
+//! Numbers and notations of glTF files beyond the usual range: none of them refuses a model.
 
 use raywright_core::scene::{Colour, LightKind, Model, Physical, Projection};
 use raywright_io::Loaded;
@@ -8,7 +7,7 @@ use serde_json::{Value, json};
 use crate::keyed::Made;
 use crate::shared::{check_sound, load};
 
-/// The model with one value in its JSON, by a path of keys; what leads there is made.
+/// Loads the model with one value in its JSON, at a path of keys; missing parents are created.
 fn with(path: &str, value: &Value) -> Loaded {
     let made = Made::new().with(|document| {
         document["nodes"][0]["camera"] = json!(0);
@@ -52,7 +51,7 @@ fn model(loaded: &Loaded) -> &Physical {
     }
 }
 
-/// Every number that a file can say and that lands in a checked field of the scene.
+/// Every number of a file that becomes a checked field of the scene.
 const NUMBERS: [&str; 37] = [
     "extensions/KHR_lights_punctual/lights/0/color/0",
     "extensions/KHR_lights_punctual/lights/0/intensity",
@@ -93,8 +92,7 @@ const NUMBERS: [&str; 37] = [
     "materials/0/extensions/KHR_materials_volume/attenuationDistance",
 ];
 
-/// Protects: no number of any size in any one place refuses a model, and at most one warning tells
-/// it.
+/// Protects: no single number of any size refuses a model, and at most one warning reports it.
 #[test]
 fn no_number_refuses_a_model() {
     let usual = with("asset/generator", &json!("a test")).warnings.len();
@@ -143,16 +141,14 @@ fn no_number_refuses_a_model() {
                 _ => with(path, &json!(number)),
             };
             let more = loaded.warnings.len().saturating_sub(usual);
-            // A node that leads nowhere takes its child along, and a rotation without length is
-            // told by itself.
+            // A singular node removes its child too, and a zero rotation has a warning of its own.
             let most = if path.starts_with("nodes") { 3 } else { 1 };
             assert!(more <= most, "{path} {number:e}: {:?}", loaded.warnings);
         }
     }
 }
 
-/// Protects: what is taken in place of what is beyond measure, and that it is told where it is not
-/// what was meant.
+/// Protects: the replacement of each number out of range, with a warning where the meaning changes.
 #[test]
 fn the_nearest_number_is_taken() {
     let light = |key: &str, number: f64| {
@@ -279,9 +275,9 @@ fn the_nearest_number_is_taken() {
     );
 }
 
-/// Protects: whole numbers that are written with a point or an exponent are whole numbers, and of a
-/// key that is twice in an object the later value counts, at any depth, with one warning; a text of
-/// neither kind is refused where it is wrong.
+/// Protects: integers written with a point or an exponent are integers, and the later value of a
+/// repeated key is in force, at any depth, with one warning; any other malformed text is refused at
+/// its position.
 #[test]
 fn numbers_and_names_in_other_words() {
     let made = Made::new();

@@ -1,5 +1,5 @@
-//! Models made here, of each part that importers read and in each container: what a clone without
-//! the shared files still tests.
+//! Models generated here, for each part that the importers read and in each container: tests that
+//! work in a clone without the shared files.
 
 use std::path::{Path, PathBuf};
 
@@ -11,7 +11,7 @@ use raywright_io::{ErrorKind, Loaded};
 
 use crate::shared::{check_sound, load, mesh_of, try_load, world_triangles};
 
-/// Red and a blue that is half transparent.
+/// Red, and a half transparent blue.
 const PIXELS: [[u8; 4]; 2] = [[255, 0, 0, 255], [0, 0, 255, 128]];
 
 fn picture(folder: &Path) {
@@ -38,8 +38,8 @@ fn square() -> Vec<u8> {
         .collect()
 }
 
-/// The JSON around it: a root at (1, 2, 3) that doubles sizes; below it the square, turned by a
-/// quarter about y and again as it is, a lamp and a camera.
+/// The JSON around it: a root at (1, 2, 3) that doubles sizes; below it the square, rotated by a
+/// quarter turn about y and again unrotated, a light and a camera.
 fn json(buffer: &str, image: &str, more_views: &str, intensity: &str) -> String {
     let quarter = std::f64::consts::FRAC_1_SQRT_2;
     format!(
@@ -67,7 +67,7 @@ fn json(buffer: &str, image: &str, more_views: &str, intensity: &str) -> String 
     )
 }
 
-/// Buffer and picture in files of their own.
+/// Writes buffer and picture to files of their own.
 fn gltf(folder: &Path, intensity: &str) -> PathBuf {
     picture(folder);
     std::fs::write(folder.join("square.bin"), square()).expect("a file");
@@ -82,7 +82,7 @@ fn gltf(folder: &Path, intensity: &str) -> PathBuf {
     path
 }
 
-/// Everything in one file.
+/// Writes everything to a single file.
 fn glb(folder: &Path) -> PathBuf {
     picture(folder);
     let image = std::fs::read(folder.join("two.png")).expect("just written");
@@ -118,8 +118,8 @@ fn glb(folder: &Path) -> PathBuf {
     path
 }
 
-/// The square again, counted from the end, with a library and a picture beside it, and a triangle
-/// without either.
+/// Writes the square again, with negative indices, a library and a picture beside it, and a
+/// triangle without either.
 fn obj(folder: &Path) -> PathBuf {
     picture(folder);
     let library = "newmtl painted\nKd 0.5 0.25 1\nKe 0 0.5 0\nd 0.75\nmap_Kd -s 2 1 1 two.png\n";
@@ -131,7 +131,7 @@ fn obj(folder: &Path) -> PathBuf {
     path
 }
 
-/// A model of each container, in a folder.
+/// Writes a model of each container to a folder.
 pub fn models(folder: &Path) -> [PathBuf; 3] {
     [gltf(folder, "100"), glb(folder), obj(folder)]
 }
@@ -154,8 +154,8 @@ fn near(a: DVec3, b: DVec3) -> bool {
     a.distance(b) < 1e-6
 }
 
-/// Protects: arrays, hierarchy, material, texture, lamp and camera of a glTF file, in a container
-/// and beside it.
+/// Protects: arrays, hierarchy, material, texture, light and camera of a glTF file, inside a
+/// container and beside it.
 #[test]
 fn a_gltf_model_in_both_containers() {
     let folder = tempfile::tempdir().expect("a temporary folder");
@@ -170,7 +170,7 @@ fn a_gltf_model_in_both_containers() {
             ),
             (2, 1, 1)
         );
-        // A quarter turn about y takes x to −z; then the root doubles and moves.
+        // A quarter turn about y takes x to −z; then the root doubles and translates.
         let (corners, normals) = world_triangles(&loaded, &loaded.scene.objects[0]);
         let expected = [
             DVec3::new(1.0, 2.0, 3.0),
@@ -253,7 +253,7 @@ fn a_gltf_model_in_both_containers() {
     }
 }
 
-/// Protects: polygons counted from the end, groups, library and texture of an OBJ file.
+/// Protects: negative indices, groups, library and texture of an OBJ file.
 #[test]
 fn an_obj_model_with_its_library() {
     let folder = tempfile::tempdir().expect("a temporary folder");
@@ -279,8 +279,7 @@ fn an_obj_model_with_its_library() {
         "{corners:?}"
     );
     let paint = physical(&loaded, painted);
-    // An image takes the place of the colour in the library, and a picture's rows count from the
-    // top.
+    // An image replaces the colour of the library, and a picture's rows count from the top.
     assert!(
         paint.base_colour_texture.is_some() && paint.emission == Colour([0.0, 0.5, 0.0]).into(),
         "{paint:?}"
@@ -300,8 +299,8 @@ fn an_obj_model_with_its_library() {
     );
 }
 
-/// Protects: light beyond 1e37, which no scene may have, is taken as that with one warning by the
-/// file's name, and refuses no model.
+/// Protects: light beyond 1e37, the limit of a scene, is clamped with one warning that names the
+/// file, and does not refuse the model.
 #[test]
 fn light_beyond_measure_is_capped() {
     let folder = tempfile::tempdir().expect("a temporary folder");
@@ -322,8 +321,8 @@ fn light_beyond_measure_is_capped() {
     );
 }
 
-/// Protects: a buffer that is missing is an error that names it, a picture that is missing a
-/// warning, in each container's own folder.
+/// Protects: a missing buffer is an error that names it, a missing picture a warning, in each
+/// container's own folder.
 #[test]
 fn missing_files_are_named() {
     let folder = tempfile::tempdir().expect("a temporary folder");

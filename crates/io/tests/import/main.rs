@@ -1,5 +1,5 @@
-//! Models of other programs, loaded as a user would load them: known answers, whole collections,
-//! and hostile files.
+//! Models of other programs, loaded through the public API: known contents, whole collections, and
+//! hostile files.
 
 mod attributes;
 mod collections;

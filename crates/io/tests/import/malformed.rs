@@ -1,4 +1,4 @@
-//! Malformed and hostile files: a verdict for each, in time, without a panic.
+//! Malformed and hostile files: a result for each, in time, without a panic.
 
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -7,7 +7,7 @@ use raywright_io::ErrorKind;
 
 use crate::shared::{assets, check_sound, files_below, try_load};
 
-/// Loads a file, checks what every verdict must keep, and returns the message of a refusal.
+/// Loads a file, checks the invariants of every result, and returns the message of a refusal.
 fn verdict(path: &Path) -> Result<(), String> {
     let start = Instant::now();
     let result = try_load(path);
@@ -38,7 +38,7 @@ fn expectations(folder: &Path) -> serde_json::Map<String, serde_json::Value> {
     serde_json::from_slice(&text).unwrap()
 }
 
-/// Protects: the verdicts that the collection prescribes.
+/// Protects: malformed files have the results that the collection prescribes.
 #[test]
 fn malformed_files_get_their_verdict() {
     let Some(folder) = assets("malformed") else {
@@ -50,7 +50,7 @@ fn malformed_files_get_their_verdict() {
         }
         let got = verdict(&folder.join(&file));
         match expected["expect"].as_str().unwrap() {
-            // The list is older than the rule that one bad texture refuses no model.
+            // The list is older than the rule that a broken texture refuses no model.
             "error" if file == "images/png_truncated.glb" => assert_eq!(got, Ok(()), "{file}"),
             "error" => assert!(got.is_err(), "{file} must be refused: {}", expected["why"]),
             "ok" => assert_eq!(got, Ok(()), "{file}"),
@@ -59,7 +59,7 @@ fn malformed_files_get_their_verdict() {
     }
 }
 
-/// Protects: messages say what is wrong, not just that something is.
+/// Protects: messages name the cause of a refusal.
 #[test]
 fn messages_name_the_cause() {
     let Some(folder) = assets("malformed") else {
@@ -99,8 +99,8 @@ fn messages_name_the_cause() {
     }
 }
 
-/// Protects: the validator's own test files: whatever the verdict, no panic; files that it finds no
-/// fault with are not refused.
+/// Protects: the validator's own test files cause no panic, and files without an error are not
+/// refused.
 #[test]
 fn validator_files_do_no_harm() {
     let Some(folder) = assets("malformed/khronos-validator") else {
@@ -118,7 +118,7 @@ fn validator_files_do_no_harm() {
             continue;
         };
         let got = verdict(&path);
-        // Its buffer is a placeholder that it uses all the same.
+        // The file's buffer is a placeholder that is used nevertheless.
         if entry["errors"] == 0 && name != "root/unused_objects.gltf" {
             assert_eq!(got, Ok(()), "{name} is valid");
         }

@@ -1,4 +1,4 @@
-//! OBJ files whose right answer is known, whole collections, and hostile ones.
+//! OBJ files with known contents, whole collections, and hostile files.
 
 use glam::DVec3;
 use raywright_core::scene::{
@@ -28,7 +28,7 @@ fn corner(data: &MeshData, i: u32) -> DVec3 {
     data.positions.at(i as usize)
 }
 
-/// Sum of the triangles' areas, as vectors and as numbers.
+/// Sum of the triangles' area vectors, and of their areas.
 fn areas(data: &MeshData) -> (DVec3, f64) {
     let area = |[a, b, c]: &[u32; 3]| {
         (corner(data, *b) - corner(data, *a)).cross(corner(data, *c) - corner(data, *a)) / 2.0
@@ -48,7 +48,7 @@ fn write(text: &str) -> (tempfile::TempDir, std::path::PathBuf) {
     (folder, path)
 }
 
-/// Protects: quads, hexagons and a concave L by material; the lamp shines.
+/// Protects: quads, hexagons and a concave L are split by material; the lamp is emissive.
 #[test]
 fn cornell_room() {
     let Some(path) = assets("obj/crafted/cornell_quads_ngons.obj") else {
@@ -72,7 +72,7 @@ fn cornell_room() {
     assert!(room.scene.objects.iter().all(|o| o.side == SideRule::Both));
 }
 
-/// Protects: glass is glass and a mirror is a mirror.
+/// Protects: glass and mirror materials are recognised.
 #[test]
 fn glass_and_mirror() {
     let Some(path) = assets("obj/crafted/glass_and_mirror.obj") else {
@@ -96,7 +96,7 @@ fn glass_and_mirror() {
     );
 }
 
-/// Protects: a smoothing group shares a normal along its edge; without one, facets stay flat.
+/// Protects: a smoothing group shares a normal along its edge; without a group, facets stay flat.
 #[test]
 fn smoothing_groups() {
     let Some(path) = assets("obj/crafted/no_normals_smooth.obj") else {
@@ -107,14 +107,14 @@ fn smoothing_groups() {
     assert_eq!((smooth.indices.len(), flat.indices.len()), (2, 2));
     assert!(flat.normals.is_empty());
     assert_eq!(smooth.positions.len(), 4, "the shared edge is welded");
-    // At the ridge (x = 0) the mean of both facets, which are mirrored in x.
+    // At the ridge (x = 0), the normal is the mean of both facets, which are mirror images in x.
     for (p, n) in smooth.positions.offsets().iter().zip(&smooth.normals) {
         assert!(p[0] != 0.0 || n[0].abs() < 1e-6, "{p:?} {n:?}");
         assert!(p[0] == 0.0 || n[0].abs() > 0.1, "{p:?} {n:?}");
     }
 }
 
-/// Protects: indices from the end count from where they stand.
+/// Protects: negative indices are relative to the current end of the list.
 #[test]
 fn negative_indices() {
     let Some(path) = assets("obj/crafted/negative_indices.obj") else {
@@ -141,7 +141,7 @@ fn negative_indices() {
     );
 }
 
-/// Protects: the counts of well-known models.
+/// Protects: well-known models have their published counts.
 #[test]
 fn well_known_models() {
     let Some(folder) = assets("obj/common") else {
@@ -161,7 +161,7 @@ fn well_known_models() {
     }
 }
 
-/// Protects: every shared OBJ file loads and shows something, except the one made of lines.
+/// Protects: every shared OBJ file loads and shows an object, except a file of lines.
 #[test]
 fn all_files_load() {
     let Some(folder) = assets("obj") else { return };
@@ -180,7 +180,8 @@ fn all_files_load() {
     }
 }
 
-/// Protects: several libraries on one line, one of which exists; a name with blanks.
+/// Protects: several libraries on one line are tried, one of which exists; a name may contain
+/// blanks.
 #[test]
 fn libraries_are_found() {
     let Some(folder) = assets("obj") else { return };
@@ -209,8 +210,7 @@ fn libraries_are_found() {
     );
 }
 
-/// Protects: the Cornell box of Embree: every name of a material keeps its colour, whichever face
-/// uses it first.
+/// Protects: in Embree's Cornell box every material keeps its colour, whichever face uses it first.
 #[test]
 fn materials_go_with_their_faces() {
     let Some(path) = assets("obj/tinyobj/cornell_box.obj") else {
@@ -230,7 +230,7 @@ fn materials_go_with_their_faces() {
     }
 }
 
-/// Protects: vertex colours are decoded from the sRGB curve, and multiply.
+/// Protects: vertex colours are decoded from sRGB, and multiply the base colour.
 #[test]
 fn vertex_colours() {
     let (_folder, path) = write("v 0 0 0 1 0.5 0\nv 1 0 0\nv 0 1 0 0 0 0\nf 1 2 3\n");
@@ -248,9 +248,9 @@ fn vertex_colours() {
     assert!(physical(&file, &file.scene.objects[0].material).vertex_colours);
 }
 
-/// Protects: colours that count to 255 are told by one that is above 1, and all of the file are
-/// such then, the dark ones too; a vertex without one is white all the same. sRGB's codes 128 and 1
-/// are 0.215861 and 0.000303527.
+/// Protects: any colour above 1 means that all colours of the file range to 255, dark ones
+/// included; a vertex without a colour is white in any case. sRGB codes 128 and 1 are 0.215861 and
+/// 0.000303527.
 #[test]
 fn vertex_colours_in_bytes() {
     let (_folder, path) = write("v 0 0 0 255 128 1\nv 1 0 0 0 0 0\nv 0 1 0\nf 1 2 3\n");
@@ -265,9 +265,9 @@ fn vertex_colours_in_bytes() {
     assert_eq!(colours[1..], [[0.0, 0.0, 0.0, 1.0], [1.0; 4]]);
 }
 
-/// Protects: normals that a face is given stay its own in a smoothing group, and the group's other
-/// faces, which have none, are smoothed among themselves: here both stand on the x axis, one lies
-/// in the plane of z, one in that of y, and the given ones point along x.
+/// Protects: given normals of a face are kept in a smoothing group, and the group's faces without
+/// normals are smoothed among themselves: here both touch the x axis, one in the plane of z, one in
+/// that of y, and the given normals point along x.
 #[test]
 fn given_normals_stay_out_of_smoothing() {
     let vertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvn 1 0 0\n";
@@ -298,7 +298,7 @@ fn given_normals_stay_out_of_smoothing() {
     );
 }
 
-/// Protects: what is wrong is refused with its line.
+/// Protects: an invalid file is refused with the line of its fault.
 #[test]
 fn errors_name_line_and_cause() {
     for (text, words) in [
@@ -339,9 +339,9 @@ fn errors_name_line_and_cause() {
     }
 }
 
-/// Protects: texture coordinates and normals that a file does not have are a warning with the first
-/// line, its corner and how many faces; these faces do without them, smoothed where a group says
-/// so, and all others keep theirs.
+/// Protects: references to missing texture coordinates and normals are a warning with the first
+/// line, its corner and the number of faces; these faces lose them, are smoothed by their group,
+/// and all others keep theirs.
 #[test]
 fn references_to_nothing_are_warnings() {
     let corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
@@ -424,9 +424,8 @@ fn references_to_nothing_are_warnings() {
     );
 }
 
-/// Protects: carriage returns alone end lines of models and of their libraries, and so do line
-/// feeds and pairs, each file in its own way or in several: the faces are there, the material is
-/// the library's, and nothing is said.
+/// Protects: carriage returns, line feeds and pairs end lines of models and libraries, each file in
+/// its own style or a mixture: all faces exist, the material is found, and no warning appears.
 #[test]
 fn lines_end_as_they_like() {
     let model = "# a model\nmtllib red.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl red\nf 1 2 3\n";
@@ -456,9 +455,8 @@ fn lines_end_as_they_like() {
     }
 }
 
-/// Protects: an image that is broken, of a format that is not read or no picture is as one that is
-/// missing: a warning, and the material's numbers as they are without it, be they the library's or
-/// what is taken where it says nothing.
+/// Protects: a broken, unsupported or invalid image is treated as a missing one: a warning, and the
+/// material's numbers without the image, from the library or by default.
 #[test]
 fn broken_images_are_as_missing_ones() {
     let statements = "map_Kd x.png\nmap_Ke x.png\nmap_Pr x.png\nmap_Pm x.png\nmap_d x.png\nnorm x.png\nNs 30\nKs 0.5 0.5 0.5\n";
@@ -508,8 +506,8 @@ fn broken_images_are_as_missing_ones() {
     }
 }
 
-/// Protects: texts of two bytes a character, with a mark or without, and files that are no text are
-/// refused for what they are.
+/// Protects: UTF-16 texts, with a byte order mark or without, and binary files are refused with
+/// their kind.
 #[test]
 fn foreign_texts_are_named() {
     let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
@@ -550,9 +548,8 @@ fn foreign_texts_are_named() {
     }
 }
 
-/// Protects: images of roughness, metalness and coverage multiply their numbers, `norm` bends
-/// normals by `-bm`, and what has no words is left out by its key, unless its number says that
-/// there is none of it.
+/// Protects: images of roughness, metalness and coverage multiply their numbers, `norm` perturbs
+/// normals by `-bm`, and unsupported keys are left out by name, unless their number disables them.
 #[test]
 fn images_of_the_pbr_keys() {
     let (folder, path) =
@@ -609,9 +606,8 @@ fn images_of_the_pbr_keys() {
     );
 }
 
-/// Protects: `d` is how much there is of a surface, `Tr` how much is not, `d` counts where both are
-/// there, and `Tr 1` alone, which old exporters wrote for opaque, is said to have been taken as
-/// that.
+/// Protects: `d` is opacity, `Tr` transparency, `d` takes precedence, and `Tr 1` alone, which old
+/// exporters wrote for opaque, is taken as opaque with a warning.
 #[test]
 fn opacity_is_told_both_ways() {
     for (lines, opacity, words) in [
@@ -638,8 +634,8 @@ fn opacity_is_told_both_ways() {
     }
 }
 
-/// Protects: a missing texture, a missing library and a reference out of the folder are warnings;
-/// nothing outside is read.
+/// Protects: a missing texture, a missing library and a reference outside the folder are warnings;
+/// no outside file is read.
 #[test]
 fn missing_things_are_warnings() {
     let (folder, path) =
@@ -669,7 +665,7 @@ fn missing_things_are_warnings() {
     }
 }
 
-/// Protects: the verdicts that the collection of malformed files prescribes.
+/// Protects: malformed files have the results that the collection prescribes.
 #[test]
 fn malformed_files_get_their_verdict() {
     let Some(folder) = assets("malformed/obj") else {
@@ -685,8 +681,8 @@ fn malformed_files_get_their_verdict() {
     }
 }
 
-/// Protects: where only the later faces of a material have texture coordinates, these stay with
-/// their own corners, v counted from the top, and the corners before them have (0, 0).
+/// Protects: if only the later faces of a material have texture coordinates, these stay with their
+/// own corners, v counted from the top, and earlier corners have (0, 0).
 #[test]
 fn coordinates_stay_with_their_corners() {
     let (_folder, path) =

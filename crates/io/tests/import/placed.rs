@@ -1,5 +1,5 @@
-//! Models that a scene file places with all that they bring: names, transforms, lights, materials
-//! in place of theirs, and what is shared.
+//! Models placed by a scene file with all their contents: names, transforms, lights, replaced
+//! materials, and sharing.
 
 use glam::DVec3;
 use raywright_core::prepare;
@@ -12,7 +12,7 @@ use crate::keyed::Made;
 use crate::made;
 use crate::shared::mesh_of;
 
-/// Loads a scene file of these lines beside a folder's models.
+/// Loads a scene file of these lines in a folder of models.
 fn scene(folder: &std::path::Path, lines: &str) -> Result<Loaded, Error> {
     let path = folder.join("a.scene.toml");
     std::fs::write(&path, format!("format = 1\n{lines}\n")).expect("a file");
@@ -22,14 +22,14 @@ fn scene(folder: &std::path::Path, lines: &str) -> Result<Loaded, Error> {
     Ok(loaded)
 }
 
-/// Where an object has its mesh's origin.
+/// World position of an object's origin.
 fn origin(loaded: &Loaded, object: usize) -> DVec3 {
     affine(&loaded.scene.objects[object].transform).translation
 }
 
-/// Protects: a model brings its objects where its own hierarchy and then the scene's transform put
-/// them, its lights likewise and no brighter, its material with its texture under names of its own;
-/// the camera stays behind.
+/// Protects: a placed model has its objects under its own hierarchy and then the scene's transform,
+/// its lights likewise and no brighter, its material with its texture under unique names; its
+/// camera is ignored.
 #[test]
 fn models_bring_what_they_have() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -52,7 +52,8 @@ fn models_bring_what_they_have() {
         (objects.len(), lights.len(), cameras.len(), models.len()),
         (2, 1, 0, 0)
     );
-    // Alone the root is at (1, 2, 3); doubled and turned, x goes to −z and z to x.
+    // Without the scene's transform, the root is at (1, 2, 3); doubled and rotated, x becomes −z
+    // and z becomes x.
     let place = DVec3::new(6.0, 4.0, 98.0);
     assert!(
         origin(&loaded, 0).distance(place) < 1e-9,
@@ -99,8 +100,8 @@ fn models_bring_what_they_have() {
     assert!(prepare(&loaded.scene, &Settings::of(&loaded.scene), &()).is_ok());
 }
 
-/// Protects: placed again, a model shares meshes and images and may look otherwise; things of the
-/// scene and of other models keep their names beside it; an OBJ file is a model, too.
+/// Protects: a second placement shares meshes and images and may have another material; names of
+/// the scene and of other models stay distinct; an OBJ file is a model, too.
 #[test]
 fn models_are_shared_and_told_apart() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -139,8 +140,8 @@ fn models_are_shared_and_told_apart() {
     assert_eq!(loaded.scene.images.len(), 2);
 }
 
-/// Protects: each placed model has its own scene, look and moment; what it has not is an error at
-/// its key that lists what there is.
+/// Protects: each placed model has its own scene, variant and time; an unknown one is an error at
+/// its key that lists the known ones.
 #[test]
 fn models_are_chosen_from() {
     let made = Made::new().animated(
@@ -213,7 +214,7 @@ fn models_are_chosen_from() {
     );
 }
 
-/// Protects: who makes a scene without the loader is told that its models are not there.
+/// Protects: a scene built without the loader gets an error for its models, which were not loaded.
 #[test]
 fn models_that_nobody_loads_are_missing() {
     let scene = Scene {

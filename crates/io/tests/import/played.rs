@@ -1,5 +1,5 @@
-//! Which scene, which look and which moment of a glTF file is meant: places by hand, from keys that
-//! are given here.
+//! Choice of scene, variant and time in a glTF file: transforms computed by hand from keys given
+//! here.
 
 use glam::DVec3;
 use raywright_core::affine;
@@ -18,8 +18,8 @@ fn near(found: DVec3, expected: [f64; 3]) {
     );
 }
 
-/// Protects: between keys translations and scales run along straight lines, before the first and
-/// after the last they stand, steps keep the earlier key, and what hangs below a node goes with it.
+/// Protects: translations and scales are linear between keys and constant outside, steps keep the
+/// earlier key, and a node's children follow.
 #[test]
 fn keys_and_straight_lines() {
     let line = Made::new().animated(
@@ -44,9 +44,8 @@ fn keys_and_straight_lines() {
     near(step.at(3.0).translation, [0.0, 0.0, 5.0]);
 }
 
-/// Protects: a scale that is animated takes the place of the node's own, along lines and splines,
-/// and comes before its turn and its place, which stay as they are; what no channel moves has its
-/// own scale.
+/// Protects: an animated scale replaces the node's own, linear or by splines, and is applied before
+/// its unchanged rotation and translation; a node without a channel keeps its own scale.
 #[test]
 fn scales_come_first() {
     let at_rest = |document: &mut Value| {
@@ -66,7 +65,7 @@ fn scales_come_first() {
     near(found.matrix3 * DVec3::Y, [-2.0, 0.0, 0.0]);
     near(found.matrix3 * DVec3::Z, [0.0, 0.0, 3.0]);
     near(found.translation, [0.0, 0.0, 5.0]);
-    // Hermite's with tangents of zero: a quarter of the way the second key weighs 5/32.
+    // Hermite weights with zero tangents: at a quarter of the interval the second key has 5/32.
     let flat = [
         [0.0_f32; 3],
         [1.0; 3],
@@ -86,12 +85,12 @@ fn scales_come_first() {
     near(other.at(2.0).matrix3 * DVec3::X, [0.0, 7.0, 0.0]);
 }
 
-/// Protects: rotations take the shorter turn, at a constant speed: a quarter of the way is a
-/// quarter of the angle, which the straight line between quaternions misses.
+/// Protects: rotations take the shorter arc at constant speed: a quarter of the interval is a
+/// quarter of the angle, unlike linear interpolation of quaternions.
 #[test]
 fn rotations_take_the_shorter_turn() {
     let (s, c) = 60.0_f64.to_radians().sin_cos();
-    // 120 degrees about z, by the quaternion that lies on the other side.
+    // 120 degrees about z, by the negated quaternion.
     let turn = Made::new().animated(
         "",
         1,
@@ -122,13 +121,12 @@ fn rotations_take_the_shorter_turn() {
     );
 }
 
-/// Protects: splines are Hermite's with tangents in units a second, those before a key and after it
-/// in the file's order, keys themselves exact; of rotations the four numbers are, and then brought
-/// to unit length.
+/// Protects: splines are Hermite's with tangents in units per second, in-tangent and out-tangent in
+/// the file's order, and exact at keys; rotations are interpolated by components, then normalised.
 #[test]
 fn splines_follow_their_tangents() {
-    // Before, value and after each key; only x moves, from 0 to 2, leaving at 3 a second and
-    // arriving at −1.5.
+    // In-tangent, value and out-tangent of each key; only x moves, from 0 to 2, leaving at 3 per
+    // second and arriving at −1.5.
     let x =
         |before: f32, value: f32, after: f32| [before, 0.0, 0.0, value, 0.0, 5.0, after, 0.0, 0.0];
     let keys = [x(9.0, 0.0, 3.0), x(-1.5, 2.0, 9.0)].concat();
@@ -136,7 +134,8 @@ fn splines_follow_their_tangents() {
     for (time, x) in [(0.0, 0.0), (1.0, 0.0), (3.0, 2.0), (7.0, 2.0)] {
         near(spline.at(time).translation, [x, 0.0, 5.0]);
     }
-    // Halfway ½·0 + 2·⅛·3 + ½·2 + 2·(−⅛)·(−1.5); at a quarter with 27/32, 9/64, 5/32 and −3/64.
+    // Half-way: ½·0 + 2·⅛·3 + ½·2 + 2·(−⅛)·(−1.5); at a quarter, the weights are 27/32, 9/64, 5/32
+    // and −3/64.
     near(spline.at(2.0).translation, [2.125, 0.0, 5.0]);
     near(
         spline.at(1.5).translation,
@@ -158,7 +157,7 @@ fn splines_follow_their_tangents() {
     ]
     .concat();
     let turn = Made::new().animated("", 1, "rotation", "CUBICSPLINE", &keys);
-    // A quarter of the way the second key weighs 5/32.
+    // At a quarter of the interval the second key has the weight 5/32.
     let (w, h) = (5.0 / 32.0, std::f64::consts::FRAC_1_SQRT_2);
     let angle = 2.0 * (w * h).atan2(1.0 - w + w * h);
     near(
@@ -168,8 +167,8 @@ fn splines_follow_their_tangents() {
     near(turn.at(1.5).matrix3 * DVec3::Z, [0.0, 0.0, 1.0]);
 }
 
-/// Protects: without a time a file is at rest and says so; where two animations move one thing the
-/// first does; what none can move stands still with a warning.
+/// Protects: without a time a file is at rest, with a note; the first of two animations of a
+/// property is used; an animation without a valid target has no effect, with a warning.
 #[test]
 fn what_is_played() {
     let up = [0.0, 0.0, 0.0, 0.0, 8.0, 0.0];
@@ -221,11 +220,11 @@ fn what_is_played() {
     assert_ne!(rest.hash, played.hash, "other pictures");
 }
 
-/// What is wrong with a file's JSON.
+/// A change of a file's JSON that makes it invalid.
 type Change = fn(&mut Value);
 
-/// Protects: broken animations are errors with a place where they are played, and nothing where the
-/// file is shown at rest.
+/// Protects: broken animations are errors with a position where they are played, and are ignored at
+/// rest.
 #[test]
 fn broken_animations_are_refused_when_played() {
     let made = |change: Change| {
@@ -269,8 +268,8 @@ fn broken_animations_are_refused_when_played() {
     }
 }
 
-/// Protects: a scene is chosen by name or index, whatever the file's default; one that is not there
-/// is one error that lists them.
+/// Protects: a scene is chosen by name or index, whatever the file's default; an unknown one is an
+/// error that lists them.
 #[test]
 fn scenes_are_chosen() {
     let made = Made::new();
@@ -311,8 +310,7 @@ fn scenes_are_chosen() {
     );
 }
 
-/// Protects: a variant's materials are shown where a primitive has any for it, and its own
-/// elsewhere.
+/// Protects: a primitive has the material of the chosen variant, or its own without a mapping.
 #[test]
 fn variants_are_chosen() {
     let made = Made::new();
@@ -351,9 +349,8 @@ fn variants_are_chosen() {
     );
 }
 
-/// Protects: a mesh of a scene file is a part and a moment of its model, by an expression of `t`;
-/// what its file has not stands as an error at its key, and inline arrays have nothing to choose
-/// from.
+/// Protects: a mesh of a scene file uses a chosen scene and time of its model, given by an
+/// expression of `t`; an unknown choice is an error at its key, and inline arrays have no choices.
 #[test]
 fn scene_files_name_part_and_moment() {
     let made = Made::new().animated(
@@ -412,14 +409,14 @@ fn scene_files_name_part_and_moment() {
     assert_eq!(native.kind(), ErrorKind::Usage);
 }
 
-/// Protects: real files have the scenes, looks and moments that are known of them.
+/// Protects: real files have their known scenes, variants and times.
 #[test]
 fn real_files() {
     let Some(folder) = assets("gltf") else { return };
     let load = |file: &str, scene, variant, at| {
         asked(folder.join(file), scene, variant, at).unwrap_or_else(|e| panic!("{e}"))
     };
-    // A full turn about y in two seconds, which way round only rounding says.
+    // A full turn about y in two seconds, whose direction only rounding decides.
     let cube = |at| {
         affine(
             &load("AnimatedCube/AnimatedCube.gltf", None, None, Some(at))

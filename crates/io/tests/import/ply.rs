@@ -1,4 +1,4 @@
-//! PLY files whose right answer is known, and what is wrong in others.
+//! PLY files with known contents, and faults in others.
 
 use raywright_core::scene::{MeshData, Model};
 use raywright_io::{Error, ErrorKind, Input, Limits, LoadOptions, Loaded};
@@ -30,7 +30,7 @@ fn mesh(text: &str) -> MeshData {
     mesh_of(&loaded, &loaded.scene.objects[0]).clone()
 }
 
-/// A text of a triangle with more lines, words and numbers.
+/// An ASCII file of a triangle with more header lines, values and numbers.
 fn triangle(header: &str, vertices: [&str; 3], faces: &str) -> String {
     format!(
         "ply\nformat ascii 1.0\n{header}end_header\n{}\n{faces}\n",
@@ -42,7 +42,7 @@ const XYZ: &str = "element vertex 3\nproperty float x\nproperty float y\npropert
 const FACES: &str = "element face 1\nproperty list uchar int vertex_indices\n";
 const PLACES: [&str; 3] = ["0 0 0", "1 0 0", "0 1 0"];
 
-/// Protects: nothing, one square and 10⁵ triangles, in all three encodings.
+/// Protects: no face, one square and 10⁵ triangles, in all three encodings.
 #[test]
 fn faces_are_triangles() {
     for (n, triangles) in [(0, 0), (1, 2), (224, 100_352)] {
@@ -80,9 +80,8 @@ fn faces_are_triangles() {
     );
 }
 
-/// Protects: properties of every type, in any order, between lists and others that mean nothing
-/// here, faces before vertices, elements that nobody knows; the same in ASCII and in both byte
-/// orders.
+/// Protects: properties of every type are read in any order, between lists and unknown ones, with
+/// faces before vertices, and with unknown elements; equally in ASCII and in both byte orders.
 #[test]
 fn properties_in_any_order_and_type() {
     let header = "comment made by hand\nelement face 2\nproperty uchar flags\nproperty list short uint vertex_index\nproperty list uint double \
@@ -184,8 +183,8 @@ fn properties_in_any_order_and_type() {
     assert!(found.iter().all(|mesh| mesh == first));
 }
 
-/// Protects: line ends of all three kinds, comments where they may stand, whole numbers written as
-/// fractions, a body on one line.
+/// Protects: ASCII files with line ends of all three kinds, comments in all allowed places,
+/// integers written as fractions, and all data on one line.
 #[test]
 fn texts_are_read_as_they_are_written() {
     let text = triangle(
@@ -206,8 +205,8 @@ fn texts_are_read_as_they_are_written() {
     assert!(mesh(&format!("{head}end_header\n{}", body.replace('\n', " "))) == plain);
 }
 
-/// Protects: polygons are cut as those of OBJ are, large ones too; strips have all their triangles,
-/// facing one way; what has fewer than three corners is none.
+/// Protects: polygons are triangulated as in OBJ, large ones too; strips give all their triangles,
+/// with one orientation; a face of fewer than three corners is dropped.
 #[test]
 fn polygons_and_strips() {
     let corner = |i: u8| {
@@ -241,8 +240,8 @@ fn polygons_and_strips() {
     assert_eq!(mesh(&text).indices, [[0, 1, 2], [2, 1, 3]]);
 }
 
-/// Protects: texture coordinates and colours that a face has for itself go with its corners, and
-/// replace what vertices have.
+/// Protects: texture coordinates and colours of a face apply to its corners, and replace those of
+/// vertices.
 #[test]
 fn faces_have_their_own() {
     let header = format!(
@@ -285,8 +284,8 @@ fn faces_have_their_own() {
     );
 }
 
-/// Protects: strips beside faces that have colours and coordinates of their own are white and at
-/// (0, 0), before and after them.
+/// Protects: strips beside faces with colours and coordinates are white and at (0, 0), before and
+/// after them.
 #[test]
 fn strips_beside_faces() {
     let faces = "element face 1\nproperty list uchar int vertex_indices\nproperty list uchar float texcoord\nproperty uchar red\n\
@@ -314,8 +313,8 @@ fn strips_beside_faces() {
     }
 }
 
-/// Protects: fractions that count to 255 are told by one above 1, and codes of sixteen bits by
-/// their type.
+/// Protects: float colours range to 255 if any is above 1, and 16-bit codes are scaled by their
+/// type.
 #[test]
 fn colours_of_every_type() {
     for (kind, values) in [
@@ -342,7 +341,7 @@ fn colours_of_every_type() {
     }
 }
 
-/// Protects: what is wrong is refused with its line or element and cause.
+/// Protects: an invalid file is refused with line or element and cause.
 #[test]
 fn errors_name_place_and_cause() {
     let ply = |lines: &str| format!("ply\nformat ascii 1.0\n{lines}end_header\n");
@@ -426,8 +425,8 @@ fn errors_name_place_and_cause() {
     }
 }
 
-/// Protects: counts that lie take neither memory nor time, in every encoding, also where what is
-/// counted takes no bytes; limits hold.
+/// Protects: false counts take neither memory nor time, in every encoding, even for items of zero
+/// bytes; limits hold.
 #[test]
 fn counts_that_lie() {
     let sheet = Written::sheet(2);
@@ -481,7 +480,7 @@ fn counts_that_lie() {
     }
 }
 
-/// Protects: triangles without area stay and do no harm; those of what is no number go with a
+/// Protects: triangles of zero area are kept; those with non-finite vertices are dropped with a
 /// warning.
 #[test]
 fn odd_faces() {
@@ -506,8 +505,8 @@ fn odd_faces() {
     }
 }
 
-/// A text of two triangles with coordinates, whose faces say these texture numbers, with three
-/// small images beside it.
+/// Loads a file of two triangles with coordinates and these texture numbers, with three small
+/// images beside it.
 fn textured(comments: &str, numbers: Option<[i32; 2]>) -> Loaded {
     let [a, b] = numbers.map_or([String::new(), String::new()], |numbers| {
         numbers.map(|number| format!(" {number}"))
@@ -519,7 +518,7 @@ fn textured(comments: &str, numbers: Option<[i32; 2]>) -> Loaded {
     )
 }
 
-/// The same of faces as they are written.
+/// The same with the faces given as text.
 fn textured_faces(comments: &str, numbered: bool, faces: &[String]) -> Loaded {
     let folder = tempfile::tempdir().expect("a folder");
     for name in ["red.png", "green hue.png"] {
@@ -549,7 +548,7 @@ fn textured_faces(comments: &str, numbered: bool, faces: &[String]) -> Loaded {
     loaded
 }
 
-/// What each object shows: its image, and how many triangles and vertices it has.
+/// Image, number of triangles and number of vertices of each object.
 fn shown(loaded: &Loaded) -> Vec<(&str, usize, usize)> {
     let one = |object| {
         let (mesh, scene) = (mesh_of(loaded, object), &loaded.scene);
@@ -575,9 +574,9 @@ fn shown(loaded: &Loaded) -> Vec<(&str, usize, usize)> {
     loaded.scene.objects.iter().map(one).collect()
 }
 
-/// Protects: each face shows the texture that its `texnumber` is the place of, `TextureFile` in any
-/// case of letters and names with blanks; the number of none and one beyond all show none; and
-/// textures that no face shows are said.
+/// Protects: each face shows the texture of its `texnumber`; `TextureFile` may have any letter case
+/// and names may have blanks; a negative or excessive number shows none; unused textures are
+/// reported.
 #[test]
 fn faces_show_their_own_textures() {
     let comments = "comment TextureFile red.png\ncomment TEXTUREFILE green hue.png\n";
@@ -642,7 +641,7 @@ fn faces_show_their_own_textures() {
         shown(&polygons),
         [("red.png", 2, 4), ("green hue.png", 1, 3)]
     );
-    // A face of two corners is left out, and its number with it.
+    // A face of two corners is dropped together with its number.
     let faces = ["2 0 1 0", "3 0 1 2 1", "3 0 2 3 1"].map(str::to_owned);
     assert_eq!(
         shown(&textured_faces(comments, true, &faces)),
@@ -663,7 +662,7 @@ fn faces_show_their_own_textures() {
     }
 }
 
-/// Protects: a texture that is named where nothing has coordinates is said.
+/// Protects: a texture in a file without coordinates is reported.
 #[test]
 fn textures_without_coordinates_are_said() {
     let loaded = read(

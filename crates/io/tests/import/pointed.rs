@@ -1,5 +1,5 @@
-//! What is not seen (KHR_node_visibility), and what animations point at (KHR_animation_pointer),
-//! each at a time.
+//! Hidden nodes (KHR_node_visibility), and properties animated by pointers (KHR_animation_pointer),
+//! at given times.
 
 use raywright_core::scene::{Colour, ColourInput, LightKind, Model, Physical, Projection};
 use raywright_io::{ErrorKind, Loaded};
@@ -7,7 +7,7 @@ use serde_json::json;
 
 use crate::keyed::Made;
 
-/// An animation of one channel with keys at 1 and 3 seconds that points at something.
+/// Adds an animation of one channel with a pointer, with keys at 1 and 3 seconds.
 fn pointing(
     mut made: Made,
     pointer: &str,
@@ -38,8 +38,8 @@ fn material(loaded: &Loaded) -> &Physical {
     model
 }
 
-/// The small model with a light and a camera on the node that carries its mesh, below one that may
-/// hide them.
+/// The small model with a light and a camera on the node of its mesh, below a node that may hide
+/// them.
 fn carried(visible: [bool; 2]) -> Made {
     Made::new().with(|d| {
         d["extensions"]["KHR_lights_punctual"] =
@@ -55,8 +55,8 @@ fn carried(visible: [bool; 2]) -> Made {
     })
 }
 
-/// Protects: a node that is not visible takes the meshes and lights of all below it out of the
-/// picture, whatever they say; cameras stay.
+/// Protects: an invisible node hides the meshes and lights of all its descendants, whatever their
+/// own visibility; cameras stay.
 #[test]
 fn hidden_nodes_hide_what_hangs_on_them() {
     for (visible, shown) in [
@@ -81,7 +81,7 @@ fn hidden_nodes_hide_what_hangs_on_them() {
     );
 }
 
-/// Protects: visibility has the value of its last key, at rest the file's own.
+/// Protects: animated visibility is that of the last key, at rest the file's own.
 #[test]
 fn visibility_is_moved() {
     let made = pointing(
@@ -102,9 +102,9 @@ fn visibility_is_moved() {
     }
 }
 
-/// Protects: pointers move nodes as channels of their own do, and materials, textures' places,
-/// lights, cameras and weights to the straight mean half way between two keys, by a spline where
-/// the file says so; what is at rest is the file's.
+/// Protects: pointers animate nodes as ordinary channels do, and materials, texture transforms,
+/// lights, cameras and weights to the mean half-way between two keys, or along a spline; at rest
+/// the file's values are used.
 #[test]
 fn properties_have_their_value_at_a_time() {
     let number = |pointer: &str, values: [f32; 2], read: &dyn Fn(&Loaded) -> f64| {
@@ -171,8 +171,8 @@ fn properties_have_their_value_at_a_time() {
         material(&loaded(&painted, Some(2.0))).base_colour,
         ColourInput::Constant(Colour([0.5; 3]))
     );
-    // Without tangents the spline's middle is the mean, with them an eighth of the seconds between
-    // keys times their difference beside it.
+    // With zero tangents the spline's middle is the mean; otherwise an eighth of the interval in
+    // seconds times the difference of the tangents is added.
     let spline = [0.0, 0.25, 0.5, 0.0, 0.75, 0.0].map(|x| [x; 3]).concat();
     let glowing = pointing(
         Made::new(),
@@ -211,8 +211,8 @@ fn properties_have_their_value_at_a_time() {
     );
 }
 
-/// Protects: what is not read, changes nothing or is not there is named and passed over, the first
-/// of two counts, and keys that make no sense are refused with their channel.
+/// Protects: unsupported, ineffective and missing targets are named and skipped, the first of two
+/// is used, and invalid keys are refused with their channel.
 #[test]
 fn other_pointers_are_named() {
     for (pointer, words) in [
@@ -296,8 +296,8 @@ fn other_pointers_are_named() {
     }
 }
 
-/// Protects: a node that is listed below one that is hidden and, in the same place, below one that
-/// is seen is shown once, whichever comes first.
+/// Protects: a node listed below a hidden and, at the same transform, below a visible parent is
+/// shown once, in either order.
 #[test]
 fn hidden_and_seen_in_one_place() {
     for order in [json!([0, 2]), json!([2, 0])] {

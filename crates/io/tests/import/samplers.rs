@@ -1,10 +1,10 @@
-//! How textures are read and surfaces seen: single materials, written here.
+//! Texture sampling and sidedness: single materials, written here.
 
 use raywright_core::scene::{ColourSpace, Model, SideRule, Wrap};
 
 use crate::shared::load;
 
-/// A triangle of one material whose colour is a single pixel, seen through a sampler.
+/// A triangle whose material's colour is a single pixel, with this sampler.
 fn textured(sampler: &str) -> String {
     format!(
         r#"{{ "asset": {{ "version": "2.0" }}, "scene": 0, "scenes": [{{ "nodes": [0] }}], "nodes": [{{ "mesh": 0 }}],
@@ -18,8 +18,8 @@ fn textured(sampler: &str) -> String {
     )
 }
 
-/// Protects: each direction of a texture has a wrap mode of its own (glTF 2.0: 33071 clamps, 33648
-/// mirrors, 10497 repeats), and repeats where the file is silent.
+/// Protects: each direction of a texture has its own wrap mode (glTF 2.0: 33071 clamps, 33648
+/// mirrors, 10497 repeats), and repeats by default.
 #[test]
 fn directions_wrap_each_in_its_way() {
     let folder = tempfile::tempdir().unwrap();
@@ -45,7 +45,7 @@ fn directions_wrap_each_in_its_way() {
     }
 }
 
-/// Protects: one texture that is a colour and data at once is decoded in two ways.
+/// Protects: a texture used both as colour and as data is decoded in both ways.
 #[test]
 fn a_texture_may_play_two_parts() {
     let folder = tempfile::tempdir().unwrap();
@@ -63,9 +63,9 @@ fn a_texture_may_play_two_parts() {
     assert_eq!(spaces, [ColourSpace::Srgb, ColourSpace::Linear]);
 }
 
-/// Protects: the image of KHR_materials_transmission multiplies its factor by red, is read as
-/// numbers and not by the sRGB curve, with the map of its coordinates and without a warning;
-/// without a factor nothing passes, and the specification's factor is none.
+/// Protects: the red channel of KHR_materials_transmission's image multiplies the factor, as linear
+/// data, with its coordinate transform and without a warning; without a factor nothing is
+/// transmitted, because the default factor is zero.
 #[test]
 fn transmission_has_an_image() {
     let folder = tempfile::tempdir().unwrap();
@@ -116,8 +116,8 @@ fn transmission_has_an_image() {
     assert_eq!(read(""), (0.0.into(), SideRule::Culled));
 }
 
-/// Protects: a surface is seen from outside, glass and what the file calls double-sided from both
-/// sides.
+/// Protects: a surface is visible from outside, and from both sides for glass and double-sided
+/// materials.
 #[test]
 fn glass_has_two_sides() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! Where the shared files are, and what the tests ask of a loaded scene.
+//! Location of the shared files, and helpers to check a loaded scene.
 
 use std::path::{Path, PathBuf};
 
@@ -6,7 +6,7 @@ use glam::{DMat3, DVec3, Vec3};
 use raywright_core::scene::{MeshData, MeshSource, Object, Shape, TransformStep};
 use raywright_io::{Error, Input, LoadOptions, Loaded};
 
-/// The folder of test models, or none (with a note) where this machine has not got it.
+/// Folder of test models; `None`, with a message, on machines without them.
 pub fn assets(sub: &str) -> Option<PathBuf> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("../../../shared/assets")
@@ -33,7 +33,7 @@ pub fn load(path: &Path) -> Loaded {
     try_load(path).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// All files below a folder, sorted.
+/// Lists all files below a folder, sorted.
 pub fn files_below(folder: &Path) -> Vec<PathBuf> {
     let mut out = Vec::new();
     let mut waiting = vec![folder.to_path_buf()];
@@ -53,7 +53,7 @@ pub fn files_below(folder: &Path) -> Vec<PathBuf> {
     out
 }
 
-/// The arrays of a mesh by name.
+/// Returns a mesh by name.
 pub fn mesh<'a>(loaded: &'a Loaded, name: &str) -> &'a MeshData {
     let mesh = loaded
         .scene
@@ -67,7 +67,7 @@ pub fn mesh<'a>(loaded: &'a Loaded, name: &str) -> &'a MeshData {
     }
 }
 
-/// The mesh that an object shows.
+/// Returns the mesh of an object.
 pub fn mesh_of<'a>(loaded: &'a Loaded, object: &Object) -> &'a MeshData {
     match &object.shape {
         Shape::Mesh(name) => mesh(loaded, name),
@@ -75,7 +75,7 @@ pub fn mesh_of<'a>(loaded: &'a Loaded, object: &Object) -> &'a MeshData {
     }
 }
 
-/// The object's linear map and translation.
+/// Returns the object's linear map and translation.
 pub fn transform(object: &Object) -> (DMat3, DVec3) {
     match object.transform.as_slice() {
         [] => (DMat3::IDENTITY, DVec3::ZERO),
@@ -90,7 +90,7 @@ pub fn transform(object: &Object) -> (DMat3, DVec3) {
     }
 }
 
-/// The corners of an object's triangles in the world, and its normals there (one a corner) if it
+/// Corners of an object's triangles in world space, and its normals there, one per corner, if it
 /// has any.
 pub fn world_triangles(loaded: &Loaded, object: &Object) -> (Vec<[DVec3; 3]>, Vec<[DVec3; 3]>) {
     let data = mesh_of(loaded, object);
@@ -125,7 +125,7 @@ pub fn triangle_count(loaded: &Loaded) -> usize {
         .sum()
 }
 
-/// Invariants that every imported scene keeps, whatever the file.
+/// Checks the invariants of every imported scene.
 pub fn check_sound(loaded: &Loaded, path: &Path) {
     let scene = &loaded.scene;
     let place = path.display();

@@ -1,4 +1,4 @@
-//! STL files whose right answer is known, and what is wrong in others.
+//! STL files with known contents, and faults in others.
 
 use raywright_core::scene::{MeshData, Model};
 use raywright_io::{Error, ErrorKind, Input, Limits, LoadOptions, Loaded};
@@ -29,8 +29,8 @@ fn mesh(loaded: &Loaded) -> &MeshData {
     mesh_of(loaded, &loaded.scene.objects[0])
 }
 
-/// Protects: of both kinds, nothing, one facet and 10⁵ of them are as many triangles, flat, in the
-/// order and with the corners of the file, without colours where the file has none.
+/// Protects: no facet, one facet and 10⁵ facets of both kinds are as many flat triangles, in the
+/// order and with the corners of the file, without colours if the file has none.
 #[test]
 fn facets_are_triangles() {
     for (n, triangles) in [(0, 0), (1, 2), (224, 100_352)] {
@@ -75,8 +75,8 @@ fn facets_are_triangles() {
     }
 }
 
-/// Protects: words in any case, on any number of lines, with any line ends, several solids,
-/// exponents, loops of four corners and of none, and names that are words of the format.
+/// Protects: keywords in any letter case, on any number of lines, with any line ends, several
+/// solids, exponents, loops of four and of no corners, and names equal to keywords.
 #[test]
 fn words_are_read_as_they_are_written() {
     let facet = |z: &str| {
@@ -109,7 +109,7 @@ fn words_are_read_as_they_are_written() {
     }
 }
 
-/// Protects: what is wrong is refused with line or number and cause.
+/// Protects: an invalid file is refused with line or number and cause.
 #[test]
 fn errors_name_place_and_cause() {
     let cut = Written::sheet(2).stl("", |_| 0);
@@ -153,8 +153,8 @@ fn errors_name_place_and_cause() {
     }
 }
 
-/// Protects: a count of facets that lies takes no memory and is told: too many are a file cut off,
-/// too few leave bytes over.
+/// Protects: a false count of facets allocates nothing and is reported: a larger count as a
+/// truncated file, a smaller one as excess bytes.
 #[test]
 fn counts_that_lie() {
     let mut bytes = Written::sheet(2).stl("", |_| 0);
@@ -202,8 +202,7 @@ fn counts_that_lie() {
     }
 }
 
-/// Protects: a loop of very many corners takes no more memory than is allowed, on its way to
-/// triangles, too.
+/// Protects: a loop of very many corners stays within the memory limit, during triangulation too.
 #[test]
 fn huge_loops_are_counted() {
     let text = format!(
@@ -226,7 +225,7 @@ fn huge_loops_are_counted() {
     );
 }
 
-/// Protects: facets without area stay and do no harm, facets of what is no number go with a
+/// Protects: facets of zero area are kept, facets with non-finite corners are dropped with a
 /// warning, in both kinds.
 #[test]
 fn odd_facets() {
@@ -252,9 +251,9 @@ fn odd_facets() {
     }
 }
 
-/// Protects: five bits a channel are the codes of the sRGB curve, read in the order of each
-/// dialect; Magics' facets without a colour have their part's, VisCAM's are white; two bytes that
-/// mark no facet are no colours.
+/// Protects: five bits per channel are sRGB codes in the order of each dialect; facets without a
+/// colour have the header's colour in Magics, white in VisCAM; two bytes without the marker bit in
+/// any facet are no colours.
 #[test]
 fn colours_of_both_dialects() {
     let facets = vec![[31, 0, 8], [0, 31, 0]];
@@ -272,7 +271,7 @@ fn colours_of_both_dialects() {
             .map(|c| c.map(|c| (c * 1e4).round() as i32))
             .collect::<Vec<_>>()
     };
-    // 8/31 by the sRGB curve is 0.0542; codes 64 and 255 are 0.0513 and 1.
+    // 8/31 in sRGB is 0.0542; codes 64 and 255 are 0.0513 and 1.
     assert_eq!(
         of("", &|c| if red(c) { 0x8000 | 31 << 10 | 8 } else { 77 }),
         [[10_000, 0, 542, 10_000], [10_000; 4]]

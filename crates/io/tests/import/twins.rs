@@ -1,4 +1,4 @@
-//! One mesh in several formats, from a file or through a pipe: one picture, to the bit.
+//! The same mesh in several formats, from a file or through a pipe: the same picture, to the bit.
 
 use raywright_core::settings::Sampling;
 use raywright_core::{Settings, prepare};
@@ -6,7 +6,7 @@ use raywright_io::{Error, Input, Limits, LoadOptions, Loaded, ModelOptions, Reso
 
 use crate::written::{ENCODINGS, Written};
 
-/// What a file of that name with that content looks like, as bits.
+/// Bits of a loaded file's picture.
 fn picture(loaded: &Loaded) -> Vec<[u32; 3]> {
     let scene = &loaded.scene;
     let settings = Settings {
@@ -29,7 +29,7 @@ fn from_file(name: &str, bytes: &[u8]) -> Loaded {
     from_turned_file(name, bytes, None)
 }
 
-/// With an axis of it up.
+/// Loads a file with an up axis.
 fn from_turned_file(name: &str, bytes: &[u8], up: Option<UpAxis>) -> Loaded {
     let folder = tempfile::tempdir().expect("a folder");
     image::RgbaImage::from_fn(4, 4, |x, y| {
@@ -64,10 +64,10 @@ fn piped(bytes: &[u8]) -> Result<Loaded, Error> {
     raywright_io::load(&input, &LoadOptions::default())
 }
 
-/// Asserts that all of them look the same, and not like another.
+/// Asserts that all files have the same picture, and another file a different one.
 fn same(files: Vec<(&'static str, Vec<u8>)>, other: Option<&Written>) {
     let seen = |(name, bytes): &(&'static str, Vec<u8>)| {
-        // STL takes another axis for up.
+        // STL has another default up axis.
         let loaded = from_turned_file(name, bytes, Some(UpAxis::Y));
         assert!(loaded.warnings.is_empty(), "{name}: {:?}", loaded.warnings);
         (*name, picture(&loaded))
@@ -86,7 +86,7 @@ fn same(files: Vec<(&'static str, Vec<u8>)>, other: Option<&Written>) {
     }
 }
 
-/// The same in OBJ and all three kinds of PLY.
+/// The same mesh in OBJ and all three encodings of PLY.
 fn obj_and_ply(mesh: &Written, obj: &str, comment: &str) -> Vec<(&'static str, Vec<u8>)> {
     let mut files = vec![("a.obj", [obj.as_bytes(), &mesh.obj()].concat())];
     files.extend(
@@ -97,8 +97,8 @@ fn obj_and_ply(mesh: &Written, obj: &str, comment: &str) -> Vec<(&'static str, V
     files
 }
 
-/// Protects: triangles give one picture in every format and kind; polygons, convex, concave and
-/// large ones, in OBJ and PLY.
+/// Protects: triangles give the same picture in every format and encoding; polygons, convex,
+/// concave and large, in OBJ and PLY.
 #[test]
 fn one_mesh_in_every_format() {
     let sheet = Written::sheet(6);
@@ -135,8 +135,8 @@ fn one_mesh_in_every_format() {
     same(files, None);
 }
 
-/// Protects: colours of vertices, given normals, and texture coordinates with an image mean the
-/// same in OBJ and PLY.
+/// Protects: vertex colours, given normals, and texture coordinates with an image are equivalent in
+/// OBJ and PLY.
 #[test]
 fn attributes_in_both_formats() {
     let sheet = Written::sheet(6);
@@ -170,8 +170,8 @@ fn attributes_in_both_formats() {
     );
 }
 
-/// Protects: the two dialects of colours of binary STL mean the same, and the same as colours of
-/// PLY's faces.
+/// Protects: both colour dialects of binary STL are equivalent, to each other and to face colours
+/// of PLY.
 #[test]
 fn facets_have_colours_of_their_own() {
     let sheet = Written::sheet(4);
@@ -199,8 +199,8 @@ fn facets_have_colours_of_their_own() {
     same(files, Some(&sheet));
 }
 
-/// Protects: what comes through a pipe is known by its content and looks as the file does, whatever
-/// it is; what it names beside itself is not read, and said so.
+/// Protects: data from a pipe is detected by its content and has the same picture as the file;
+/// files that it names are not read, with a message.
 #[test]
 fn pipes_bring_what_files_bring() {
     let sheet = Written::sheet(3).coloured();
@@ -276,9 +276,9 @@ fn pipes_bring_what_files_bring() {
     );
 }
 
-/// Protects: a scene from bytes finds what it names through a resolver, and a model what it names
-/// below the model's folder, with the picture and the hash of the same files on disk; paths that
-/// lead out are never asked for, and what is too large is refused.
+/// Protects: a scene from bytes finds its files through a resolver, and a model its files below the
+/// model's folder, with the picture and the hash of the same files on disk; outside paths are never
+/// requested, and oversized files are refused.
 #[test]
 fn files_in_memory_are_files() {
     let plain = Written {

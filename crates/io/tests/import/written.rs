@@ -1,4 +1,4 @@
-//! One mesh written in every format that can say it: STL of both kinds, PLY of all three, OBJ.
+//! A mesh written in every format that can represent it: both kinds of STL, all three of PLY, OBJ.
 
 use std::path::{Path, PathBuf};
 
@@ -7,20 +7,20 @@ use std::path::{Path, PathBuf};
 pub struct Written {
     pub positions: Vec<[f32; 3]>,
     pub faces: Vec<Vec<u32>>,
-    /// Of vertices; none: the file says nothing of it.
+    /// Normals of vertices; empty: not written.
     pub normals: Vec<[f32; 3]>,
     pub uvs: Vec<[f32; 2]>,
     pub colours: Vec<[u8; 3]>,
-    /// Of faces, as 5 bits a channel.
+    /// Colours of faces, with 5 bits per channel.
     pub facets: Vec<[u16; 3]>,
 }
 
-/// Kinds of PLY.
+/// Encodings of PLY.
 pub const ENCODINGS: [&str; 3] = ["ascii", "binary_little_endian", "binary_big_endian"];
 
 impl Written {
-    /// A bumpy sheet of n × n squares, each of two triangles, with coordinates that few digits say
-    /// exactly.
+    /// A bumpy sheet of n × n squares, each of two triangles, with coordinates that few decimal
+    /// digits represent exactly.
     pub fn sheet(n: u32) -> Self {
         let corner = |i: u32| {
             let (x, y) = (i % (n + 1), i / (n + 1));
@@ -41,7 +41,7 @@ impl Written {
         }
     }
 
-    /// Colours for all vertices.
+    /// Adds colours to all vertices.
     pub fn coloured(mut self) -> Self {
         self.colours = (0..self.positions.len())
             .map(|i| [i * 37, i * 91, 255 - i].map(|code| code as u8))
@@ -77,7 +77,7 @@ impl Written {
         out.into_bytes()
     }
 
-    /// In an encoding, with more lines of header.
+    /// Encodes as PLY with more header lines.
     pub fn ply(&self, encoding: &str, comment: &str) -> Vec<u8> {
         let mut out = format!(
             "ply\nformat {encoding} 1.0\n{comment}element vertex {}\n",
@@ -138,7 +138,7 @@ impl Written {
         data.out
     }
 
-    /// Binary; the two bytes of a facet are what its colour says.
+    /// Encodes as binary STL; `attribute` gives the two bytes of a facet from its colour.
     pub fn stl(&self, header: &str, attribute: impl Fn([u16; 3]) -> u16) -> Vec<u8> {
         let mut out = header.as_bytes().to_vec();
         out.resize(80, 0);
@@ -213,7 +213,7 @@ impl Numbers {
     }
 }
 
-/// Small files of both formats, of every kind, in a folder.
+/// Writes small files of both formats, of every kind, to a folder.
 pub fn models(folder: &Path) -> Vec<PathBuf> {
     let facets = vec![
         [31, 0, 0],
