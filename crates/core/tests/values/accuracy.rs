@@ -1,4 +1,4 @@
-//! A measurement of ladders on scenes whose errors are known in closed form.
+//! Measurements of accuracy ladders on scenes with errors in closed form.
 
 use core::time::Duration;
 
@@ -12,14 +12,14 @@ use serde_json::json;
 
 use crate::support::{DOWN, classic, floor, scene, settings};
 
-/// Time enough on any machine: what ends a measurement is that all is measured.
+/// A budget that never ends a measurement, on any machine.
 const EFFORT: Effort = Effort {
     budget: Duration::from_secs(600),
     size: Some([4, 3]),
     rounds: 2,
 };
 
-/// Two walls that glow with 1 and mirror a half: 2 − 2^(1−n) is seen with n segments.
+/// Two walls that emit 1 and mirror a half: n segments show 2 − 2^(1−n).
 fn corridor() -> Scene {
     let wall = |y: f64, up: f64| json!({ "shape": { "plane": { "point": [0, y, 0], "normal": [0, up, 0] } }, "material": "m" });
     let mirror = classic(json!({ "local": 0, "emission": 1, "reflection": { "weight": 0.5 } }));
@@ -47,8 +47,8 @@ fn ladder<'a>(report: &'a Report, name: &str) -> &'a LadderReport {
         .unwrap_or_else(|| panic!("no {name}"))
 }
 
-/// Protects: each rung gets the error that it has, against the truth and alone: of n segments
-/// 2^(1−n), all of it bias; the rung in use is the scene's own setting, and needs no flag.
+/// Protects: each rung gets its true error, against the reference and alone: for n segments
+/// 2^(1−n), all of it bias. The rung in use is the scene's own setting and needs no flag.
 #[test]
 fn errors_are_those_of_the_closed_form() {
     let report = measured(&corridor());
@@ -80,7 +80,7 @@ fn errors_are_those_of_the_closed_form() {
             errors.light
         );
         assert_eq!((rung.in_use, rung.flag.is_none()), (n == 4, n == 4), "{n}");
-        // One ray a segment and sample.
+        // One ray per segment and sample.
         let samples = report.own.rays / 4;
         assert_eq!(measured.rays, n as u64 * samples, "{n}");
     }
@@ -95,9 +95,9 @@ fn errors_are_those_of_the_closed_form() {
     );
 }
 
-/// Protects: what files keep is measured on the scene's own picture: a grey of 0.2 lies 0.2·255 −
-/// 51 from its code under a linear curve, and one brighter than white is clipped; floats keep all
-/// of it, and each kind takes its bytes.
+/// Protects: the precision of files is measured on the scene's own picture: under a linear curve a
+/// grey of 0.2 is off by 0.2·255 − 51, and one brighter than white is clipped; floats are exact,
+/// and each format has its size in bytes.
 #[test]
 fn files_keep_what_they_can() {
     let grey = |radiance: f64| {
@@ -155,9 +155,9 @@ fn files_keep_what_they_can() {
     );
 }
 
-/// Protects: the frontier goes from the shortest paths to those without error, its settings ask for
-/// what they say, and ladders that the scene does not call for are named and not measured; trees
-/// and scans give one picture.
+/// Protects: the frontier goes from the shortest paths to paths without error, its settings match
+/// their flags, and ladders that the scene does not need are named and not measured; trees and
+/// scans give the same picture.
 #[test]
 fn the_frontier_ends_without_error() {
     let report = measured(&corridor());
@@ -210,8 +210,8 @@ fn the_frontier_ends_without_error() {
     }
 }
 
-/// Protects: chance is noise and no bias: of stripes much finer than a pixel each sample sees
-/// another shade, and the mean is right.
+/// Protects: sampling noise is not measured as bias: for stripes much finer than a pixel each
+/// sample sees another shade, and the mean is right.
 #[test]
 fn noise_is_no_bias() {
     let stripes = json!({ "local": 0, "emission": "1 + sin(1e4*p.x)" });
@@ -246,7 +246,7 @@ fn noise_is_no_bias() {
     assert!(bias.value < 0.25 * noise[0], "{bias:?} of {noise:?}");
 }
 
-/// Protects: who asks to stop is heard, and gets no report.
+/// Protects: a measurement can be cancelled, and then returns no report.
 #[test]
 fn a_measurement_can_be_stopped() {
     struct Stop;
@@ -267,8 +267,8 @@ fn a_measurement_can_be_stopped() {
     assert_eq!(stopped.err(), Some(PrepareError::Cancelled.into()));
 }
 
-/// Protects: a kept reference is the truth of the next measurement, to the bit and without a
-/// further ray; one of another scene, seed or size is refused.
+/// Protects: a kept reference serves the next measurement, to the bit and without further rays; a
+/// reference of another scene, seed or size is rejected.
 #[test]
 fn a_reference_is_used_again() {
     let scene = corridor();

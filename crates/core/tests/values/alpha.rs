@@ -1,4 +1,4 @@
-//! Surfaces that are only partly there, in camera rays; `shadows` has them in the way of light.
+//! Partly transparent surfaces in camera rays; `shadows` tests them in shadow rays.
 
 use raywright_core::counters::SampleLoss;
 use raywright_core::scene::{ImageData, Integrator, Pattern, Pinhole, Pixels, Projection};
@@ -11,7 +11,7 @@ use crate::support::{
     DOWN, PRECISIONS, SLANTED, floor, near, physical, pixel, rendered, sees, settings,
 };
 
-/// A disk at height 1 of an unlit material above an unlit blue floor.
+/// `count` disks of an unlit material, from height 1 downwards, above an unlit blue floor.
 fn above_blue(terms: Value, count: usize) -> Scene {
     let mut pane = json!({ "base_colour": [1, 0.5, 0], "unlit": true });
     pane.as_object_mut()
@@ -27,8 +27,8 @@ fn above_blue(terms: Value, count: usize) -> Scene {
 
 const BLEND: &str = "blend";
 
-/// Protects: alpha · surface + (1 − alpha) · what is behind, one pane after the other; opaque
-/// materials have no alpha.
+/// Protects: alpha · surface + (1 − alpha) · background, one pane after the other; opaque materials
+/// ignore alpha.
 #[test]
 fn panes_cover_by_their_alpha() {
     sees(
@@ -63,9 +63,9 @@ fn panes_cover_by_their_alpha() {
     );
 }
 
-/// Protects: through a pane that is half there a camera ray sees the background that was asked for,
-/// and a mirrored one the sky; under path tracing, where chance chooses between pane and
-/// background, either is one of the two.
+/// Protects: through a partly transparent pane a camera ray sees the chosen background, and a
+/// mirrored ray the sky; in path tracing, where alpha is stochastic, each sample sees either pane
+/// or background.
 #[test]
 fn the_background_is_seen_through_panes() {
     let mut scene = above_blue(json!({ "opacity": 0.25, "alpha": BLEND }), 2);
@@ -95,7 +95,7 @@ fn the_background_is_seen_through_panes() {
     );
 }
 
-/// Protects: a mask is absent below its cutoff, and there at it.
+/// Protects: a mask is absent below its cutoff, and present at it.
 #[test]
 fn masks_are_there_or_not() {
     let mask = |opacity: f64| {
@@ -108,9 +108,9 @@ fn masks_are_there_or_not() {
     sees(&mask(0.49), DOWN, [0.0, 0.0, 1.0]);
 }
 
-/// Protects: alpha at a mask's cutoff is there at every point, by each way to say it and in every
-/// precision: what corners or texels around a point share is what the point has. Above a cutoff of
-/// one, as below any, nothing is.
+/// Protects: a mask with its alpha at the cutoff is present at every point, from every source of
+/// alpha and in every precision: equal alphas at corners or texels are not lost in interpolation.
+/// At a cutoff above one nothing is present.
 #[test]
 fn masks_at_their_cutoff_are_whole() {
     let share = |cutoff: f64, alphas: [f64; 3], textured: bool| {
@@ -184,8 +184,8 @@ fn masks_at_their_cutoff_are_whole() {
     }
 }
 
-/// A row of these numbers of layers, and what both integrators leave of the blue floor behind them
-/// in one segment.
+/// Asserts the share `left` of the blue floor behind each of several numbers of layers, for both
+/// integrators with one segment.
 #[track_caller]
 fn leave_of_blue(layers: impl Fn(usize) -> Scene, left: f64) {
     for count in [0, 1, 10, 100, 1000] {
@@ -221,9 +221,9 @@ fn leave_of_blue(layers: impl Fn(usize) -> Scene, left: f64) {
     }
 }
 
-/// Protects: what lets a ray go on unchanged costs no segment, however much of it there is, in
-/// either integrator: blended surfaces, one before the other or nested, what a mask leaves out, and
-/// borders of equal media with their tint.
+/// Protects: surfaces that a ray passes unchanged take no segment, in any number, with either
+/// integrator: blended surfaces, stacked or nested, absent parts of a mask, and index-matched
+/// boundaries with their tint.
 #[test]
 fn what_is_passed_costs_no_segment() {
     let stack = |terms: Value| {
@@ -268,9 +268,8 @@ fn what_is_passed_costs_no_segment() {
     );
 }
 
-/// Protects: a shadow ray passes all the blended surfaces that there are, however few segments a
-/// path may have, also where a thin wall elsewhere in the scene makes shadow rays look for what
-/// they pass.
+/// Protects: a shadow ray passes any number of blended surfaces with few segments, also if a thin
+/// wall elsewhere in the scene makes shadow rays visit surfaces in order.
 #[test]
 fn shadow_rays_pass_more_panes_than_segments() {
     let pane = json!({ "base_colour": 0, "opacity": 0.05, "alpha": BLEND });
@@ -292,7 +291,7 @@ fn shadow_rays_pass_more_panes_than_segments() {
     );
 }
 
-/// Protects: a mirror behind panes, and panes in a mirror, leave it all its segments.
+/// Protects: panes before a mirror and panes in its reflection take none of its segments.
 #[test]
 fn panes_take_no_segment_from_mirrors() {
     let pane = json!({ "base_colour": 0, "unlit": true, "opacity": 0.1, "alpha": BLEND });
@@ -322,7 +321,7 @@ fn panes_take_no_segment_from_mirrors() {
     );
 }
 
-/// Protects: behind what is absent the camera still looks into its background.
+/// Protects: behind absent surfaces the camera still sees its background.
 #[test]
 fn the_background_shows_through_what_is_absent() {
     let mut scene = above_blue(
@@ -337,9 +336,9 @@ fn the_background_shows_through_what_is_absent() {
     assert_eq!(rendered(&scene, &settings).picture.alpha, Some(vec![0.0]));
 }
 
-/// Protects: under a transparent background a pixel is covered as far as its panes cover it, with
-/// their colour in that share, and wholly where something that covers all lies behind them or
-/// reflects the ray; what only a mirror shows covers nothing more.
+/// Protects: under a transparent background a pixel's alpha is that of its panes, with their colour
+/// in that share; it is one where an opaque surface lies behind them or reflects the ray. Surfaces
+/// seen only in a mirror add no alpha.
 #[test]
 fn panes_over_nothing_cover_their_share() {
     let pane = |opacity: f64, count: usize| {
@@ -441,8 +440,7 @@ fn panes_over_nothing_cover_their_share() {
     }
 }
 
-/// The camera of these settings with a field of view in which panes fill the picture to its
-/// corners.
+/// The settings' camera with a narrow field of view, so that panes fill the picture.
 fn narrow(settings: &Settings) -> raywright_core::scene::Camera {
     let mut camera = settings.camera.clone().expect("a camera");
     camera.projection = Projection::Pinhole(Pinhole {
@@ -452,8 +450,8 @@ fn narrow(settings: &Settings) -> raywright_core::scene::Camera {
     camera
 }
 
-/// Protects: thousands of absent surfaces in a row are passed, by either integrator, and only so
-/// many that a ray comes to an end, which is counted.
+/// Protects: a ray passes thousands of absent surfaces in a row, with either integrator, and ends
+/// beyond a limit, which is counted.
 #[test]
 fn rays_pass_some_thousand_absent_surfaces() {
     let mask = json!({ "opacity": 0.25, "alpha": { "mask": { "cutoff": 0.5 } } });
@@ -495,15 +493,15 @@ fn rays_pass_some_thousand_absent_surfaces() {
     }
 }
 
-/// Protects: a ray that a surface mirrors or lets through passes on from where the limit of its
-/// sample stands, in Whitted's integrator.
+/// Protects: a mirrored or refracted ray shares its sample's limit of passed surfaces, in Whitted's
+/// integrator.
 #[test]
 fn rays_of_a_sample_share_their_limit() {
     for (count, cut) in [(4096, 0), (4097, 1)] {
         let kind = json!({ "grid": { "counts": [1, count, 1], "origin": [0, 0.0001, 0], "step": [0, 0.0001, 0] } });
         let disk = json!({ "shape": { "disk": { "centre": [0, 0, 0], "normal": [0, 1, 0], "radius": 0.5 } }, "material": "pane" });
         let mask = physical(json!({ "opacity": 0.25, "alpha": { "mask": { "cutoff": 0.5 } } }));
-        // What it mirrors passes the stack once more.
+        // The mirrored ray passes the stack once more.
         let scene = floor(
             physical(json!({ "transmission": 1, "roughness": 0, "ior": 1.5 })),
             json!({ "materials": [{ "name": "pane", "model": mask }], "generators": [{ "kind": kind, "object": disk }] }),
@@ -513,8 +511,8 @@ fn rays_of_a_sample_share_their_limit() {
     }
 }
 
-/// Protects: behind borders of equal media a matte floor and a mirror have all their segments, as
-/// without them; a border that glows is seen.
+/// Protects: behind index-matched boundaries a matte floor and a mirror keep all their segments; an
+/// emissive boundary is visible.
 #[test]
 fn borders_of_equal_media_hide_nothing() {
     let clear = |emission: f64| {

@@ -1,4 +1,4 @@
-//! Where rays start and where they go.
+//! Origins and directions of camera rays.
 
 use glam::DVec3;
 use raywright_core::bvh::Ray;
@@ -39,8 +39,8 @@ fn goes(ray: Ray<f64>, origin: [f64; 3], direction: [f64; 3]) {
 
 const EYE: [f64; 3] = [1.0, 2.0, 3.0];
 
-/// Protects: which of width and height a field of view means, the image one unit high, right and up
-/// in the picture.
+/// Protects: each field-of-view key sets its width or height of the film, which is one unit high;
+/// right and up in the picture.
 #[test]
 fn pinholes_open_by_their_key() {
     let at = |pinhole: Value, x: f64, y: f64| {
@@ -56,8 +56,8 @@ fn pinholes_open_by_their_key() {
         EYE,
         [2.0, 0.0, -1.0],
     );
-    // A lens opens as its pinhole does, also where the picture has a shape of its own: 3 to 1 here,
-    // in pixels that are none.
+    // A lens has the view of its pinhole, also for a film with its own aspect ratio: 3 to 1 here,
+    // with stretched pixels.
     for aspect in [Value::Null, json!(3)] {
         let half = if aspect.is_null() { 1.0 } else { 1.5 };
         for (pinhole, focal) in [
@@ -129,7 +129,7 @@ fn a_fixed_aspect_is_kept() {
     );
 }
 
-/// Protects: parallel rays over the height of the view.
+/// Protects: orthographic rays are parallel and span the view's height.
 #[test]
 fn orthographic_rays_are_parallel() {
     let flat = camera(
@@ -147,7 +147,7 @@ fn orthographic_rays_are_parallel() {
     assert!(!flat.has_lens());
 }
 
-/// Protects: poses: what is up, an orbit's angles, explicit axes.
+/// Protects: poses follow their documentation: the up direction, an orbit's angles, explicit axes.
 #[test]
 fn poses_stand_as_documented() {
     let corner = |pose: Value| {
@@ -191,8 +191,8 @@ fn poses_stand_as_documented() {
     goes(top(axes), EYE, [-1.0, 0.0, 1.0]);
 }
 
-/// Protects: rays start on the disk of the aperture, at √l₀ of its radius, and those of one film
-/// position meet where the plane of focus is, whatever the focal length.
+/// Protects: rays start on the aperture's disk, at √l₀ of its radius, and rays of one film position
+/// meet on the plane of focus, at any focal length.
 #[test]
 fn a_lens_is_sharp_at_its_distance() {
     let lens = |radius: f64| {
@@ -231,8 +231,8 @@ fn a_lens_is_sharp_at_its_distance() {
     }
 }
 
-/// Protects: a scene without a camera is seen by the one that frames its silhouette from where that
-/// suits it, also where it is said so.
+/// Protects: a scene without a camera uses the default view that frames its silhouette, also if
+/// that view is given explicitly.
 #[test]
 fn scenes_without_a_camera_are_framed() {
     let white = json!({ "name": "white", "model": physical(json!({ "unlit": true })) });

@@ -1,10 +1,10 @@
-//! The terms of a classic surface that need no second ray.
+//! Terms of a classic surface without further rays.
 
 use serde_json::json;
 
 use crate::support::{DOWN, SLANTED, View, ball, classic, floor, sees, sun};
 
-/// Protects: colour · ambient, the scene's or the material's own.
+/// Protects: ambient light is colour · ambient, the scene's or the material's own.
 #[test]
 fn ambient_light_is_tinted() {
     let with = |model| floor(model, json!({ "classic": { "ambient": [0.1, 0.2, 0.4] } }));
@@ -22,7 +22,8 @@ fn ambient_light_is_tinted() {
     );
 }
 
-/// Protects: colour · diffuse · (n·l) · light, and nothing from a light behind the surface.
+/// Protects: diffuse light is colour · diffuse · (n·l) · light, and zero for a light behind the
+/// surface.
 #[test]
 fn diffuse_light_follows_the_cosine() {
     let model = || classic(json!({ "colour": [0.5, 1, 1], "diffuse": 0.5 }));
@@ -40,7 +41,7 @@ fn diffuse_light_follows_the_cosine() {
     sees(&floor(model(), light([3.0, -4.0, 0.0])), DOWN, [0.0; 3]);
 }
 
-/// Protects: lights add up, and an expression of `l` finds each one's own direction.
+/// Protects: lights add up, and an expression of `l` gets each light's direction.
 #[test]
 fn diffuse_is_evaluated_for_each_light() {
     let lights = json!({ "lights": [sun([3.0, 4.0, 0.0]), sun([0.0, 3.0, 4.0])] });
@@ -52,7 +53,7 @@ fn diffuse_is_evaluated_for_each_light() {
     );
 }
 
-/// Protects: strength · (1 − (n·d)²)^exponent, untinted: 0.36² = 0.1296.
+/// Protects: rim light is strength · (1 − (n·d)²)^exponent, untinted: 0.36² = 0.1296.
 #[test]
 fn rim_light_grows_towards_grazing() {
     let model = |exponent| {
@@ -63,7 +64,7 @@ fn rim_light_grows_towards_grazing() {
     sees(&floor(model(2), json!({})), DOWN, [0.0; 3]);
 }
 
-/// Protects: `local` weighs ambient light, highlight and rim, and leaves the emission alone.
+/// Protects: `local` scales ambient light, highlight and rim, and not the emission.
 #[test]
 fn local_weighs_all_but_the_emission() {
     let model = classic(json!({
@@ -81,8 +82,8 @@ fn local_weighs_all_but_the_emission() {
     );
 }
 
-/// Protects: cells of the world's x and z, with the sign of negative coordinates and the size of a
-/// cell.
+/// Protects: a checker alternates in cells of the world's x and z, with negative coordinates and by
+/// the size of a cell.
 #[test]
 fn a_checker_alternates_in_its_cells() {
     let checker = json!({ "checker": { "even": [1, 0, 0], "odd": [0, 1, 0], "size": 0.5 } });
@@ -104,8 +105,8 @@ fn a_checker_alternates_in_its_cells() {
     }
 }
 
-/// Protects: colours, emissions and weights may be expressions of the hit, each of its own
-/// variables, of time and of parameters.
+/// Protects: colours, emissions and weights may be expressions, each of its own variables, of time
+/// and of parameters, evaluated at the hit.
 #[test]
 fn inputs_are_evaluated_at_the_hit() {
     let terms =
@@ -121,8 +122,8 @@ fn inputs_are_evaluated_at_the_hit() {
     );
 }
 
-/// Protects: a material's own shadow rule replaces the share that arrives; it reads that share and
-/// the distance of what is nearest in between, infinite where nothing is.
+/// Protects: a material's own shadow rule replaces the transmittance; it may read that
+/// transmittance and the distance of the nearest occluder, infinite without one.
 #[test]
 fn a_shadow_rule_of_its_own() {
     let blockers = |clear: f64| {
@@ -159,7 +160,7 @@ fn a_shadow_rule_of_its_own() {
     );
 }
 
-/// Protects: the veil is added once to whatever a ray sees, and is tinted by nothing.
+/// Protects: the veil is added once to every ray's radiance, untinted.
 #[test]
 fn the_veil_lies_over_everything() {
     let parts = json!({ "render": { "veil": [0.1, 0.2, 0.3] }, "sky": { "constant": 0.5 } });

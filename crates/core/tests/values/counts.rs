@@ -1,4 +1,4 @@
-//! What a render counts, reports and decides besides its picture.
+//! Counters, reports and decisions of a render besides its picture.
 
 use core::sync::atomic::{AtomicU32, Ordering};
 use std::sync::Mutex;
@@ -19,8 +19,8 @@ fn lit() -> Scene {
     )
 }
 
-/// Protects: rays of each kind and samples of a small picture; corners are traced once for all
-/// pixels that share them.
+/// Protects: rays of each kind and samples of a small picture are counted; corners are traced once
+/// for all pixels that share them.
 #[test]
 fn rays_are_counted_by_kind() {
     let scene = lit();
@@ -91,7 +91,7 @@ fn sampling_is_resolved() {
     );
 }
 
-/// Remembers what it is told, and may stop.
+/// Records progress, and may cancel.
 #[derive(Default)]
 struct Watcher {
     told: Mutex<Vec<(u64, u64)>>,
@@ -108,8 +108,8 @@ impl Observer for Watcher {
     }
 }
 
-/// Protects: progress in pixels of the crop up to all of them; a stopped render says so and is
-/// black.
+/// Protects: progress counts pixels of the crop up to all of them; a cancelled render is marked as
+/// such and black.
 #[test]
 fn progress_is_told_and_a_render_can_be_stopped() {
     let scene = lit();
@@ -145,9 +145,9 @@ fn progress_is_told_and_a_render_can_be_stopped() {
     );
 }
 
-/// Protects: where chance has no part a pixel of the crop takes 26 bytes of sums and 12 of the
-/// picture, a mean layer 24 of sums and 12 of the picture, one of the pixel's centre 4 of both; and
-/// the limit is on all of it.
+/// Protects: in a deterministic render a pixel of the crop takes 26 bytes of sums and 12 of the
+/// picture, a mean layer 24 of sums and 12 of the picture, a layer of pixel centres 4 of both; the
+/// limit applies to the total.
 #[test]
 fn memory_is_counted_and_limited() {
     let scene = lit();
@@ -189,7 +189,7 @@ fn memory_is_counted_and_limited() {
     assert!(memory.geometry > 0 && memory.tables > 0 && limited(needed) && !limited(needed - 1));
 }
 
-/// Protects: too little memory is said before anything is built: nobody is asked whether to go on,
+/// Protects: too little memory is reported before anything is built: the observer is not called,
 /// because nothing has begun.
 #[test]
 fn memory_is_told_before_anything_is_built() {
@@ -217,7 +217,7 @@ fn memory_is_told_before_anything_is_built() {
     assert_eq!(limited(None), Some(PrepareError::Cancelled));
 }
 
-/// Protects: tables say what was built, and an absent effect's are empty.
+/// Protects: tables count what was built, and an absent effect's table is empty.
 #[test]
 fn tables_count_what_was_built() {
     let tables = |scene: &Scene| {
@@ -254,9 +254,9 @@ fn tables_count_what_was_built() {
     assert_eq!(unlit.lights, 0);
 }
 
-/// Protects: a render can be stopped within one pixel, whose paths divide at panes of glass: half a
-/// million times here, and more than anybody can wait for at greater depths. What was begun is not
-/// kept.
+/// Protects: a render can be cancelled within one pixel, whose paths divide at panes of glass: half
+/// a million times here, and without a practical end at greater depths. The unfinished pixel is
+/// dropped.
 #[test]
 fn a_pixel_of_many_paths_can_be_stopped() {
     struct Soon(AtomicU32);
@@ -304,11 +304,10 @@ fn a_pixel_of_many_paths_can_be_stopped() {
     );
 }
 
-/// Protects: what paths meet by chance alone is counted, and nothing else. Between a floor that
-/// glows and a ceiling that mirrors, both much wider than they are apart, nearly every path that
-/// the floor scattered goes on by the mirror and meets the floor's light again; a ceiling that
-/// scatters sends none by chance, a floor that does not glow is no lamp, and what the camera sees
-/// in a mirror was asked for by none.
+/// Protects: lamps hit by chance alone are counted, and nothing else. Between an emissive floor and
+/// a mirror ceiling, both much wider than their distance, nearly every path scattered by the floor
+/// is mirrored and hits the emissive floor again. A diffuse ceiling counts none, a floor without
+/// emission is no lamp, and lamps that the camera sees in a mirror do not count.
 #[test]
 fn lamps_met_by_chance_are_counted() {
     let of = |glow: f64, roughness: f64, view| {

@@ -1,5 +1,4 @@
-//! Tone maps on colours, where a matrix with a wrong entry or a transposed one shows; greys do not
-//! tell.
+//! Tone maps of colours, which reveal a wrong entry or a transposed matrix; greys do not.
 
 use raywright_core::display::Display;
 use raywright_core::scene::{ToneMap, TransferCurve};
@@ -15,8 +14,8 @@ fn shown(tone_map: ToneMap, curve: TransferCurve, rgb: [f32; 3]) -> [f32; 3] {
     .values(rgb)
 }
 
-/// Protects: AgX of three colours by its published matrices, range and sigmoid, computed apart from
-/// this code in double precision.
+/// Protects: AgX maps three colours by its published matrices, range and sigmoid, against an
+/// independent computation in double precision.
 #[test]
 fn agx_of_strong_colours() {
     for (rgb, expected) in [
@@ -35,7 +34,8 @@ fn agx_of_strong_colours() {
     }
 }
 
-/// Protects: the transfer curves by name: 0.25 is 0.537 099 in sRGB, 0.25^(1/2.2) and itself.
+/// Protects: the transfer curves have their names' values: 0.25 is 0.537 099 in sRGB, 0.25^(1/2.2)
+/// and itself.
 #[test]
 fn curves_by_name() {
     for (curve, expected) in [

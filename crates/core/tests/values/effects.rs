@@ -1,5 +1,5 @@
-//! What the report says of each effect: of the least scene that has it, and of scenes that nearly
-//! do.
+//! Statuses of effects in the report: for the smallest scene with an effect, and for scenes that
+//! almost have it.
 
 use raywright_core::effects::Status::{self, Absent, LeftOut, Simulated};
 use raywright_core::effects::{Effect, EffectReport, detect};
@@ -13,7 +13,7 @@ fn status_of(report: &EffectReport, name: &str) -> Status {
     report.status(Effect::named(name).unwrap_or_else(|| panic!("there is no effect named {name}")))
 }
 
-/// By Whitted's integrator, which says of each term what it does with it.
+/// Asserts statuses under Whitted's integrator, which reports on each term.
 #[track_caller]
 fn reports(model: Value, parts: Value, statuses: &[(&str, Status)]) {
     let scene = floor(model.clone(), parts);
@@ -43,7 +43,7 @@ fn reports(model: Value, parts: Value, statuses: &[(&str, Status)]) {
     }
 }
 
-/// Protects: the terms of a classic material, each alone and switched off by a zero.
+/// Protects: the terms of a classic material are effects, each alone, and absent by a zero.
 #[test]
 fn classic_terms() {
     let lit = || json!({ "lights": [sun([0.0, 1.0, 0.0])] });
@@ -191,7 +191,8 @@ fn classic_terms() {
                 ("procedural textures", Simulated),
             ],
         ),
-        // At the last segment what reflects shows its local term whole, whatever its weight.
+        // At the last segment a reflective surface shows its local term in full, whatever its
+        // weight.
         (
             json!({ "local": 0, "reflection": { "weight": 1 } }),
             json!({ "lights": [sun([0.0, 1.0, 0.0])], "classic": { "depth_limit": "local_only" } }),
@@ -234,8 +235,8 @@ fn classic_terms() {
     );
 }
 
-/// Protects: what a physical material calls for: smooth glass is not rough, nothing but a
-/// dielectric transmits, a metal diffuses nothing.
+/// Protects: effects of a physical material: smooth glass is not rough, only a dielectric
+/// transmits, a metal has no diffuse reflection.
 #[test]
 fn physical_terms() {
     let sky = || json!({ "sky": { "constant": 1 } });
@@ -305,7 +306,7 @@ fn physical_terms() {
                 ("caustics", LeftOut),
             ],
         ),
-        // What varies may pass somewhere, and may be diffused somewhere.
+        // A varying transmission may transmit somewhere, and reflect diffusely elsewhere.
         (
             json!({ "roughness": 0, "transmission": "p.x" }),
             &[
@@ -363,7 +364,7 @@ fn physical_terms() {
     );
 }
 
-/// Protects: what lights and objects have to be for shadows and highlights.
+/// Protects: conditions on lights and objects for shadows and highlights.
 #[test]
 fn lights_and_casters() {
     let light = |rest: Value| {
@@ -419,7 +420,7 @@ fn lights_and_casters() {
     );
 }
 
-/// Protects: geometry, and that only what an object shows counts.
+/// Protects: effects of geometry, and that only materials in use count.
 #[test]
 fn geometry_and_what_is_shown() {
     let glow = json!({ "name": "glow", "model": { "classic": { "emission": 1 } } });
@@ -487,7 +488,7 @@ fn geometry_and_what_is_shown() {
     }
 }
 
-/// Protects: a lens without a radius is none, and a fixed pattern shows none.
+/// Protects: a lens of zero radius is no effect, and a fixed pattern leaves depth of field out.
 #[test]
 fn lenses() {
     let status = |radius: f64, pattern: Value| {
@@ -504,9 +505,10 @@ fn lenses() {
     assert_eq!(status(0.0, json!("centre")), Absent);
 }
 
-/// Protects: `auto` is Whitted's where that leaves nothing out, and paths elsewhere: classic
-/// materials under lights and lamps, and physical ones that nothing diffuses or blurs, against
-/// physical ones that light each other, blur what they reflect, or have what only paths know.
+/// Protects: `auto` selects Whitted's integrator if it leaves nothing out, and path tracing
+/// otherwise: classic materials under lights and lamps, and physical ones without diffuse light or
+/// blur, against physical ones that light each other, blur reflections, or have effects of path
+/// tracing alone.
 #[test]
 fn auto_goes_by_what_is_left_out() {
     let takes = |model: Value| {
@@ -539,8 +541,8 @@ fn auto_goes_by_what_is_left_out() {
     }
 }
 
-/// Protects: along paths a sky lights what diffuses and what only has a highlight, which is a rough
-/// lobe there.
+/// Protects: in path tracing a sky lights diffuse surfaces, and surfaces with only a highlight,
+/// which is a rough lobe there.
 #[test]
 fn a_sky_lights_highlights_along_paths() {
     let gloss = |strength: f64| {

@@ -1,5 +1,5 @@
-//! Surfaces that light others: tiny ones, whose every point is the same, and large ones against
-//! Lambert's polygon formula.
+//! Area lights: tiny ones, uniform over their points, and large ones against Lambert's polygon
+//! formula.
 
 use core::f64::consts::PI;
 
@@ -19,7 +19,7 @@ fn lamp(name: &str, radiance: f64) -> Value {
     json!({ "name": name, "model": { "classic": { "local": 0, "emission": radiance } } })
 }
 
-/// A floor of one material under objects that glow with radiance 10⁶.
+/// A floor of one material under objects that emit a radiance of 10⁶.
 fn under(model: Value, objects: &[Value]) -> Scene {
     floor(
         model,
@@ -37,11 +37,11 @@ fn spark() -> Value {
     )
 }
 
-/// What it brings to (1.5, 0, 0), over π: L · A · 0.8 · 0.8 / 2.5².
+/// Irradiance of the lamp at (1.5, 0, 0), over π: L · A · 0.8 · 0.8 / 2.5².
 const BROUGHT: f64 = 4.0 * 0.64 / 6.25 / PI;
 
-/// Protects: radiance · area · both cosines / distance², times the classic colour over π and its
-/// `diffuse`.
+/// Protects: a tiny lamp gives radiance · area · both cosines / distance², times the classic colour
+/// over π and its `diffuse`.
 #[test]
 fn a_spark_lights_by_its_cosines() {
     let model = || classic(json!({ "colour": [1, 0.5, 0], "diffuse": 0.5 }));
@@ -53,7 +53,7 @@ fn a_spark_lights_by_its_cosines() {
     );
 }
 
-/// Protects: physical surfaces answer to emitters as to lights.
+/// Protects: physical surfaces respond to emitters as to delta lights.
 #[test]
 fn a_spark_lights_physical_surfaces() {
     let found = pixel(
@@ -70,8 +70,8 @@ fn one_ray() -> Settings {
     settings(&Scene::default(), AT)
 }
 
-/// Protects: the sides that give off light, whichever of them faces the floor: `edge_u × edge_v` is
-/// the outside, down or up.
+/// Protects: an emitter's sides are respected, whichever of them faces the floor: `edge_u × edge_v`
+/// is the outside, down or up.
 #[test]
 fn a_spark_has_sides() {
     let (wide, long) = ([0.002, 0.0, 0.0], [0.0, 0.0, 0.002]);
@@ -93,7 +93,8 @@ fn a_spark_has_sides() {
     }
 }
 
-/// Protects: area and place under a map, for a shape and for a mesh: twice as wide, twice as long.
+/// Protects: a transformed emitter has its area and position, as a shape and as a mesh: twice as
+/// wide, twice as long.
 #[test]
 fn a_scaled_spark_has_its_area() {
     let moved = json!([{ "scale": [2, 1, 2] }, { "translate": [0, 2, 0] }]);
@@ -119,7 +120,7 @@ fn a_scaled_spark_has_its_area() {
         json!({ "materials": [lamp("lamp", 1e6)], "objects": [object], "meshes": [mesh] }),
     );
     near(pixel(&scene, &one_ray()), [BROUGHT; 3], 2e-3, "mesh");
-    // A mirroring map keeps the outside outside.
+    // A mirroring transform keeps the outside outside.
     scene.objects[1]
         .transform
         .push(TransformStep::Scale([-1.0, 1.0, 1.0]));
@@ -131,8 +132,7 @@ fn a_scaled_spark_has_its_area() {
     );
 }
 
-/// Protects: what is in between takes its share of a surface's light too, and what casts no shadow
-/// takes none.
+/// Protects: occluders attenuate an area light too, and shadowless objects do not.
 #[test]
 fn sparks_cast_shadows() {
     let veil = json!({ "name": "veil", "model": { "classic": { "shadow_transmittance": 0.25 } } });
@@ -151,9 +151,9 @@ fn sparks_cast_shadows() {
     near(pixel(&scene, &one_ray()), [BROUGHT; 3], 2e-3, "free");
 }
 
-/// Irradiance at the origin of a floor from a polygon above it of radiance one, its corners in turn
-/// (Lambert, "Photometria", 1760): half the sum over its edges of the angle that the edge spans
-/// times the height of the unit normal of its plane.
+/// Irradiance at the origin of a floor from a polygon of radiance one above it, with its corners in
+/// order (Lambert, "Photometria", 1760): half the sum over its edges of the angle of the edge times
+/// the height of its plane's unit normal.
 fn irradiance(corners: &[[f64; 3]]) -> f64 {
     let unit = |p: [f64; 3]| {
         let length = p.iter().map(|x| x * x).sum::<f64>().sqrt();
@@ -177,9 +177,9 @@ fn corners(corner: [f64; 3], u: [f64; 3], v: [f64; 3]) -> [[f64; 3]; 4] {
     [at(0.0, 0.0), at(1.0, 0.0), at(1.0, 1.0), at(0.0, 1.0)]
 }
 
-/// Protects: which lamp is asked and where on it are independent; each is asked in its share. Two
-/// large lamps of unlike power to either side of the point, one of which half is hidden: a share
-/// that depends on the place would show.
+/// Protects: the choice of a lamp and the point on it are independent, and each lamp is chosen by
+/// its share. Two large lamps of different power on both sides of the point, one of them half
+/// hidden, would show a dependence.
 #[test]
 fn large_lamps_add_up() {
     let left = ([-4.0, 2.0, -1.0], [3.5, 0.0, 0.0], [0.0, 0.0, 2.0]);
@@ -199,7 +199,7 @@ fn large_lamps_add_up() {
             ..settings(scene, view)
         };
         let mut many = many;
-        // A pixel so narrow that it is a point.
+        // A pixel so narrow that it shows a point.
         if let Some(raywright_core::scene::Camera {
             projection: raywright_core::scene::Projection::Pinhole(p),
             ..
@@ -211,8 +211,7 @@ fn large_lamps_add_up() {
     };
     let expected = 2.0 * sum(left) + 5.0 * sum(right);
     near(average(&scene), [expected; 3], 1e-2, "both");
-    // An opaque wall hides the right one: the left one alone is left, each of its points as often
-    // as without.
+    // An opaque wall hides the right lamp: the left one remains, sampled as before.
     let wall = quad(
         [0.2, -1.0, -9.0],
         [0.0, 9.0, 0.0],
@@ -228,9 +227,8 @@ fn large_lamps_add_up() {
     );
 }
 
-/// Protects: of a lamp whose emission varies and that is there in part, as much arrives as is
-/// there: a share of 0.25 brings a quarter, like one that glows evenly and is met by paths, by
-/// whichever way light is found.
+/// Protects: a partly transparent lamp of varying emission emits its alpha's share: an alpha of
+/// 0.25 gives a quarter, like a uniform lamp hit by paths, for every strategy of light sampling.
 #[test]
 fn a_varying_lamp_that_is_there_in_part() {
     use crate::paths::{AT as SLANTED, all_see};

@@ -1,10 +1,10 @@
-//! Expressions of the hit where a shortcut would show: at infinities, zeros and NaN.
+//! Expressions at infinities, zeros and NaN, where a wrong simplification would show.
 
 use std::collections::BTreeMap;
 
 use raywright_core::expr::{Inputs, Programs, Scope, compile_number};
 
-/// The value with u and v as given.
+/// Value of an expression for given u and v.
 fn value(source: &str, u: f64, v: f64) -> f64 {
     let program = compile_number(source, &BTreeMap::new(), Scope::Surface)
         .unwrap_or_else(|e| panic!("{source}: {e}"));
@@ -18,8 +18,8 @@ fn value(source: &str, u: f64, v: f64) -> f64 {
     )
 }
 
-/// Protects: only what holds for every number is simplified. Infinity times zero is not a number,
-/// nor is infinity less itself.
+/// Protects: only simplifications that hold for every number are applied. Infinity times zero is
+/// NaN, and so is infinity minus itself.
 #[test]
 fn simplifications_hold_for_every_number() {
     let inf = f64::INFINITY;
@@ -62,7 +62,7 @@ fn simplifications_hold_for_every_number() {
     }
 }
 
-/// Protects: signs and factors that are moved about while an expression is simplified.
+/// Protects: signs and factors stay right when an expression is simplified.
 #[test]
 fn rearranged_sums_keep_their_value() {
     for (source, expected) in [

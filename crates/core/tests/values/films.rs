@@ -1,4 +1,4 @@
-//! Samples become pixels: patterns, weights, layers, coverage and errors, in pixels worked out by
+//! From samples to pixels: patterns, weights, layers, coverage and errors, in pixels computed by
 //! hand.
 
 use raywright_core::bvh::{AcceleratorKind, BuildQuality};
@@ -9,8 +9,7 @@ use serde_json::{Value, json};
 
 use crate::support::{View, ball, floor, physical, rendered, scene, settings};
 
-/// An orthographic view along −z of so many pixels of edge 1, the middle of the picture at (0, 0,
-/// 5).
+/// An orthographic view along −z with pixels of edge 1, centred at (0, 0, 5).
 fn flat(scene: &Scene, size: [u32; 2], sampling: Sampling) -> Settings {
     let mut settings = Settings {
         size,
@@ -41,9 +40,9 @@ fn sky(expression: &str) -> Scene {
     scene(json!({ "sky": { "expression": expression } }))
 }
 
-/// Protects: columns run to the right and rows down; the centre is the pixel's; corners are the
-/// pixel's four, each a quarter: the mean of x² over corners half a pixel away is x² + ¼. A crop
-/// has the places of the whole picture.
+/// Protects: sample positions of patterns. Columns run to the right and rows down; `centre` is the
+/// pixel's centre; `corners` are the pixel's four corners, each a quarter: the mean of x² over
+/// corners half a pixel away is x² + ¼. A crop has the positions of the whole picture.
 #[test]
 fn patterns_have_their_places() {
     let scene = sky("[o.x, o.y, o.x*o.x]");
@@ -73,8 +72,8 @@ fn patterns_have_their_places() {
     }
 }
 
-/// Protects: the general sampler fills the pixel evenly: mean and mean square of the offset; a crop
-/// draws the same samples.
+/// Protects: the general sampler fills the pixel uniformly, by mean and mean square of the offset;
+/// a crop has the same samples.
 #[test]
 fn samples_fill_the_pixel() {
     let scene = sky("[o.x, o.y, (o.x - 0.5)^2]");
@@ -126,7 +125,7 @@ fn half() -> Scene {
     )
 }
 
-/// Protects: every layer of one fully and one never covered pixel.
+/// Protects: every layer of a fully covered and of an uncovered pixel.
 #[test]
 fn layers_of_whole_pixels() {
     let scene = half();
@@ -157,8 +156,8 @@ fn layers_of_whole_pixels() {
     assert_eq!(picture.layers.len(), 19);
 }
 
-/// Protects: a pixel that two of four samples hit: colours, albedo and normal are means over all
-/// samples, the position over those that hit; the error of the mean of 1, 1, ½, ½ is √(1/48).
+/// Protects: layers of a pixel with two hits in four samples: colours, albedo and normal are means
+/// over all samples, the position over hits; the error of the mean of 1, 1, ½, ½ is √(1/48).
 #[test]
 fn layers_of_a_partly_covered_pixel() {
     let scene = half();
@@ -184,7 +183,7 @@ fn layers_of_a_partly_covered_pixel() {
     assert_eq!(picture.rgb, [[0.75, 0.5, 0.25]]);
 }
 
-/// Protects: coverage is the share of samples that hit, and colours are multiplied by it.
+/// Protects: coverage is the share of samples with a hit, and colours are premultiplied by it.
 #[test]
 fn coverage_is_a_share() {
     let scene = half();
@@ -204,8 +203,8 @@ fn coverage_is_a_share() {
     );
 }
 
-/// Protects: the other layers follow the general sampler too, and the depth is a distance from the
-/// eye along the ray.
+/// Protects: layers follow the general sampler too, and the depth is a distance from the eye along
+/// the ray.
 #[test]
 fn depth_is_along_the_ray() {
     let view: View = [[3.0, 4.0, 0.0], [0.0; 3]];
@@ -222,7 +221,7 @@ fn depth_is_along_the_ray() {
     );
 }
 
-/// Protects: a sample that is not a number is left out of the mean and of the count, and is counted
+/// Protects: a NaN sample is left out of the mean and of the number of samples, and is counted
 /// itself.
 #[test]
 fn samples_that_are_not_numbers_are_dropped() {
@@ -241,8 +240,8 @@ fn samples_that_are_not_numbers_are_dropped() {
     );
 }
 
-/// Protects: where two things are hit at the same distance, the first of the file's order is seen,
-/// with and without a tree.
+/// Protects: of two hits at the same distance, the first in the file's order is visible, with and
+/// without a tree.
 #[test]
 fn the_first_of_equals_is_seen() {
     for kind in [
@@ -273,10 +272,11 @@ fn the_first_of_equals_is_seen() {
     }
 }
 
-/// Protects: a pixel is what its filter covers. Of light that begins at an edge between two columns
-/// the pixels beside it show the filter's integral beyond their distance: of the box all or
-/// nothing, of the tent 1/8 from half a pixel away, of the bell (Φ(3) − Φ(1)) / (2Φ(3) − 1), of the
-/// window's cosines (1 − x)/2 − Σ aₖ sin(kπx)/(kπ)/(2a₀) at a third of its radius.
+/// Protects: a pixel is the filtered mean of its surroundings. For light that begins at an edge
+/// between two columns, the pixels beside it show the filter's integral beyond their distance: all
+/// or nothing for the box, 1/8 for the tent from half a pixel away, (Φ(3) − Φ(1)) / (2Φ(3) − 1) for
+/// the bell, and (1 − x)/2 − Σ aₖ sin(kπx)/(kπ)/(2a₀) at a third of its radius for the window's
+/// cosines.
 #[test]
 fn filters_cover_their_surroundings() {
     use core::f64::consts::PI;
@@ -308,7 +308,7 @@ fn filters_cover_their_surroundings() {
             "{filter:?}: {row:?}, {share}"
         );
         assert_eq!((row[0], row[7]), (0.0, 1.0), "{filter:?}: {row:?}");
-        // The same down a column, where y falls.
+        // The same along a column, where y falls.
         let [above, below] = [shown[12], shown[20]].map(|rgb| f64::from(rgb[1]));
         assert!(
             (above - (1.0 - share)).abs() < 0.01 && (below - share).abs() < 0.01,
@@ -317,9 +317,8 @@ fn filters_cover_their_surroundings() {
     }
 }
 
-/// Protects: where light was looked for and none was found, the layer of standard errors says that
-/// nothing is known, and not that there is no error; where there is none to be found, there is no
-/// error.
+/// Protects: the layer of standard errors marks pixels as unknown if light was sampled without any
+/// success, instead of zero; it is zero if no light exists.
 #[test]
 fn errors_of_light_that_was_not_found_are_unknown() {
     use raywright_core::scene::Integrator;
@@ -354,8 +353,8 @@ fn errors_of_light_that_was_not_found_are_unknown() {
     }
 }
 
-/// Protects: a path that carries more than a number can hold in one channel alone makes its sample
-/// none, which is dropped and counted, also where many paths are shaded together.
+/// Protects: a path that overflows in one channel alone makes its sample invalid, which is dropped
+/// and counted, also if many paths are shaded together.
 #[test]
 fn paths_that_overflow_in_one_channel_are_dropped() {
     use raywright_core::scene::Integrator;
@@ -391,8 +390,7 @@ fn paths_that_overflow_in_one_channel_are_dropped() {
     }
 }
 
-/// Protects: a path that carries more than a number can hold makes its sample none, which is
-/// dropped and counted.
+/// Protects: a path that overflows makes its sample invalid, which is dropped and counted.
 #[test]
 fn paths_that_carry_no_number_are_dropped() {
     use raywright_core::scene::Integrator;

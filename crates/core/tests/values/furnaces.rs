@@ -1,6 +1,6 @@
-//! White furnaces: under a sky of one no surface returns more than one, whatever its fields say,
-//! and one where nothing is absorbed. Drawn at random over every field of the physical model, angle
-//! and depth, so that no corner is one that somebody thought of.
+//! White furnaces: under a sky of one no surface returns more than one, whatever its fields, and
+//! exactly one without absorption. Random over all fields of the physical model, angles and depths,
+//! so that no case is hand-picked.
 
 use core::f64::consts::TAU;
 
@@ -12,20 +12,19 @@ use serde_json::{Map, Value, json};
 use crate::paths::{mean, paths};
 use crate::support::{View, ball, floor, physical, scene};
 
-/// Furnaces of the whole net, of which a tenth is asked in every run and all where the variable
-/// NETS is `all`.
+/// Number of furnaces; every run tests a tenth, and all if the variable NETS is `all`.
 const FURNACES: u64 = 300;
 const SEED: u64 = 46;
 
-/// Standard errors that a furnace may be off: of 300 in three channels, that is once in three
-/// hundred runs of the whole net by chance alone.
+/// Tolerance in standard errors: for 300 furnaces in three channels, chance alone exceeds it once
+/// in three hundred full runs.
 const ERRORS: f64 = 4.8;
-/// What tables may be off: of a surface, and of a ball of glass, in which light meets the surface
-/// many times.
+/// Tolerance for the tables' errors: of a surface, and of a glass ball, where light hits the
+/// surface many times.
 const OFF: f64 = 0.01;
 const OFF_WITHIN: f64 = 0.03;
 
-/// Numbers in [0, 1) one after the other (SplitMix64).
+/// A stream of numbers in [0, 1) (SplitMix64).
 struct Numbers(u64);
 
 impl Numbers {
@@ -41,7 +40,7 @@ impl Numbers {
         self.next() < share
     }
 
-    /// A share of a whole, often none or all.
+    /// A number from 0 to 1, often one of the ends.
     fn share(&mut self) -> f64 {
         match self.next() {
             x if x < 0.2 => 0.0,
@@ -54,7 +53,7 @@ impl Numbers {
         json!([self.share(), self.share(), self.share()])
     }
 
-    /// An index, mostly of glass, sometimes next to one or very large.
+    /// An index, mostly of glass, sometimes close to one or very large.
     fn index(&mut self) -> f64 {
         match self.next() {
             x if x < 0.15 => 1.0 + 0.02 * self.next(),
@@ -65,7 +64,7 @@ impl Numbers {
     }
 }
 
-/// A surface, how it is seen, and whether nothing absorbs.
+/// A surface with its view, and whether it absorbs nothing.
 struct Furnace {
     scene: Scene,
     view: View,
@@ -74,7 +73,7 @@ struct Furnace {
     off: f64,
 }
 
-/// Layers that take light: what a furnace returns with them is at most one.
+/// Absorbing layers: a furnace with them returns at most one.
 fn layers(numbers: &mut Numbers, all: &mut Map<String, Value>) {
     let mut add = |numbers: &mut Numbers, key: &str, of: fn(&mut Numbers) -> Value| {
         if numbers.chance(0.3) {
@@ -154,8 +153,7 @@ fn furnace(index: u64) -> Furnace {
     let within = (clear || leaf) && !thin;
     let is_ball = within && n.chance(0.7);
     let is_within = is_ball && n.chance(0.3);
-    // Into a ball that nothing enters no light comes, and out of one of a great index it takes
-    // long.
+    // No light enters an opaque ball, and out of a ball of great index it takes many bounces.
     let number = |path: &str| {
         Value::Object(all.clone())
             .pointer(path)
@@ -177,7 +175,7 @@ fn furnace(index: u64) -> Furnace {
     let model = physical(Value::Object(all));
     let sky = json!({ "sky": { "constant": 1 } });
     if !is_ball {
-        // A wall is seen from either side.
+        // A thin wall is viewed from either side.
         let side = if thin && n.chance(0.5) { -1.0 } else { 1.0 };
         let eye = [3.0 * towards[0], 3.0 * side * towards[1], 3.0 * towards[2]];
         return Furnace {
@@ -202,9 +200,9 @@ fn furnace(index: u64) -> Furnace {
     }
 }
 
-/// Protects: no surface of the physical model returns more than it gets, whatever its fields, angle
-/// and depth; and white ones without layers that take some return all. Of 300 drawn by a seed a
-/// tenth in every run, and all with NETS=all.
+/// Protects: no surface of the physical model gains energy, whatever its fields, angle and depth;
+/// white ones without absorbing layers return all light. Of 300 random ones every run tests a
+/// tenth, and NETS=all tests all.
 #[test]
 fn furnaces_return_at_most_one() {
     let all = std::env::var("NETS").is_ok_and(|nets| nets == "all");
@@ -243,7 +241,7 @@ fn furnaces_return_at_most_one() {
     );
 }
 
-/// White paint of an index, seen at an angle, on a rung.
+/// Albedo and error of white paint of an index, viewed at an angle, on a rung.
 fn white_paint(rung: Choice, [ior, roughness, degrees]: [f64; 3]) -> (f64, f64) {
     let mut scene = floor(
         physical(json!({ "base_colour": 1, "ior": ior, "roughness": roughness })),
@@ -259,9 +257,9 @@ fn white_paint(rung: Choice, [ior, roughness, degrees]: [f64; 3]) -> (f64, f64) 
     (found[0], error[0])
 }
 
-/// Protects: what renders are compared with makes no light. The most exact rung of every ladder may
-/// be a reference, and of the ladders of surfaces each rung that may, sends back no more than
-/// comes, the most exact one all: of white paint of any index, roughness and angle. `exact` sent
+/// Protects: references gain no energy. The most exact rung of every ladder can be a reference, and
+/// in the ladders of surfaces each rung that can be one returns no more than the incident light,
+/// the most exact one all: for white paint of any index, roughness and angle. `exact` once returned
 /// .716 to 1.059.
 #[test]
 fn references_make_no_light() {

@@ -1,4 +1,4 @@
-//! Rules that make many objects, and the maps that place them.
+//! Generators of many objects, and the transforms of their positions.
 
 use glam::DVec3;
 use raywright_core::affine;
@@ -23,8 +23,8 @@ fn places(kind: Value, transform: Value) -> Vec<DVec3> {
         .collect()
 }
 
-/// Protects: a grid runs along x first, then y, then z, from its origin in its steps; an object's
-/// own transform comes first.
+/// Protects: a grid runs along x first, then y, then z, from its origin by its steps; an object's
+/// own transform is applied first.
 #[test]
 fn grids_run_along_x_first() {
     let grid =
@@ -44,8 +44,8 @@ fn grids_run_along_x_first() {
     );
 }
 
-/// Protects: scattered places fill their box evenly, each axis for itself, and depend on the seed;
-/// a place does not depend on how many there are.
+/// Protects: scattered positions fill their box uniformly in each axis and depend on the seed; a
+/// position does not depend on the number of objects.
 #[test]
 fn scattered_places_fill_their_box() {
     let scatter = |count: u32, seed: u64| json!({ "scatter": { "count": count, "min": [-1, 0, 10], "max": [1, 1, 14], "seed": seed } });
@@ -88,8 +88,8 @@ fn scattered_places_fill_their_box() {
     );
 }
 
-/// Protects: steps are applied in order; a turn is counter-clockwise seen from the axis' tip; a
-/// matrix is given by its rows.
+/// Protects: transform steps are applied in order; a rotation is counter-clockwise seen from the
+/// axis' tip; a matrix is given by its rows.
 #[test]
 fn steps_are_applied_in_order() {
     let map = |steps: &[TransformStep], p: [f64; 3]| affine(steps).transform_point3(p.into());

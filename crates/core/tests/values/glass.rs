@@ -1,5 +1,5 @@
-//! Glass that varies: an index of refraction and a transmission that differ from place to place
-//! are, at each, what a surface has that is the same everywhere.
+//! Varying glass: at each point, varying index and transmission act like constant ones of the same
+//! value.
 
 use raywright_core::Scene;
 use serde_json::{Value, json};
@@ -8,8 +8,7 @@ use crate::support::{
     PRECISIONS, View, classic, floor, near, physical, pixel, sees_within, settings, sun,
 };
 
-/// Slanted views of two neighbouring cells of a checkerboard, half a metre and one and a half along
-/// x.
+/// Slanted views of two neighbouring cells of a checker, at x = 0.5 and x = 1.5.
 const FIRST: View = [[4.5, 3.0, 0.5], [0.5, 0.0, 0.5]];
 const SECOND: View = [[5.5, 3.0, 0.5], [1.5, 0.0, 0.5]];
 
@@ -22,7 +21,7 @@ fn terms(rest: &Value) -> Value {
     physical(terms)
 }
 
-/// A floor of these terms under a sun and a sky that shows directions as colours.
+/// A floor of these terms under a sun and a sky that encodes directions as colours.
 fn lit(rest: &Value) -> Scene {
     floor(
         terms(rest),
@@ -30,7 +29,7 @@ fn lit(rest: &Value) -> Scene {
     )
 }
 
-/// Both floors look alike in every precision.
+/// Asserts that both floors look alike in every precision.
 #[track_caller]
 fn alike(varying: &Value, even: &Value, view: View) {
     let [varying_scene, even_scene] = [varying, even].map(lit);
@@ -57,9 +56,9 @@ fn checker(even: f64, odd: f64) -> Value {
     json!({ "checker": { "even": even, "odd": odd } })
 }
 
-/// Protects: a transmission by an expression or a checkerboard is that of the point: the share of
-/// light that passes, and what of the colour is left to be diffused; where nothing passes the
-/// surface is no glass at all. Beyond 0 to 1 it is the nearer end.
+/// Protects: a transmission by an expression or a checker has its value at the point: the
+/// transmitted share, and the rest for diffuse reflection; at zero the surface is opaque. Values
+/// outside [0, 1] are clamped.
 #[test]
 fn transmission_is_that_of_the_point() {
     let of = |value: Value| json!({ "transmission": value });
@@ -85,8 +84,8 @@ fn transmission_is_that_of_the_point() {
     );
 }
 
-/// Protects: an index of refraction that varies is that of the point, for the highlight and for
-/// refraction alike, and not below 1.
+/// Protects: a varying index of refraction has its value at the point, for the highlight and for
+/// refraction alike, and is at least 1.
 #[test]
 fn index_is_that_of_the_point() {
     for transmission in [0.0, 1.0] {
@@ -113,9 +112,8 @@ fn index_is_that_of_the_point() {
     }
 }
 
-/// Protects: a light passes an occluder whose transmission varies by the share at the point where
-/// it is met: a floor below two disks is lit through one and not through the other, and by what
-/// alpha leaves of it.
+/// Protects: an occluder of varying transmission has its value at the shadow ray's hit: a floor
+/// below two disks is lit through one and not through the other, and by the alpha's share.
 #[test]
 fn shadows_of_varying_glass() {
     let seen = |rest: Value, share: [f64; 2]| {
@@ -143,8 +141,8 @@ fn shadows_of_varying_glass() {
     );
 }
 
-/// Protects: glass that lets nothing through, of either family, reflects as glass does, once: by
-/// Whitted's rules the path that has no way on still waits for the reflection.
+/// Protects: glass of zero transmission, of either family, reflects as glass, once: in Whitted's
+/// integrator the path without a continuation still waits for the reflection.
 #[test]
 fn glass_that_lets_nothing_through() {
     for model in [

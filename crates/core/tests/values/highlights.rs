@@ -1,10 +1,10 @@
-//! The highlights of classic surfaces: each model's cosine, and what tints and dims it.
+//! Highlights of classic surfaces: each model's cosine, tint and shadow.
 
 use serde_json::{Value, json};
 
 use crate::support::{SLANTED, View, ball, classic, floor, sees, sun};
 
-/// A floor that shows only a highlight of a light straight above it.
+/// A floor that shows only a light's highlight.
 fn shiny(specular: Value, light: Value) -> raywright_core::Scene {
     floor(
         classic(json!({ "colour": 0, "diffuse": 0, "specular": specular })),
@@ -12,8 +12,8 @@ fn shiny(specular: Value, light: Value) -> raywright_core::Scene {
     )
 }
 
-/// Protects: the direction and the power of each model, seen along (−0.6, −0.8, 0) under l = (0, 1,
-/// 0).
+/// Protects: each model's highlight has its direction and exponent, viewed along (−0.6, −0.8, 0)
+/// under l = (0, 1, 0).
 #[test]
 fn each_model_by_its_cosine() {
     let grazing: View = [[4.0, 3.0, 0.0], [0.0; 3]];
@@ -38,8 +38,8 @@ fn each_model_by_its_cosine() {
     }
 }
 
-/// Protects: the light's colour tints a highlight unless it is not `lit`, and a light may make
-/// none.
+/// Protects: the light's colour tints a highlight unless it is not `lit`, and a light may have no
+/// highlights.
 #[test]
 fn the_light_tints_its_highlight() {
     let light = |specular: bool| json!({ "kind": { "directional": { "to_light": [0, 1, 0] } }, "colour": [2, 1, 0.5], "specular": specular });
@@ -65,7 +65,7 @@ fn veiled(terms: Value, shadows: bool) -> raywright_core::Scene {
     )
 }
 
-/// Protects: a shadow dims a highlight as far as it is `shadowed` and the light casts shadows.
+/// Protects: a shadow dims a highlight if it is `shadowed` and the light casts shadows.
 #[test]
 fn shadows_dim_highlights() {
     let terms = |shadowed: bool| json!({ "colour": 0, "diffuse": 0, "specular": { "model": "phong", "exponent": 1, "strength": 1, "shadowed": shadowed } });
@@ -74,8 +74,8 @@ fn shadows_dim_highlights() {
     sees(&veiled(terms(true), false), SLANTED, [0.8; 3]);
 }
 
-/// Protects: a highlight of the reflection stands outside `local`, is weighed and tinted as the
-/// reflection, and dimmed as far as it is `shadowed` and the light casts shadows.
+/// Protects: a highlight of the reflection is outside `local`, is weighted and tinted like the
+/// reflection, and is dimmed if it is `shadowed` and the light casts shadows.
 #[test]
 fn highlights_of_a_reflection() {
     let terms = |shadowed: bool| {
@@ -90,7 +90,7 @@ fn highlights_of_a_reflection() {
     sees(&dull, SLANTED, [0.0; 3]);
 }
 
-/// Protects: the colour of the light tints a highlight of the reflection only where it is `lit`.
+/// Protects: the light's colour tints a highlight of the reflection only if it is `lit`.
 #[test]
 fn the_light_tints_a_highlight_of_the_reflection() {
     for (lit, expected) in [(true, [1.6, 0.8, 0.0]), (false, [0.8; 3])] {

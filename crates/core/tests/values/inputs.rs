@@ -1,5 +1,5 @@
-//! Every input that may be an expression, and every way to switch something off: each alone,
-//! against the same scene without it.
+//! Every input that may be an expression, and every switch: each alone, against the same scene
+//! without it.
 
 use std::sync::Arc;
 
@@ -14,11 +14,10 @@ use crate::support::{
     View, ball, classic, floor, near, physical, pixel, rendered, scene, sees, settings, sun,
 };
 
-/// Onto a floor at u = 0.25, v = 0.5, along (−0.6, −0.8, 0).
+/// A view onto a floor at u = 0.25, v = 0.5, along (−0.6, −0.8, 0).
 const ASIDE: View = [[3.25, 4.0, 0.5], [0.25, 0.0, 0.5]];
 
-/// A floor of this material under a sky and a slanting sun, with a texture that is red in its first
-/// half.
+/// A floor of this material under a sky and a slanting sun, with a texture whose first half is red.
 fn lit(model: Value) -> Scene {
     let mut scene = floor(
         model,
@@ -35,9 +34,8 @@ fn lit(model: Value) -> Scene {
     scene
 }
 
-/// Protects: an expression of the hit that comes out below zero there counts as zero, as a colour
-/// of a surface and as a weight. A texture coordinate keeps its sign, and so does a sky, by which
-/// shaders darken what mirrors it.
+/// Protects: an expression of negative value counts as zero, as a surface colour and as a weight. A
+/// texture coordinate keeps its sign, and so does a sky, with which shaders darken mirrors.
 #[test]
 fn what_a_hit_makes_negative_is_zero() {
     let emitted = |x: &str| lit(classic(json!({ "colour": 0, "emission": x })));
@@ -74,9 +72,8 @@ fn what_a_hit_makes_negative_is_zero() {
     );
 }
 
-/// Protects: a material that reads the surface's coordinates in one input alone gets them,
-/// whichever input that is; and that input is told as a procedural texture. Each is the number that
-/// it has at the point.
+/// Protects: a material that reads the surface's coordinates in a single input gets them, whichever
+/// input it is, with their values at the point; and the input is reported as a procedural texture.
 #[test]
 fn every_input_may_read_the_coordinates() {
     let specular = |strength: Value| json!({ "diffuse": 0, "specular": { "model": "phong", "exponent": 1, "strength": strength } });
@@ -122,7 +119,7 @@ fn every_input_may_read_the_coordinates() {
                 "{name} does not matter here"
             );
             let told = detect(&read, &Settings::of(&read)).status(Effect::ProceduralTextures);
-            // What stands in `uv` is part of an image's use.
+            // An expression in `uv` belongs to the use of an image.
             assert!(
                 told == Status::Simulated || name.starts_with("uv"),
                 "{name}: {told:?}"
@@ -131,8 +128,8 @@ fn every_input_may_read_the_coordinates() {
     }
 }
 
-/// Protects: coordinates of a mesh without any are the weights of its second and third corner, also
-/// turned over.
+/// Protects: a mesh without coordinates uses the barycentric coordinates of its second and third
+/// corner, also reversed.
 #[test]
 fn corners_weigh_where_a_mesh_has_no_coordinates() {
     let shown = |map: Value| {
@@ -155,7 +152,7 @@ fn corners_weigh_where_a_mesh_has_no_coordinates() {
     );
 }
 
-/// Protects: what stands beyond a lamp hides nothing, under either rule of where rays start.
+/// Protects: objects beyond a lamp do not occlude it, under either rule of ray origins.
 #[test]
 fn what_is_beyond_a_lamp_hides_nothing() {
     for spawn in [
@@ -174,8 +171,7 @@ fn what_is_beyond_a_lamp_hides_nothing() {
     }
 }
 
-/// Protects: the rays that layers at the middle of a pixel take are counted, one a pixel for all of
-/// them.
+/// Protects: the rays of pixel-centre layers are counted, one a pixel for all of them.
 #[test]
 fn rays_of_layers_are_counted() {
     let scene = floor(classic(json!({})), json!({}));
@@ -198,8 +194,8 @@ fn rays_of_layers_are_counted() {
     );
 }
 
-/// Protects: images are reckoned once each, whether a material, the sky or both read them, and to
-/// the byte.
+/// Protects: images count once in memory, to the byte, whether a material, the sky or both read
+/// them.
 #[test]
 fn images_are_reckoned_once() {
     for (sky, surface) in [(false, false), (true, false), (false, true), (true, true)] {
@@ -217,7 +213,7 @@ fn images_are_reckoned_once() {
             .unwrap_or_else(|e| panic!("{e}"))
             .memory()
             .textures;
-        // A sky keeps its texels once more, in four bytes each.
+        // A sky also keeps its texels packed, in four bytes each.
         let expected = if sky || surface { 2 * 16 } else { 0 } + if sky { 2 * 4 } else { 0 };
         assert_eq!(
             (held, estimate(&scene, &settings).textures),
@@ -227,9 +223,8 @@ fn images_are_reckoned_once() {
     }
 }
 
-/// Protects: switching an effect off is as taking what calls for it out of the scene: in listed and
-/// in generated objects, in a material's own term and in the rules it shares, in each of its
-/// inputs.
+/// Protects: switching an effect off equals removing its cause from the scene: in listed and in
+/// generated objects, in a material's own term and in shared rules, in each of its inputs.
 #[test]
 fn what_is_switched_off_is_gone() {
     let lamp = || json!({ "shape": { "disk": { "centre": [0, 9, 0], "normal": [0, -1, 0], "radius": 0.01 } }, "material": "lamp" });
@@ -315,8 +310,8 @@ fn what_is_switched_off_is_gone() {
     }
 }
 
-/// Protects: a ladder is told where it matters, also to an effect that is left out, and nowhere
-/// else; a tree keeps the quality that it was given when a tree is asked for.
+/// Protects: a ladder is reported where it matters, also to an effect that is left out, and nowhere
+/// else; a tree keeps its given quality when a tree is requested.
 #[test]
 fn ladders_are_told_where_they_matter() {
     let told = |model: Value, max_depth: u32| -> Vec<&'static str> {

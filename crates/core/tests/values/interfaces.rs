@@ -1,4 +1,4 @@
-//! Refraction and the reflection of glass at one interface.
+//! Refraction and reflection of glass at one interface.
 
 use serde_json::{Value, json};
 
@@ -7,7 +7,7 @@ use crate::support::{
 };
 use raywright_core::{Scene, Settings};
 
-/// A floor of glass (below it is its inside) under a sky that shows directions as colours.
+/// A floor of glass, with its inside below, under a sky that encodes directions as colours.
 fn glass(transmission: Value, face_viewer: bool) -> Scene {
     let mut scene = floor(
         classic(json!({ "local": 0, "transmission": transmission })),
@@ -21,8 +21,8 @@ fn switch(threshold: f64) -> Value {
     json!({ "ior": 1.5, "choice": { "switch": { "threshold": threshold } }, "refracted_tint": [0.5, 1, 2], "reflected_tint": [2, 1, 0.5] })
 }
 
-/// Protects: Snell's law from both sides, total reflection, the tint of either ray, also where the
-/// normal is not turned.
+/// Protects: Snell's law from both sides, total reflection, and the tint of either ray, also if the
+/// normal is not flipped.
 #[test]
 fn rays_bend_by_the_sines() {
     let within = f64::sqrt(1.0 - 0.16);
@@ -37,7 +37,7 @@ fn rays_bend_by_the_sines() {
     }
 }
 
-/// Protects: the switch is Schlick's reflectance at the incident angle: 0.04 + 0.96 · 0.2⁵ =
+/// Protects: the switch uses Schlick's reflectance at the incident angle: 0.04 + 0.96 · 0.2⁵ =
 /// 0.0403072.
 #[test]
 fn the_switch_is_schlicks_reflectance() {
@@ -63,15 +63,14 @@ fn the_switch_is_schlicks_reflectance() {
     );
 }
 
-/// Fresnel's reflectance with both indices, from n1 at cosine c1 to n2 at cosine c2, as textbooks
-/// have it.
+/// Fresnel's reflectance in its textbook form, from index n1 at cosine c1 to index n2 at cosine c2.
 fn reflectance(n1: f64, c1: f64, n2: f64, c2: f64) -> f64 {
     let s = (n1 * c1 - n2 * c2) / (n1 * c1 + n2 * c2);
     let p = (n2 * c1 - n1 * c2) / (n2 * c1 + n1 * c2);
     0.5 * (s * s + p * p)
 }
 
-/// Protects: both rays share the light by Fresnel's equations, from either side, each with its
+/// Protects: both rays divide the light by Fresnel's equations, from either side, each with its
 /// tint.
 #[test]
 fn both_rays_share_by_fresnel() {
@@ -105,8 +104,8 @@ fn both_rays_share_by_fresnel() {
     }
 }
 
-/// Protects: which segments of a slab are followed at each depth, their weights at normal incidence
-/// (4 % are mirrored) and how many rays of each kind they are.
+/// Protects: the traced segments of a slab at each depth, with their weights at normal incidence (4
+/// % reflection) and the number of rays of each kind.
 #[test]
 fn a_slab_is_followed_as_deep_as_allowed() {
     let face = |y: f64, up: f64| json!({ "shape": { "plane": { "point": [0, y, 0], "normal": [0, up, 0] } }, "material": "glass" });
@@ -141,9 +140,9 @@ fn a_slab_is_followed_as_deep_as_allowed() {
     }
 }
 
-/// Protects: physical glass lets light through both ways: from outside and from within, both rays
-/// by Fresnel's equations, what goes through in the base colour; beyond the critical angle
-/// everything comes back. Whether the normal is turned or not.
+/// Protects: physical glass reflects and refracts by Fresnel's equations from outside and from
+/// inside, with the transmission in the base colour; beyond the critical angle all light is
+/// reflected. The same if the normal is flipped or not.
 #[test]
 fn physical_glass_has_two_sides() {
     for face_viewer in [true, false] {

@@ -1,5 +1,5 @@
-//! Lamps whose emission varies are asked as even ones are; samples may be clamped, paths unlimited:
-//! against closed forms, and the ways of finding light against each other.
+//! Lamps of varying emission are sampled like uniform ones; samples may be clamped, and paths
+//! unlimited: against closed forms, and strategies of light sampling against each other.
 
 use core::f64::consts::PI;
 use std::sync::Arc;
@@ -18,7 +18,8 @@ const WAYS: [LightSampling; 3] = [
     LightSampling::Both,
 ];
 
-/// All ways of finding light agree within three and a half combined standard errors.
+/// Asserts that all strategies of light sampling agree within three and a half combined standard
+/// errors.
 #[track_caller]
 fn agree(scene: &Scene, depth: u32, what: &str) -> [f64; 3] {
     let [(a, sa), (b, sb), (both, sc)] = WAYS.map(|light_sampling| {
@@ -46,8 +47,8 @@ fn agree(scene: &Scene, depth: u32, what: &str) -> [f64; 3] {
     both
 }
 
-/// Two by two texels, three dark and one bright, on a mesh of two triangles two metres above a
-/// floor; black but for what it gives off.
+/// A black emissive screen two metres above a floor: a mesh of two triangles with two by two
+/// texels, three dark and one bright.
 fn screen(size: f64, texture: Value) -> Scene {
     let mut model = json!({ "base_colour": 0, "roughness": 1, "specular": 0, "emission": 5 });
     model["emission_texture"] = texture;
@@ -75,9 +76,9 @@ fn screen(size: f64, texture: Value) -> Scene {
     scene
 }
 
-/// Protects: lamps whose emission varies, by expressions of place and coordinates, checkers, on
-/// shapes under maps and not, with an alpha: what is asked and what is met agree, whatever a lamp's
-/// mean is.
+/// Protects: lamps of varying emission, by expressions of position and coordinates and by checkers,
+/// on transformed and untransformed shapes, with alpha: light sampling and scattering agree,
+/// whatever a lamp's mean.
 #[test]
 fn lamps_that_vary() {
     let shapes = [
@@ -112,7 +113,7 @@ fn lamps_that_vary() {
         classic(json!({ "colour": 0.6 })),
         json!({ "materials": [faded], "objects": [ball([0.0, 2.0, 0.0], 0.8, "lamp")] }),
     );
-    // A ray through the ball meets it twice: 1 − 0.7² of what it gives off.
+    // A ray through the ball hits it twice: 1 − 0.7² of its emission.
     let seen = agree(&found, 2, "a faded ball");
     let expected = 0.6 * 4.0 * (1.0 - 0.49) * 0.64 / 4.0;
     assert!(
@@ -121,8 +122,8 @@ fn lamps_that_vary() {
     );
 }
 
-/// Protects: a screen with an image lights a floor by what each part of it gives off, by its form
-/// factor; and is asked, since by chance alone it would be found with much more noise.
+/// Protects: a screen with an image lights a floor by the emission of each part and its form
+/// factor, and by light sampling, since scattering alone would be much noisier.
 #[test]
 fn a_screen() {
     for (size, uv) in [
@@ -158,7 +159,7 @@ fn a_screen() {
     }
 }
 
-/// As [`agree`], of lamps so small that those who meet them by chance know little.
+/// [`agree`] for lamps so small that scattering alone is very noisy.
 fn agree_small(scene: &Scene) -> [f64; 3] {
     let [(a, sa), (b, sb), (both, sc)] = WAYS.map(|light_sampling| {
         mean(
@@ -181,8 +182,8 @@ fn agree_small(scene: &Scene) -> [f64; 3] {
     both
 }
 
-/// Protects: paths without a limit bring the whole sum e/(1 − a) of a closed room, also where it is
-/// long; and a white room, whose sum has no end, ends.
+/// Protects: unlimited paths give the whole sum e/(1 − a) of a closed room, even a long one; and a
+/// white room, whose sum is infinite, ends.
 #[test]
 fn paths_without_limit() {
     let room = |albedo: Value| {
@@ -202,10 +203,10 @@ fn paths_without_limit() {
     );
     let white = room(json!(1));
     let (seen, _) = mean(&white, &paths(&white, view, Settings::UNLIMITED));
-    // At least the 64 segments that none is ended before.
+    // At least the 64 segments before which no path ends.
     assert!(seen[0] > 30.0 && seen[0].is_finite(), "{seen:?}");
-    // Rays that divide have their limit still: 2⁶³ of them would be too many, so this scene has one
-    // way on.
+    // Dividing rays keep their limit: 2⁶³ of them would be too many, so this scene has a single
+    // continuation.
     let mirror = classic(
         json!({ "local": 0, "reflection": { "weight": 1, "tinted": false }, "emission": 0.25 }),
     );
@@ -227,8 +228,8 @@ fn paths_without_limit() {
     assert_eq!(whitted(Settings::UNLIMITED), whitted(64));
 }
 
-/// Protects: a clamp dims samples that are brighter to it in their hue, leaves the others as they
-/// are, and nothing where there is none.
+/// Protects: a clamp dims brighter samples in their hue, leaves the others unchanged, and has no
+/// effect if unset.
 #[test]
 fn clamped_samples() {
     let of = |radiance: f64, clamp: Option<f64>| {
