@@ -1,6 +1,6 @@
-//! One image, whatever the machine does: its bits depend on scene, settings and seed, not on the
-//! accelerator, the builder, threads, tiles or the crop. Held for every scene that the program
-//! carries and for a few imported ones.
+//! Reproducible images: their bits depend on scene, settings and seed, not on the accelerator, the
+//! builder, threads, tiles or the crop. Tested for every built-in scene and for a few imported
+//! ones.
 
 use rayon::ThreadPoolBuilder;
 use raywright::bvh::{AcceleratorKind, BuildQuality};
@@ -14,12 +14,12 @@ use crate::support::shared;
 
 const SIZE: [u32; 2] = [64, 48];
 
-/// A scene with its name, and a sample count where its own is too dear.
+/// A scene with its name, and a sample count if its own is too slow.
 struct Subject {
     name: String,
     scene: Scene,
     sampling: Sampling,
-    /// Whether there is so much in it that a scan of it is slow.
+    /// Whether a linear scan of its primitives is slow.
     many: bool,
 }
 
@@ -81,7 +81,7 @@ fn carried() -> Vec<Subject> {
     presets::list().into_iter().map(subject).collect()
 }
 
-/// Meshes, instances, textures and physical materials, where the shared data are.
+/// Meshes, instances, textures and physical materials, where the shared data are available.
 fn imported() -> Vec<Subject> {
     let Some(folder) = shared("assets") else {
         return Vec::new();
@@ -102,7 +102,7 @@ fn subjects() -> Vec<Subject> {
     carried().into_iter().chain(imported()).collect()
 }
 
-/// The pictures agree in every bit; otherwise the message names the first place where they do not.
+/// Asserts that pictures agree in every bit; otherwise the message names the first difference.
 #[track_caller]
 fn same(what: &str, a: &Picture, b: &Picture) {
     if let Some(difference) = difference(a, b) {
@@ -110,7 +110,7 @@ fn same(what: &str, a: &Picture, b: &Picture) {
     }
 }
 
-/// Where two pictures first differ in a bit, of colour or layers.
+/// First difference of two pictures in a bit, of colour or layers.
 fn difference(a: &Picture, b: &Picture) -> Option<String> {
     let channels = |p: &Picture| {
         let layers = p
@@ -145,7 +145,7 @@ fn difference(a: &Picture, b: &Picture) -> Option<String> {
         })
 }
 
-/// The part of a picture that a crop names.
+/// Crops a picture.
 fn part(whole: &Picture, crop: Crop) -> Picture {
     let rows = (crop.y..crop.y + crop.height)
         .flat_map(|y| (crop.x..crop.x + crop.width).map(move |x| (x, y)));
@@ -162,7 +162,7 @@ fn part(whole: &Picture, crop: Crop) -> Picture {
     cut
 }
 
-/// Protects: the tree finds exactly what the scan finds, in every precision.
+/// Protects: the tree finds exactly the hits of the linear scan, in every precision.
 #[test]
 fn scan_and_tree() {
     for subject in subjects() {
@@ -171,8 +171,8 @@ fn scan_and_tree() {
                 subject.render(|s| {
                     s.precision = precision;
                     s.accelerator = accelerator;
-                    // A scan of thousands of instances takes minutes where a tree takes a tenth of
-                    // a second.
+                    // A linear scan of thousands of instances takes minutes where a tree takes a
+                    // tenth of a second.
                     if subject.many {
                         s.size = SIZE.map(|edge| edge / 8);
                     }
@@ -189,7 +189,7 @@ fn scan_and_tree() {
     }
 }
 
-/// Protects: a tree of any quality gives the same hits.
+/// Protects: trees of every build quality find the same hits.
 #[test]
 fn t21_build_qualities() {
     for subject in subjects() {
@@ -201,12 +201,12 @@ fn t21_build_qualities() {
     }
 }
 
-/// Protects: numbers are addressed by pixel and sample, and sums are taken in one order, whoever
-/// takes them.
+/// Protects: random numbers are addressed by pixel and sample, and sums have a fixed order, for any
+/// threads and tiles.
 #[test]
 fn t21_threads_and_tiles() {
     for subject in subjects() {
-        // Once as the scene asks for it, once with more samples than a block of the film has.
+        // Once with the scene's own samples, once with more samples than a block of the film holds.
         for (size, sampling) in [(SIZE, subject.sampling), ([24, 18], Sampling::General(17))] {
             let with = |threads, tile_size| {
                 let render = || {
@@ -234,7 +234,7 @@ fn t21_threads_and_tiles() {
     }
 }
 
-/// Protects: a part of the picture is that part, and not a picture of its own.
+/// Protects: a crop equals that part of the whole picture.
 #[test]
 fn crops() {
     let crops = [
@@ -268,8 +268,8 @@ fn crops() {
     }
 }
 
-/// Protects: the other tests here compare pictures of something, and the comparison sees a single
-/// bit.
+/// Protects: the other tests here compare pictures with objects in them, and the comparison detects
+/// a single bit.
 #[test]
 fn the_comparison_sees_one_bit() {
     for subject in subjects() {
@@ -289,9 +289,9 @@ fn the_comparison_sees_one_bit() {
     }
 }
 
-/// Protects: who looks at a render on its way changes no bit of it. Each look has about twice the
-/// samples of the one before and some of every pixel; none is the finished picture; who stops at a
-/// look gets no further one.
+/// Protects: previews during a render change no bit of it. Each preview has about twice the samples
+/// of the one before and at least one for every pixel; none is the finished picture; a render
+/// stopped at a preview gives no further one.
 #[test]
 fn looks_change_no_bit() {
     let text = r#"{ "format": 1, "sky": { "constant": 1 }, "materials": [{ "name": "m", "model": { "physical": { "roughness": 0.5 } } }],
@@ -312,8 +312,8 @@ fn looks_change_no_bit() {
     };
     let ready = prepare(&scene, &settings, &()).unwrap_or_else(|e| panic!("{e}"));
     let (mut rays, mut bare) = (Vec::new(), 0);
-    // One thread, which takes its tiles in order: of several, those that are behind decide how many
-    // samples the others add meanwhile.
+    // A single thread, which takes its tiles in order: with several, the slowest decide how many
+    // samples the others add in the meantime.
     let pool = ThreadPoolBuilder::new()
         .num_threads(1)
         .build()
@@ -335,7 +335,7 @@ fn looks_change_no_bit() {
     let all = found.counters.camera as f64;
     assert!(rays.windows(2).all(|pair| pair[0] < pair[1]), "{rays:?}");
     for (look, &rays) in rays.iter().enumerate() {
-        // The first passes are of several samples at once.
+        // The first passes take several samples at once.
         let (share, most) = (
             f64::from(1 << (7 - look)) * rays as f64 / all,
             if look < 3 { 4.0 } else { 1.6 },
@@ -346,7 +346,7 @@ fn looks_change_no_bit() {
         );
     }
 
-    /// Stops at once.
+    /// An observer that stops at once.
     struct Stop;
     impl Observer for Stop {
         fn cancelled(&self) -> bool {
@@ -358,9 +358,9 @@ fn looks_change_no_bit() {
     assert_eq!(looks, 0);
 }
 
-/// Protects: a sketch shows the view of the picture, however large its pixels are: each is about
-/// the mean of those that it covers, of cameras near, far away and on the move; with pixels as
-/// large as the picture's, it is the picture to the bit.
+/// Protects: a sketch shows the view of the picture at any size of its pixels: each is about the
+/// mean of the pixels it covers, for near, far and moving cameras; with pixels of the picture's
+/// size, the sketch equals the picture to the bit.
 #[test]
 fn sketches_show_the_same_view() {
     let scene = |camera: &str| {

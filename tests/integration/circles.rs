@@ -1,17 +1,17 @@
-//! Circles of files: modules that can't be read, moved or tested one before the other, since each
-//! uses what the other defines.
+//! Import cycles between files: such modules cannot be read, moved or tested one by one, because
+//! each uses definitions of the other.
 
 use std::collections::BTreeMap;
 use std::fs::read_to_string;
 use std::path::Path;
 
-/// Files by the path of their module, the crate's name first.
+/// Files by module path, which starts with the crate's name.
 type Modules = BTreeMap<Vec<String>, String>;
 
-/// Circles that are kept, each of which is one thing in two files or more.
+/// Number of accepted cycles, each a single idea in several files.
 const MOST: usize = 2;
 
-/// Reads the modules below a folder; `path` is that of the module whose folder it is.
+/// Reads the modules below a folder; `path` is the path of the folder's module.
 fn read(folder: &Path, path: &[String], modules: &mut Modules) {
     for entry in folder.read_dir().unwrap().map(Result::unwrap) {
         let (place, name) = (entry.path(), entry.file_name().into_string().unwrap());
@@ -34,8 +34,7 @@ fn read(folder: &Path, path: &[String], modules: &mut Modules) {
     }
 }
 
-/// The lines of a file that are compiled without its tests, and the names of its modules that are
-/// not.
+/// Returns the lines of a file without its tests, and the names of its test modules.
 fn without_tests(text: &str) -> (Vec<&str>, Vec<String>) {
     let (mut kept, mut tests, mut lines) = (Vec::new(), Vec::new(), text.lines());
     while let Some(line) = lines.next() {
@@ -66,7 +65,7 @@ fn without_tests(text: &str) -> (Vec<&str>, Vec<String>) {
     (kept, tests)
 }
 
-/// The paths of a tree of imports.
+/// Expands a tree of imports to paths.
 fn paths(tree: &str) -> Vec<String> {
     let tree = tree.trim();
     let Some((before, list)) = tree.strip_suffix('}').and_then(|tree| tree.split_once('{')) else {
@@ -88,15 +87,15 @@ fn paths(tree: &str) -> Vec<String> {
         .collect()
 }
 
-/// One import: the whole path, whether others may import it from there, and whether it counts, as
-/// one by `crate` or `super` does.
+/// An import: its whole path, whether it is re-exported, and whether it counts, as imports by
+/// `crate` or `super` do.
 struct Import {
     path: Vec<String>,
     is_public: bool,
     counts: bool,
 }
 
-/// The imports of a module from its own crate.
+/// Returns the imports of a module from its own crate.
 fn imports(own: &[String], lines: &[&str], modules: &Modules) -> Vec<Import> {
     let code: Vec<_> = lines
         .iter()
@@ -150,7 +149,7 @@ fn imports(own: &[String], lines: &[&str], modules: &Modules) -> Vec<Import> {
     found
 }
 
-/// The module that defines what a path names, through what others hand on.
+/// Returns the module that defines an item, through re-exports.
 fn home(
     path: &[String],
     modules: &Modules,
@@ -173,7 +172,7 @@ fn home(
     }
 }
 
-/// Modules that reach one another, in groups of two or more.
+/// Groups of modules that reach one another, of two or more.
 fn circles(uses: &BTreeMap<Vec<String>, Vec<Vec<String>>>) -> Vec<Vec<String>> {
     let reached = |from: &Vec<String>| {
         let (mut seen, mut waiting) = (std::collections::BTreeSet::new(), uses[from].clone());
@@ -202,9 +201,8 @@ fn circles(uses: &BTreeMap<Vec<String>, Vec<Vec<String>>>) -> Vec<Vec<String>> {
     found
 }
 
-/// Protects: files can be read one after the other: of those that import, by `crate` or `super`,
-/// what one of the others defines in a circle there are no more than the few that are one thing.
-/// Modules for tests are left out.
+/// Protects: files can be read one by one: import cycles by `crate` or `super` are limited to the
+/// accepted few. Test modules are left out.
 #[test]
 fn few_files_import_from_one_another() {
     let mut modules = Modules::new();

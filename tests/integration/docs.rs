@@ -1,4 +1,4 @@
-//! The description of the scene format is complete, and what it shows works.
+//! The page of the scene format is complete, and its examples work.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -16,7 +16,7 @@ fn page() -> String {
     std::fs::read_to_string(path).expect("the page lies beside the code")
 }
 
-/// The fenced blocks of a page in a language, in order.
+/// Returns the fenced blocks of a page in a language, in order.
 fn blocks<'a>(page: &'a str, language: &str) -> Vec<&'a str> {
     let opening = format!("```{language}\n");
     page.split(opening.as_str())
@@ -25,8 +25,7 @@ fn blocks<'a>(page: &'a str, language: &str) -> Vec<&'a str> {
         .collect()
 }
 
-/// Words in code marks: names that the page explains. What stands in an example only is not
-/// explained.
+/// Returns the words in code marks, which the page explains. Words only in examples do not count.
 fn explained(page: &str) -> BTreeSet<&str> {
     let outside = page.split("```").step_by(2);
     let spans = outside.flat_map(|text| text.split('`').skip(1).step_by(2));
@@ -35,7 +34,7 @@ fn explained(page: &str) -> BTreeSet<&str> {
         .collect()
 }
 
-/// Names of properties and constant words of a schema.
+/// Collects property names and constant words of a schema.
 fn words(schema: &Value, found: &mut BTreeSet<String>) {
     match schema {
         Value::Array(items) => items.iter().for_each(|item| words(item, found)),
@@ -61,8 +60,8 @@ fn words(schema: &Value, found: &mut BTreeSet<String>) {
     }
 }
 
-/// Protects: whatever the expression compiler knows is explained to who writes expressions. A
-/// function is written as a call.
+/// Protects: every name known to the expression compiler is explained on the page, a function as a
+/// call.
 #[test]
 fn every_name_of_an_expression_is_explained() {
     let page = page();
@@ -82,7 +81,7 @@ fn every_name_of_an_expression_is_explained() {
     }
 }
 
-/// Protects: every key and every word of the format, shapes among them, is in the page.
+/// Protects: every key and every word of the format, shapes included, is on the page.
 #[test]
 fn every_word_of_the_format_is_explained() {
     let schema: Value = serde_json::from_str(SCHEMA).expect("the schema is JSON");
@@ -102,8 +101,8 @@ fn every_word_of_the_format_is_explained() {
     assert!(missing.is_empty(), "the page does not explain {missing:?}");
 }
 
-/// Protects: who copies the example gets a picture with something in it, and each further block can
-/// be added to it.
+/// Protects: the example of the page renders a picture with objects, and each further block can be
+/// added to it.
 #[test]
 fn the_examples_work() {
     let page = page();
@@ -149,8 +148,8 @@ fn the_examples_work() {
     }
 }
 
-/// Protects: pictures in the docs are by commands that anyone can give: they name presets and
-/// files, and no folder of whoever made them.
+/// Protects: pictures in the docs come from commands that every reader can run: these name presets
+/// and files, and no private folder.
 #[test]
 fn pictures_are_by_commands_for_everyone() {
     let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs");
@@ -179,8 +178,8 @@ fn pictures_are_by_commands_for_everyone() {
     assert!(told >= 5, "{told} pictures say how they were made");
 }
 
-/// Protects: each test of the workspace says what it protects, so that a reader can tell whether it
-/// still does.
+/// Protects: each test of the workspace has a line that says what it protects, so that a reader can
+/// check it.
 #[test]
 fn every_test_says_what_it_protects() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));

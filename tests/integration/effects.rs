@@ -1,4 +1,4 @@
-//! Only the effects that a scene calls for: what is absent has empty tables and traces no ray.
+//! Only the effects that a scene needs: an absent effect has empty tables and traces no ray.
 
 use raywright::core::effects::{Effect, EffectSet, SWITCHABLE, Status};
 use raywright::core::scene::{Colour, Integrator};
@@ -14,7 +14,7 @@ fn preset(name: &str) -> Scene {
         .scene
 }
 
-/// Renders a small picture and checks each absent effect against what was built and counted.
+/// Renders a small picture and checks that each absent effect has built and counted nothing.
 fn prove(what: &str, scene: &Scene) {
     let settings = Settings {
         size: [48, 27],
@@ -39,7 +39,7 @@ fn prove(what: &str, scene: &Scene) {
         },
     );
     zero(Effect::Refraction, counters.refraction);
-    // Paths ask the sky too, which is a light that surfaces receive.
+    // Path tracing also samples the sky, as a light.
     let whitted = ready.effects().integrator == "whitted";
     let asks_none = absent(Effect::SoftShadows) && (whitted || absent(Effect::SkyLight));
     zero(Effect::Shadows, if asks_none { counters.shadow } else { 0 });
@@ -76,7 +76,7 @@ fn prove(what: &str, scene: &Scene) {
     }
 }
 
-/// Protects: the proofs hold for every preset as it is.
+/// Protects: absent effects cost nothing on every preset.
 #[test]
 fn absent_effects_cost_nothing_on_every_preset() {
     for p in presets::list() {
@@ -84,8 +84,8 @@ fn absent_effects_cost_nothing_on_every_preset() {
     }
 }
 
-/// Protects: each effect of the canonical preset is found, and disappears when the one thing that
-/// calls for it does.
+/// Protects: each effect of the canonical preset is detected, and absent once its only cause is
+/// removed.
 #[test]
 fn the_canonical_preset_with_one_thing_taken_away() {
     if !carried("whitted") {
@@ -147,8 +147,8 @@ fn the_canonical_preset_with_one_thing_taken_away() {
     without(Effect::Sky, &|s| s.sky = None);
 }
 
-/// Protects: a path of one segment leaves reflections out and says so with a hint, instead of
-/// calling them absent.
+/// Protects: paths of one segment leave reflections out, with a hint, instead of reporting them as
+/// absent.
 #[test]
 fn depth_one_leaves_reflections_out() {
     if !carried("whitted") {
@@ -178,8 +178,8 @@ fn depth_one_leaves_reflections_out() {
     assert_eq!((counters.reflection, counters.refraction), (0, 0));
 }
 
-/// Protects: what is left out of glass is left out of rough glass only, and the report says where
-/// in the scene it comes from.
+/// Protects: the part of glass that is left out concerns rough glass only, and the report names its
+/// place in the scene.
 #[test]
 fn only_rough_glass_is_shown_clearer_than_it_is() {
     let glass = |roughness: f64| {
@@ -221,8 +221,8 @@ fn only_rough_glass_is_shown_clearer_than_it_is() {
     assert_eq!(glass(0.06), rough);
 }
 
-/// Protects: an effect that is switched off leaves the picture of a scene that never had it, and is
-/// reported as left out with those that depend on it; nothing of the others changes.
+/// Protects: a switched-off effect gives the picture of a scene without it, and is reported as left
+/// out together with its dependents; other effects do not change.
 #[test]
 fn an_effect_that_is_switched_off_is_as_if_it_were_not_there() {
     if !carried("whitted") {

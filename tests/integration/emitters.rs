@@ -1,12 +1,12 @@
-//! Emissive surfaces light others, against closed forms.
+//! Light from emissive surfaces, compared with closed forms.
 
 use raywright::core::picture::Picture;
 use raywright::core::prepare;
 use raywright::core::scene::{Scene, Shape, SideRule};
 use raywright::core::settings::{Sampling, Settings};
 
-/// A white floor seen from close by, under a round lamp of radius 1 and radiance 10 at height 2
-/// that shines down.
+/// A close view of a white floor, under a round lamp of radius 1 and radiance 10 at height 2 that
+/// shines down.
 fn scene(occluder_radius: Option<f64>, lamp: &str) -> Scene {
     sided_scene(occluder_radius, lamp, "outside")
 }
@@ -42,18 +42,18 @@ fn mean(scene: &Scene) -> f64 {
     picture.rgb.iter().map(|p| f64::from(p[0])).sum::<f64>() / 64.0
 }
 
-/// Protects: solid-angle measure, density by area and the π of a Lambert surface. Below the middle
-/// of a disk of radiance L the irradiance is π·L·r²/(r² + h²), so a white surface shows L·r²/(r² +
-/// h²).
+/// Protects: solid-angle measure, density by area and the π of a Lambert surface. Below the centre
+/// of a disk of radiance L the irradiance is π·L·r²/(r² + h²), so that a white surface has the
+/// radiance L·r²/(r² + h²).
 #[test]
 fn a_disk_lights_the_floor_by_its_form_factor() {
     let found = mean(&scene(None, DISK));
     assert!((found - 2.0).abs() < 0.02, "{found} instead of 2");
 }
 
-/// Protects: what is in between casts a shadow with the right penumbra. An occluder of half the
-/// lamp's radius at half its height covers the lamp exactly; of a quarter, it covers the inner half
-/// of the lamp's radius.
+/// Protects: an occluder casts a shadow with the right penumbra. An occluder of half the lamp's
+/// radius at half its height covers the lamp exactly; one of a quarter covers the inner half of the
+/// lamp's radius.
 #[test]
 fn an_occluder_takes_its_part() {
     assert_eq!(mean(&scene(Some(0.51), DISK)), 0.0);
@@ -66,8 +66,8 @@ fn an_occluder_takes_its_part() {
     );
 }
 
-/// Protects: a one-sided lamp that shines away lights nothing, and a sphere lights like the disk
-/// that it covers: L·sin².
+/// Protects: a one-sided lamp that faces away lights nothing, and a sphere lights as the disk of
+/// the same solid angle: L·sin².
 #[test]
 fn sides_and_spheres() {
     let away = DISK.replace("-1, 0]", "1, 0]");
@@ -83,9 +83,9 @@ fn sides_and_spheres() {
     );
 }
 
-/// Protects: a surface gives off light on the sides that can be seen. From outside, a glowing
-/// sphere is a disk of L·sin² whichever wall is seen, the near one's outside or the far one's
-/// inside; from within, its inside fills the sky: L.
+/// Protects: a surface emits on its visible sides. From outside, a glowing sphere is a disk of
+/// L·sin² for either wall, the outside of the near one or the inside of the far one; from within,
+/// its inside fills the sky: L.
 #[test]
 fn each_side_lights_whom_it_faces() {
     let ball = r#"{ "sphere": { "centre": [0, 2, 0], "radius": 0.5 } }"#;
@@ -110,8 +110,8 @@ fn each_side_lights_whom_it_faces() {
     }
 }
 
-/// Protects: of what is culled the camera sees the outside alone, and light meets both sides. A
-/// disk above the floor that turns its back to it keeps the lamp's light away; so does one right
+/// Protects: the camera sees only the outside of culled surfaces, and light meets both sides. A
+/// disk above the floor, with its back to the floor, blocks the lamp's light; so does a disk right
 /// before the camera, which looks through its back at the dark floor.
 #[test]
 fn the_camera_looks_through_backs_that_stop_light() {
@@ -128,9 +128,8 @@ fn the_camera_looks_through_backs_that_stop_light() {
     assert!(mean(&scene) > 1.0);
 }
 
-/// Protects: no light of a lamp passes an opaque cover that is a few steps of single precision
-/// before it: quads, balls, boxes, disks and meshes as lamps; and without the cover the lamp lights
-/// the floor.
+/// Protects: no light of a lamp passes an opaque cover a few steps of single precision before it,
+/// for quads, balls, boxes, disks and meshes as lamps; without the cover the lamp lights the floor.
 #[test]
 fn a_lamp_a_hair_behind_a_cover_is_dark() {
     let corners = |y: f64, r: f64| {

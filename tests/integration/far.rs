@@ -1,13 +1,13 @@
-//! Models far from zero look as they do near it.
+//! Models far from zero look as they do near zero.
 
 use raywright::core::picture::Picture;
 
 use crate::support::Desk;
 
-/// Where a map's coordinates put things.
+/// A position in map coordinates.
 const AT: [f64; 3] = [448_200.25, 4_865_499.5, 20.0];
 
-/// Largest difference of two pictures, as a share of the mean.
+/// Largest difference of two pictures, relative to the mean.
 fn difference(a: &Picture, b: &Picture) -> f64 {
     let mean =
         a.rgb.iter().flatten().map(|&x| f64::from(x)).sum::<f64>() / (3 * a.rgb.len()) as f64;
@@ -15,7 +15,7 @@ fn difference(a: &Picture, b: &Picture) -> f64 {
     pairs.map(|(a, b)| f64::from(a - b).abs()).sum::<f64>() / (3 * a.rgb.len()) as f64 / mean
 }
 
-/// The pictures of a scene about zero, and about [`AT`]; neither is said to be too far.
+/// Pictures of a scene near zero and at [`AT`], both without a warning about distance.
 fn twins(name: &str, of: impl Fn([f64; 3]) -> String, flags: &[&str]) -> [Picture; 2] {
     let desk = Desk::new();
     [[0.0; 3], AT].map(|at| {
@@ -46,15 +46,15 @@ fn looks_alike(name: &str, of: impl Fn([f64; 3]) -> String, flags: &[&str]) {
     assert!(off < 0.01, "{name}: {off} of the mean");
 }
 
-/// A point moved to where the others are.
+/// Translates a point with the scene.
 fn point(at: [f64; 3], own: [f64; 3]) -> String {
     let [x, y, z] = [0, 1, 2].map(|i| at[i] + own[i]);
     format!("[{x}, {y}, {z}]")
 }
 
-/// Protects: shapes of every kind, a mesh in the file, one turned, one shown twice, one moving,
-/// generators, lamps and lights, materials that read positions, a camera and an infinite floor look
-/// the same where a map's coordinates put them, with both integrators.
+/// Protects: shapes of every kind, meshes inline, rotated, instanced and moving, generators, lamps
+/// and lights, materials that depend on position, a camera and an infinite floor look the same at
+/// map coordinates, with both integrators.
 #[test]
 fn scenes_far_from_zero_keep_their_shape() {
     let scene = |at: [f64; 3]| {
@@ -117,8 +117,8 @@ source.inline = {{ positions = [[0, 0, 0], [0.4, 0, 0], [0, 0.4, 0], [0, 0, 0.4]
     }
 }
 
-/// Protects: text and doubles of OBJ, PLY and STL keep the digits that tell a small model's points
-/// apart at a map's coordinates, and so does the view that shows the model whole, and its ground.
+/// Protects: text and doubles of OBJ, PLY and STL keep the digits that separate a small model's
+/// points at map coordinates, and so do the view of the whole model and its ground.
 #[test]
 fn models_far_from_zero_keep_their_shape() {
     let corners = |at: [f64; 3]| {
@@ -187,12 +187,12 @@ fn models_far_from_zero_keep_their_shape() {
     looks_alike("far.ply", ply("double"), &[]);
     looks_alike("float.ply", ply("float"), &[]);
     looks_alike("far.stl", stl, &["--up", "y"]);
-    // Turned before it is looked at, and from where noise has twice as many samples to be alike in.
+    // Rotated before framing, and from a view where noise needs twice the samples for agreement.
     looks_alike("turned.stl", stl, &["--up", "z", "--spp", "64"]);
 }
 
-/// Protects: a glTF model under a node far from zero looks as it does without, and the layer of
-/// positions has the file's own coordinates.
+/// Protects: a glTF model under a distant node looks as near zero, and the layer of positions has
+/// the file's own coordinates.
 #[test]
 fn nodes_far_from_zero_keep_their_shape() {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -220,8 +220,7 @@ fn nodes_far_from_zero_keep_their_shape() {
                 .clone()
         };
         let (near, far) = (layer(&near), layer(&far));
-        // Of pixels that are wholly on the ball: the mean of what is there and of nothing is no
-        // position.
+        // Only pixels entirely on the ball: the mean of a position and a miss is no position.
         let middle = 18 * 48 + 24;
         let expected = (f64::from(near[middle]) + AT[axis]) as f32;
         let step = expected.next_up() - expected;
@@ -233,8 +232,8 @@ fn nodes_far_from_zero_keep_their_shape() {
     }
 }
 
-/// Protects: of two models so far apart that single precision can't hold both, the one that it
-/// can't is named, once; doubles hold both.
+/// Protects: of two models too far apart for single precision, the unresolved one is named, once;
+/// double precision resolves both.
 #[test]
 fn what_is_too_far_apart_is_named() {
     let desk = Desk::new();

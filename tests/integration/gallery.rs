@@ -1,4 +1,4 @@
-//! The gallery shows every shape of the scene format, each in the picture, lit and shadowed.
+//! The gallery shows every shape of the scene format, each visible, lit and shadowed.
 
 use std::collections::BTreeSet;
 
@@ -9,10 +9,10 @@ use raywright::io::{Input, LoadOptions, load};
 
 use crate::support::carried;
 
-/// Kinds of shapes that the format has.
+/// Number of shape kinds in the format.
 const KINDS: usize = 13;
 
-/// A number for each kind; a new kind does not compile until it is counted here and stands in the
+/// Index of each kind; a new kind does not compile until it is counted here and added to the
 /// gallery.
 fn kind(shape: &Shape) -> usize {
     match shape {
@@ -49,7 +49,7 @@ fn settings(scene: &Scene) -> Settings {
     }
 }
 
-/// Protects: nothing of the gallery is forgotten, hidden or out of the picture.
+/// Protects: every shape of the gallery is present, visible and inside the picture.
 #[test]
 fn every_shape_is_seen() {
     let Some(scene) = gallery() else { return };
@@ -81,8 +81,8 @@ fn every_shape_is_seen() {
     }
 }
 
-/// Protects: there is a light, things stand in it, and it is the sensible rules that decide where
-/// shadows begin.
+/// Protects: the gallery has a light that reaches its shapes, and the physically sensible rules
+/// decide where shadows begin.
 #[test]
 fn light_and_shadow() {
     let Some(mut scene) = gallery() else { return };

@@ -1,4 +1,4 @@
-//! Two levels where a scene repeats a mesh, one where it does not, and the same picture either way.
+//! Two levels where a scene repeats a mesh, one otherwise, and the same picture with both.
 
 use std::sync::Arc;
 
@@ -11,7 +11,7 @@ use raywright::core::scene::{
 use raywright::core::settings::Settings;
 use raywright::core::{Rendered, prepare};
 
-/// A closed tetrahedron with a corner cut into view: no two faces alike.
+/// A closed tetrahedron in which no two faces are alike.
 fn tetrahedron() -> MeshData {
     MeshData {
         positions: vec![
@@ -26,7 +26,7 @@ fn tetrahedron() -> MeshData {
     }
 }
 
-/// Affine maps with everything in them: turns, unequal scales, shear, a mirror.
+/// Affine maps of all kinds: rotations, non-uniform scales, shear, a reflection.
 fn maps() -> Vec<Vec<TransformStep>> {
     let turn = |axis, degrees| TransformStep::Rotate { axis, degrees };
     vec![
@@ -48,7 +48,7 @@ fn maps() -> Vec<Vec<TransformStep>> {
     ]
 }
 
-/// `shared`: all objects show one mesh; otherwise each has a copy of its own.
+/// Builds a scene whose objects share a mesh, or each have a copy.
 fn scene(shared: bool) -> Scene {
     let mesh = |name: String| Mesh {
         name,
@@ -129,9 +129,9 @@ fn render(scene: &Scene) -> (Rendered, usize, u64) {
     )
 }
 
-/// Protects: instances only where a mesh is shown more than once, with the picture of the flattened
-/// copies: the same facets, normals by the inverse transpose, outsides outside under a mirroring
-/// map. Rounding may move a silhouette.
+/// Protects: only meshes shown more than once are instanced, with the picture of the flattened
+/// copies: the same facets, normals by the inverse transpose, and outsides preserved under a
+/// reflection. Rounding may move a silhouette.
 #[test]
 fn shared_meshes_are_instances_and_look_like_copies() {
     let (shared, instances, _) = render(&scene(true));
@@ -150,7 +150,7 @@ fn shared_meshes_are_instances_and_look_like_copies() {
     assert!(lit > 1000, "only {lit} pixels show anything");
 }
 
-/// Protects: a mesh that is shown a thousand times is stored once.
+/// Protects: a mesh with a thousand instances is stored once.
 #[test]
 fn repeated_meshes_are_stored_once() {
     let mut many = scene(true);
@@ -168,8 +168,8 @@ fn repeated_meshes_are_stored_once() {
     assert!(bytes < 1003 * 600, "{bytes} bytes");
 }
 
-/// The scene with every map twice, one behind the other, so that each side that an object shows is
-/// shown more than once.
+/// The scene with every map twice, one behind the other, so that each visible side is shown more
+/// than once.
 fn sided_scene(shared: bool, sides: [SideRule; 3], some_cast_none: bool) -> Scene {
     let mut scene = scene(shared);
     let (mut meshes, mut objects) = (scene.meshes.clone(), scene.objects.clone());
@@ -191,8 +191,8 @@ fn sided_scene(shared: bool, sides: [SideRule; 3], some_cast_none: bool) -> Scen
     scene
 }
 
-/// Protects: which sides can be hit, and whether it casts a shadow, is each object's own, whatever
-/// mesh it shares and with whom, in whatever order.
+/// Protects: visible sides and shadow casting belong to each object, whichever objects share its
+/// mesh, in any order.
 #[test]
 fn objects_that_share_a_mesh_keep_their_own_rules() {
     use SideRule::{Both, Inside, Outside};
@@ -234,8 +234,8 @@ fn objects_that_share_a_mesh_keep_their_own_rules() {
     }
 }
 
-/// Protects: the report of effects and what was built agree on what is repeated, also where a
-/// generator repeats it, or where two objects show two sides and share nothing.
+/// Protects: the report of effects agrees with the built instances, even for repetitions by a
+/// generator, and for two objects that show two sides and share nothing.
 #[test]
 fn instances_are_reported_where_they_are_built() {
     let mut one = scene(true);
@@ -311,8 +311,8 @@ fn sheet(n: u32) -> MeshData {
     }
 }
 
-/// Protects: objects that show a mesh from the same side share one tree, and what is reported
-/// counts every tree that there is.
+/// Protects: objects that show a mesh from the same side share one tree, and the report counts
+/// every tree.
 #[test]
 fn a_hundred_instances_share_a_tree() {
     let mut one = scene(true);

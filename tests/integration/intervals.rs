@@ -1,15 +1,14 @@
-//! A picture's claim of accuracy: the intervals of its pixels hold the truth as often as they say.
-//! The long version with more seeds, samples and replicates is the bench of the same name.
+//! Error estimates: the intervals of pixels contain the truth as often as claimed. The bench of the
+//! same name has more seeds, samples and replicates.
 
 #[path = "../../benches/support/chance.rs"]
 mod chance;
 
 use chance::{Taken, judge, picture, scenes};
 
-/// Protects: a pixel's mean ± 3.18 of its standard errors, the t interval of four replicates, holds
-/// the truth in 95 % of pixels, under a lamp that is sampled and behind a lens; and on the whole
-/// the error that is claimed is the one that is made. The seeds are fixed, so that the outcome is
-/// too.
+/// Protects: a pixel's mean ± 3.18 standard errors, the t interval of four replicates, contains the
+/// truth in 95 % of pixels, under a sampled lamp and behind a lens; over the whole picture the
+/// claimed error equals the true one. The seeds are fixed, and so is the result.
 #[test]
 fn intervals_hold_the_truth_as_often_as_they_say() {
     for (name, scene) in scenes() {

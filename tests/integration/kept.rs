@@ -1,8 +1,7 @@
-//! Pictures keep their bits while the house behind them is rebuilt: a hash of each, taken before,
-//! in `kept.txt`.
+//! Pictures keep their bits during refactoring: `kept.txt` has a hash of each.
 //!
-//! A change that is meant to move pictures takes the hashes anew (`RAYWRIGHT_TAKE_HASHES=1`) and
-//! says in its message which lines changed and why.
+//! A change that is meant to affect pictures writes the hashes anew (`RAYWRIGHT_TAKE_HASHES=1`),
+//! and its commit message names the changed lines with the reason.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -18,7 +17,7 @@ use crate::support::shared;
 
 const PRECISIONS: [PrecisionChoice; 2] = [PrecisionChoice::Robust, PrecisionChoice::Reference];
 
-/// Files that `raywright render` takes, below the shared assets, in order.
+/// Files below the shared assets that `raywright render` accepts, in order.
 fn imports() -> Vec<(String, PathBuf)> {
     let Some(folder) = shared("assets") else {
         return Vec::new();
@@ -49,7 +48,7 @@ fn imports() -> Vec<(String, PathBuf)> {
     found
 }
 
-/// Colour, coverage and layers to the bit.
+/// Hashes the bits of colour, coverage and layers.
 fn hash(picture: &Picture) -> String {
     let mut hash = Sha256::new();
     for pixel in &picture.rgb {
@@ -105,8 +104,8 @@ fn hashes(name: &str, scene: Scene, size: [u32; 2]) -> String {
     PRECISIONS.map(of).join(" ")
 }
 
-/// Protects: while the code behind them is moved about, every preset and every model of the shared
-/// assets that loads keeps each bit of its picture and layers, in both precisions.
+/// Protects: refactoring keeps each bit of picture and layers for every preset and every loadable
+/// model of the shared assets, in both precisions.
 #[test]
 fn pictures_keep_their_bits() {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/integration/kept.txt");
@@ -124,7 +123,7 @@ fn pictures_keep_their_bits() {
         );
     }
     for (name, path) in imports() {
-        // What does not load is judged elsewhere.
+        // Other tests cover files that do not load.
         let Ok(loaded) = load(&Input::Path(path), &LoadOptions::default()) else {
             continue;
         };

@@ -1,10 +1,10 @@
-//! Lights without a surface: what reaches a surface from them.
+//! Lights without a surface, and their shadow rays.
 
 use raywright::core::prepare;
 use raywright::core::scene::Scene;
 use raywright::core::settings::{Sampling, Settings};
 
-/// A floor at height `y` under a light 2 above it of colour 0.5, and a ceiling at once above the
+/// A floor at height `y`, a light of colour 0.5 at 2 above it, and a ceiling directly above the
 /// light.
 fn scene(y: f64, light: &str) -> Scene {
     let text = format!(
@@ -22,9 +22,8 @@ fn scene(y: f64, light: &str) -> Scene {
     serde_json::from_str(&text).expect("the scene is right")
 }
 
-/// Protects: a shadow ray ends at its light, wherever it starts. Far from the origin a ray starts
-/// visibly off its surface; one that keeps the surface's own distance passes its light and finds
-/// what is behind.
+/// Protects: a shadow ray ends at its light, wherever it starts. Far from zero a ray starts visibly
+/// off its surface; with the surface's own distance it would pass its light and hit the ceiling.
 #[test]
 fn what_is_behind_a_light_casts_no_shadow() {
     for (name, position) in [

@@ -1,16 +1,14 @@
-//! Pages lead where they say: a reader who follows a link, a chapter's name or a file's name finds
-//! it.
+//! Links, chapter names and file names in the pages refer to existing targets.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Component, Path, PathBuf};
 
-/// The root of the repository.
+/// Root of the repository.
 pub fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// All files of the repository, relative to its root; hidden folders and what cargo builds are left
-/// out.
+/// All files of the repository, relative to its root, without hidden folders and build output.
 pub fn files() -> Vec<PathBuf> {
     let mut found = Vec::new();
     let mut folders = vec![root().to_path_buf()];
@@ -38,7 +36,7 @@ pub fn files() -> Vec<PathBuf> {
     found
 }
 
-/// The pages of the repository with their text outside fenced blocks.
+/// Pages of the repository, with their text outside fenced blocks.
 fn pages() -> BTreeMap<PathBuf, String> {
     let pages: BTreeMap<_, _> = files()
         .into_iter()
@@ -52,14 +50,14 @@ fn pages() -> BTreeMap<PathBuf, String> {
     pages
 }
 
-/// The titles of a page's chapters.
+/// Chapter titles of a page.
 fn titles(text: &str) -> impl Iterator<Item = &str> {
     text.lines()
         .filter(|line| line.starts_with('#'))
         .map(|line| line.trim_start_matches('#').trim())
 }
 
-/// The anchor that a forge gives a title: lower case, spaces as hyphens, no other punctuation.
+/// Anchor of a title on a forge: lower case, spaces as hyphens, no other punctuation.
 fn anchor(title: &str) -> String {
     let kept = title
         .to_lowercase()
@@ -69,7 +67,7 @@ fn anchor(title: &str) -> String {
     kept.replace(' ', "-")
 }
 
-/// A path without `.` and `..`, from the folder of the page that names it.
+/// Resolves `.` and `..` in a path relative to the page's folder.
 fn resolved(page: &Path, target: &str) -> PathBuf {
     let mut path = page.parent().map(Path::to_path_buf).unwrap_or_default();
     for part in Path::new(target).components() {
@@ -82,7 +80,7 @@ fn resolved(page: &Path, target: &str) -> PathBuf {
     path
 }
 
-/// What stands behind each `opening` up to the next `closing`.
+/// Texts between each `opening` and the next `closing`.
 fn between<'a>(text: &'a str, opening: &'a str, closing: char) -> impl Iterator<Item = &'a str> {
     text.split(opening)
         .skip(1)
@@ -90,7 +88,7 @@ fn between<'a>(text: &'a str, opening: &'a str, closing: char) -> impl Iterator<
         .map(|(inside, _)| inside)
 }
 
-/// Protects: every link between pages leads to a file that is there, and to a chapter that it has.
+/// Protects: every link between pages leads to an existing file and chapter.
 #[test]
 fn links_lead_somewhere() {
     let (pages, mut broken, mut followed) = (pages(), Vec::new(), 0);
@@ -122,8 +120,7 @@ fn links_lead_somewhere() {
     );
 }
 
-/// Protects: a page that is referred to by the title of a chapter, as in README, "Using it", has
-/// that chapter.
+/// Protects: a chapter named by its title, as in README, "Using it", exists in that page.
 #[test]
 fn chapters_that_are_named_are_there() {
     let pages = pages();
@@ -141,9 +138,8 @@ fn chapters_that_are_named_are_there() {
     }
 }
 
-/// Protects: a source file that a page names in code marks exists. What changed and what was
-/// measured in the past may name files that are gone, so the changelog and the records of runs are
-/// left out.
+/// Protects: a source file named in code marks exists. The changelog and the records of runs are
+/// left out, because they may name files of the past.
 #[test]
 fn files_that_are_named_are_there() {
     let files = files();

@@ -1,4 +1,5 @@
-//! The real program, run as a user runs it. One binary with modules, so that it links once.
+//! The real program, run as a user runs it. All tests are modules of one binary, so that it links
+//! once.
 #![expect(
     clippy::print_stderr,
     reason = "a test says what it measured, and what it skipped"

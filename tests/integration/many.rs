@@ -1,5 +1,5 @@
-//! Great numbers of each thing that a scene has: what is found by its name or number is looked up,
-//! and no list is scanned for each entry of another.
+//! Large numbers of every kind of item in a scene: items are found by look-up, and no list is
+//! scanned for each entry of another.
 
 use raywright::core::effects::detect;
 use raywright::core::{Scene, Settings, prepare};
@@ -12,17 +12,16 @@ mod files;
 
 use files::FAMILIES;
 
-/// So many that what grows with the square takes minutes, and what does not a fraction of a second.
+/// Large enough that quadratic work takes minutes, and linear work a fraction of a second.
 const MANY: usize = 100_000;
 
-/// Protects: reading, checking, explaining and preparing take time in proportion to what there is.
-/// Nothing is timed: where one of them scans a list for each entry, this test does not come to an
-/// end that anyone waits for.
+/// Protects: loading, validation, effect detection and preparation take linear time. No time is
+/// measured: a list scanned for each entry would make this test practically endless.
 #[test]
 fn loading_is_linear_in_everything() {
     for (what, write) in FAMILIES {
         let desk = Desk::new();
-        // Decoding an image takes longer than all the rest.
+        // Decoding an image takes longer than everything else.
         let n = if what.starts_with("images") {
             MANY / 10
         } else {
@@ -57,8 +56,8 @@ fn loading_is_linear_in_everything() {
     }
 }
 
-/// Protects: a flood of names that nothing has is answered in time, too: each would be compared
-/// with every name there is, which costs so much more than a look that fewer of them will do.
+/// Protects: many unknown names are refused in time, too. Each may be compared with every known
+/// name, which is so much slower than a look-up that fewer names suffice here.
 #[test]
 fn a_flood_of_unknown_names_is_refused_in_time() {
     let files = FAMILIES[5].1(MANY / 5);
@@ -77,7 +76,7 @@ fn a_flood_of_unknown_names_is_refused_in_time() {
         error.to_string().contains("unknown material `unknown 0`"),
         "{error}"
     );
-    // And so is a flood of wrong keys.
+    // Many unknown keys are another case.
     desk.write("many.scene.toml", text.replace("colour =", "color ="));
     let error = load(
         &Input::Path(desk.path("many.scene.toml")),

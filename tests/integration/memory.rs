@@ -1,6 +1,6 @@
-//! What a picture will take is told before anything is built, and never too little: held against
-//! what is there then, for every preset, for meshes, instances, generated objects and lamps, and
-//! for the models of the shared assets.
+//! Memory estimates are made before anything is built, and are never too small: compared with the
+//! built structures for every preset, for meshes, instances, generated objects and lamps, and for
+//! the models of the shared assets.
 
 use std::path::PathBuf;
 
@@ -18,8 +18,9 @@ const ACCELERATORS: [AcceleratorKind; 2] = [
     AcceleratorKind::Tree(BuildQuality::Fast),
 ];
 
-/// Each part is at least what is there and at most twice of it; what is hit, in a tree, up to five
-/// times and some kilobytes: how full its nodes and blocks will be is not known. Returns both.
+/// Checks each part of the estimate: at least the actual memory and at most twice of it; for
+/// geometry in a tree, up to five times and some kilobytes, because the fill of its nodes and
+/// blocks is unknown. Returns both.
 #[track_caller]
 fn told(what: &str, scene: &Scene, settings: &Settings) -> [Memory; 2] {
     let before = estimate(scene, settings);
@@ -56,7 +57,7 @@ fn told_in_every_way(what: &str, scene: &Scene) {
     }
 }
 
-/// A mesh of so many triangles in a fan.
+/// A fan of this number of triangles.
 fn fan(name: &str, triangles: u32) -> Value {
     let corner = |i: u32| {
         let turn = 0.01 * f64::from(i);
@@ -81,8 +82,8 @@ fn shown(mesh: &str, material: &str, x: f64) -> Value {
     json!({ "shape": { "mesh": mesh }, "material": material, "transform": [{ "translate": [x, 0, 0] }] })
 }
 
-/// Protects: presets take no more memory than was told, and no less than half of it, in each
-/// precision and by each accelerator.
+/// Protects: presets take at most the estimated memory and at least half of it, in each precision
+/// and with each accelerator.
 #[test]
 fn memory_of_presets() {
     for preset in presets::list() {
@@ -96,8 +97,8 @@ fn memory_of_presets() {
     }
 }
 
-/// Protects: the same for meshes shown once, meshes shared by instances, of both sides or not,
-/// lamps of every kind, and thousands of generated objects, moved or turned.
+/// Protects: the same for single meshes, meshes shared by instances, one-sided or two-sided, lamps
+/// of every kind, and thousands of generated objects, translated or rotated.
 #[test]
 fn memory_of_meshes_instances_and_generators() {
     let sided = |mut object: Value| {
@@ -149,7 +150,7 @@ fn memory_of_meshes_instances_and_generators() {
     }
 }
 
-/// Protects: the same for the models of the shared assets that load, textures included.
+/// Protects: the same for the loadable models of the shared assets, textures included.
 #[test]
 fn memory_of_models() {
     let Some(folder) = shared("assets") else {
@@ -169,7 +170,7 @@ fn memory_of_models() {
                     .iter()
                     .any(|known| e.eq_ignore_ascii_case(known))
             }) {
-                // What does not load is judged elsewhere.
+                // Other tests cover files that do not load.
                 let Ok(loaded) = load(&Input::Path(path.clone()), &LoadOptions::default()) else {
                     continue;
                 };

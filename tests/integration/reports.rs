@@ -1,11 +1,11 @@
-//! Small inputs made after what people reported of other programs, each with a known answer: wrong
-//! pictures in silence, refusals of valid files, and manners with files.
+//! Small inputs modelled on bug reports of other programs, each with a known result: silently wrong
+//! pictures, refusals of valid files, and file handling.
 
 use std::path::{Path, PathBuf};
 
 use crate::support::{Desk, shared};
 
-/// A sky that is 1 everywhere, as a scene and, rendered from it, as an environment map.
+/// A sky of radiance 1 everywhere, as a scene and, rendered from it, as an environment map.
 const WHITE: &str = r#"
 format = 1
 render = { size = [16, 8], samples = 1 }
@@ -22,7 +22,7 @@ materials = [{ name = "white", model.classic = { colour = 1 } }]
 objects = [{ shape.sphere = { centre = [0, 0, 0], radius = 1 }, material = "white" }]
 "#;
 
-/// Nothing but a sky, seen straight up or straight down.
+/// A sky alone, viewed straight up or straight down.
 const EMPTY: &str = r#"
 format = 1
 parameters = { up = 1 }
@@ -30,12 +30,12 @@ render = { size = [8, 8], samples = 4, integrator = "path" }
 cameras = [{ pose.look_at = { eye = [0, 0, 0], target = [0, "up", 0.1] }, projection.pinhole = { vertical_fov = 20 } }]
 "#;
 
-/// One of the inputs; none where the shared data is missing.
+/// Path of an input; `None` without the shared data.
 fn report(name: &str) -> Option<PathBuf> {
     Some(shared("cases/reports")?.join(name))
 }
 
-/// Mean radiance of the middle of a picture, and what was said of it.
+/// Mean radiance of a picture's centre, and the messages of the render.
 fn middle(desk: &Desk, file: &Path, flags: &[&str]) -> ([f32; 3], String) {
     let file = file.to_str().expect("a readable path");
     let run = desk.run(
@@ -80,9 +80,8 @@ fn near(name: &str, found: [f32; 3], expected: [f32; 3], tolerance: f32) {
     );
 }
 
-/// Protects: layers of alpha, masks, unlit surfaces, numbers at and beyond the ends of their
-/// ranges, integers and keys as files write them, and hard spots look as the texts of glTF and its
-/// extensions say.
+/// Protects: alpha layers, masks, unlit surfaces, numbers at and beyond their limits, integers and
+/// keys as written by programs, and extreme spotlights look as glTF and its extensions specify.
 #[test]
 fn models_of_reports_look_as_their_texts_say() {
     let desk = Desk::new();
@@ -121,8 +120,8 @@ fn models_of_reports_look_as_their_texts_say() {
     }
 }
 
-/// Protects: in a white furnace mirrors of index 0, indices beyond a limit, materials of specular
-/// and glossiness, and rough thin walls return what their texts say, and white walls all of it.
+/// Protects: in a white furnace mirrors of index 0, indices beyond a limit, specular-glossiness
+/// materials, and rough thin walls return their specified reflectance, and white walls all light.
 #[test]
 fn furnaces_of_reports() {
     let desk = Desk::new();
@@ -170,9 +169,9 @@ fn furnaces_of_reports() {
     }
 }
 
-/// Protects: radiance pictures by either signature, skies of luminance or of a named layer, and
-/// skies in a window are read as what they are; an infinite texel is said and makes no picture of
-/// its own.
+/// Protects: radiance pictures with either signature, skies of luminance or of a named layer, and
+/// skies in a window are read correctly; an infinite texel gives a warning and does not spoil the
+/// picture.
 #[test]
 fn skies_of_reports() {
     let desk = Desk::new();
@@ -233,9 +232,8 @@ fn skies_of_reports() {
     }
 }
 
-/// Protects: meshes far from the origin look as they do near it, faces of a PLY have each its own
-/// picture, indices of zero and lines that end with CR are read, and a byte order mark is none of a
-/// scene's.
+/// Protects: meshes far from zero look as near zero, faces of a PLY each have their own image,
+/// indices of zero and CR line ends are read, and a byte order mark is not part of a scene.
 #[test]
 fn meshes_and_marks_of_reports() {
     let desk = Desk::new();
@@ -356,7 +354,7 @@ fn meshes_and_marks_of_reports() {
     );
 }
 
-/// Protects: a render with few noisy pixels ends when their error is below what was asked for.
+/// Protects: a render with few noisy pixels ends below its target error.
 #[test]
 fn small_subjects_of_reports_converge() {
     let desk = Desk::new();
@@ -393,8 +391,8 @@ fn small_subjects_of_reports_converge() {
     }
 }
 
-/// Protects: a picture keeps who may read it, a name that no file can have is refused before the
-/// first ray, a crop keeps its place in the whole, and a threshold of `compare` sees alpha.
+/// Protects: a picture keeps its file permissions, an impossible file name is refused before the
+/// first ray, a crop keeps its window, and a threshold of `compare` includes alpha.
 #[test]
 fn manners_of_reports() {
     let desk = Desk::new();

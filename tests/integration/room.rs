@@ -1,5 +1,5 @@
-//! A room of 34,000 triangles whose materials have one side, under six lamps: in the file's own
-//! view the camera looks through some backs.
+//! A room of 34,000 triangles with one-sided materials, under six lamps: in the file's own view the
+//! camera looks through some backs.
 
 use raywright::core::picture::Picture;
 use raywright::core::scene::{Colour, Sky};
@@ -9,17 +9,16 @@ use raywright::io::{Input, LoadOptions, load};
 
 use crate::support::shared;
 
-/// Mean of these pixels, of a picture by Mitsuba 3.9 (`path`, `twosided`, nine segments, 1500
-/// samples a pixel) whose first rays were taken on through the faces that they met from behind. It
-/// is right to .3 %.
+/// Mean of these pixels in a picture by Mitsuba 3.9 (`path`, `twosided`, nine segments, 1500
+/// samples a pixel) whose camera rays were continued through back faces. Its error is .3 %.
 const MEAN: f64 = 0.0731;
 
-/// The same of three pixels that the camera sees through a back, to .001.
+/// The same for three pixels seen through a back face, with an error of .001.
 const SPOTS: f64 = 0.0377;
 
-/// Protects: light does not pass the back of a surface with one side, nor is there any from the
-/// back of a lamp, though the camera looks through both. While it passed, three pixels here were
-/// three times as bright, and all of them by a thirteenth.
+/// Protects: light does not pass the back of a one-sided surface, and the back of a lamp emits
+/// none, although the camera looks through both. Otherwise three pixels here would be three times
+/// as bright, and their mean larger by a thirteenth.
 #[test]
 fn light_stops_at_backs_that_the_camera_looks_through() {
     let Some(path) = shared("cases/room/room.gltf") else {

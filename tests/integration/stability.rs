@@ -1,4 +1,4 @@
-//! Every hard case is a test whose name begins with its number.
+//! Every hard case has a test whose name begins with its number.
 
 use std::collections::BTreeSet;
 
@@ -6,7 +6,7 @@ use raywright::stability::hard_cases;
 
 use crate::links::{files, root};
 
-/// The number with which a test's name begins, as the list writes it.
+/// Number at the start of a test's name, in the list's notation.
 fn number(name: &str) -> Option<String> {
     let (first, rest) = name.split_at_checked(3)?;
     let is_number = first.starts_with(['p', 't', 's', 'm', 'f'])
@@ -14,8 +14,7 @@ fn number(name: &str) -> Option<String> {
     (is_number && rest.starts_with('_')).then(|| first.to_uppercase())
 }
 
-/// The names of all tests of a file: the functions that follow the attribute, whatever other
-/// attributes lie between.
+/// Names of all tests in a file: the functions after the attribute and any further ones.
 fn tests(source: &str) -> impl Iterator<Item = &str> {
     source.split("#[test]\n").skip(1).filter_map(|after| {
         let line = after
@@ -26,7 +25,7 @@ fn tests(source: &str) -> impl Iterator<Item = &str> {
     })
 }
 
-/// Protects: no hard case is without a test of its number, and no test has a number that is none.
+/// Protects: each hard case has a test with its number, and each such number is a hard case.
 #[test]
 fn every_hard_case_is_a_test() {
     let listed: BTreeSet<String> = hard_cases().map(|case| case.number.to_owned()).collect();

@@ -1,4 +1,4 @@
-//! Runs the program in a fresh folder and compares what it says, with a message that shows both.
+//! Runs the program in a fresh folder and checks its output, with messages that show both.
 
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
@@ -8,8 +8,7 @@ use raywright::core::picture::Picture;
 use raywright::io::output::{StoredPicture, read_picture};
 use raywright::io::{Limits, presets};
 
-/// Whether the program carries a preset: a scene file may be deleted, and what else there is stays
-/// whole.
+/// Whether a preset is built in: its scene file may have been deleted, and other tests still run.
 pub fn carried(preset: &str) -> bool {
     let carried = presets::names().any(|known| known == preset);
     if !carried {
@@ -18,8 +17,8 @@ pub fn carried(preset: &str) -> bool {
     carried
 }
 
-/// A file or folder of the shared data beside the checkout; none, and a line that `.ci/run` counts,
-/// where it is missing.
+/// Path of the shared data beside the checkout; `None`, with a line that `.ci/run` counts, if it is
+/// missing.
 pub fn shared(name: &str) -> Option<PathBuf> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("../shared")
@@ -31,16 +30,16 @@ pub fn shared(name: &str) -> Option<PathBuf> {
     Some(path)
 }
 
-/// A fresh folder in which the program runs; deleted at the end of the test.
+/// A fresh folder in which the program runs; deleted after the test.
 pub struct Desk {
     folder: tempfile::TempDir,
 }
 
-/// What a run left behind.
+/// Result of a run.
 pub struct Run {
-    /// Exit code; none after a signal.
+    /// Exit code; `None` after a signal.
     pub code: Option<i32>,
-    /// Standard output, raw: it may be a picture.
+    /// Standard output as bytes, because it may be a picture.
     pub stdout: Vec<u8>,
     /// Standard error.
     pub stderr: String,
@@ -48,24 +47,24 @@ pub struct Run {
 }
 
 impl Desk {
-    /// An empty folder.
+    /// Creates an empty folder.
     pub fn new() -> Self {
         Self {
             folder: tempfile::tempdir().expect("a temporary folder"),
         }
     }
 
-    /// Path of a file in it.
+    /// Path of a file in the folder.
     pub fn path(&self, name: impl AsRef<Path>) -> PathBuf {
         self.folder.path().join(name)
     }
 
-    /// Puts a file into it.
+    /// Writes a file to the folder.
     pub fn write(&self, name: impl AsRef<Path>, contents: impl AsRef<[u8]>) {
         std::fs::write(self.path(name), contents).expect("the folder can be written to");
     }
 
-    /// Names of what is in it, in order.
+    /// Names of the folder's files, in order.
     pub fn names(&self) -> Vec<String> {
         let entries = std::fs::read_dir(self.folder.path()).expect("a folder");
         let mut names: Vec<String> = entries
@@ -81,17 +80,17 @@ impl Desk {
         names
     }
 
-    /// A picture file with its texts.
+    /// Reads a picture file with its metadata.
     pub fn stored(&self, name: &str) -> StoredPicture {
         read_picture(&self.path(name), &Limits::default()).expect("a picture that can be read")
     }
 
-    /// The picture in a file.
+    /// Reads the picture in a file.
     pub fn picture(&self, name: &str) -> Picture {
         self.stored(name).picture
     }
 
-    /// The command with its arguments, not yet started.
+    /// Returns the command with its arguments, not yet started.
     pub fn command<A: AsRef<OsStr>>(&self, args: &[A]) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_raywright"));
         command
@@ -111,7 +110,7 @@ impl Desk {
 }
 
 impl Desk {
-    /// Runs the program to its end with these bytes on its standard input.
+    /// Runs the program to its end with these bytes on standard input.
     pub fn pipe<A: AsRef<OsStr>>(&self, args: &[A], bytes: &[u8]) -> Run {
         self.write("pipe", bytes);
         let source = std::fs::File::open(self.path("pipe")).expect("just written");
@@ -144,7 +143,7 @@ impl Run {
         std::str::from_utf8(&self.stdout).expect("text on standard output")
     }
 
-    /// The exit code is this one; otherwise the test shows what the program said.
+    /// Asserts the exit code; a failure shows the program's messages.
     #[track_caller]
     pub fn exits_with(&self, code: i32) -> &Self {
         assert_eq!(
@@ -157,7 +156,7 @@ impl Run {
         self
     }
 
-    /// Standard error has this in it.
+    /// Asserts that standard error contains this text.
     #[track_caller]
     pub fn says_like(&self, expected: &str) -> &Self {
         assert!(
@@ -169,7 +168,7 @@ impl Run {
         self
     }
 
-    /// Standard error is exactly this.
+    /// Asserts that standard error is exactly this text.
     #[track_caller]
     pub fn says(&self, expected: &str) -> &Self {
         assert!(

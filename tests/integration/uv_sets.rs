@@ -1,4 +1,4 @@
-//! Sets of texture coordinates: a material reads the one it names, whatever else the mesh has.
+//! Sets of texture coordinates: a material uses the set it names, whatever other sets the mesh has.
 
 use std::sync::Arc;
 
@@ -9,7 +9,7 @@ use raywright::io::{Input, LoadOptions, load};
 
 use crate::support::Desk;
 
-/// A triangle across the picture whose three sets lie in columns 1, 2 and 3 of a picture of four
+/// A triangle across the picture whose three sets lie in columns 1, 2 and 3 of an image of four
 /// colours.
 const SCENE: &str = r#"
 format = 1
@@ -44,7 +44,7 @@ const COLOURS: [[f32; 4]; 4] = [
     [0.0, 0.0, 1.0, 1.0],
 ];
 
-/// The scene with its image in memory, and what loading said of the mesh.
+/// The scene with its image in memory, and the warnings about the mesh.
 fn scene(set: u32) -> (Scene, Vec<String>) {
     let desk = Desk::new();
     desk.write("uv.scene.toml", SCENE.replace("SET", &set.to_string()));
@@ -84,9 +84,9 @@ fn shown(scene: &Scene) -> [f32; 3] {
         .rgb[4]
 }
 
-/// Protects: sets 0, 1, 2 are read, of a mesh shown once, turned over, or shared; a set that is not
-/// there reads (0, 0), which is the first column, and loading says so with line and object. Sets
-/// from 2 on used to read set 0 in silence.
+/// Protects: sets 0, 1, 2 are used, for a mesh that is single, reversed or shared; a missing set
+/// gives (0, 0), which is the first column, and a warning with line and object. Sets from 2 on were
+/// once replaced silently by set 0.
 #[test]
 fn each_set_is_read_and_a_missing_one_is_named() {
     for (set, column) in [(0, 1), (1, 2), (2, 3), (3, 0), (7, 0)] {
@@ -111,7 +111,7 @@ fn each_set_is_read_and_a_missing_one_is_named() {
     }
 }
 
-/// Protects: a set without entries is no set; reading it used to be a panic.
+/// Protects: a set without entries counts as missing, and reading it does not panic.
 #[test]
 fn an_empty_set_is_no_set() {
     let (mut scene, _) = scene(1);

@@ -21,7 +21,6 @@
 //! Not supported yet: subsurface scattering and vendor extensions of glTF materials (each is listed
 //! in [`Scene::unread`](raywright_core::Scene::unread), and therefore an effect left out), points
 //! and lines (a warning).
-//! and lines (a warning).
 #![forbid(unsafe_code)]
 
 mod clay;

@@ -1,4 +1,4 @@
-//! Numbers that NumPy looks at where they are.
+//! Arrays of numbers shared with NumPy without a copy.
 
 use std::sync::Arc;
 
@@ -6,27 +6,27 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use raywright_cli::embedded::FinishedPicture;
 
-/// What an array shows.
+/// Content of an array.
 pub enum Numbers {
-    /// Colours that are to be looked at.
+    /// Displayed colours.
     Shown(Arc<FinishedPicture>),
-    /// Colours as they were sampled.
+    /// Sampled colours before denoising.
     Sampled(Arc<FinishedPicture>),
-    /// What the denoised colours are off by.
+    /// Standard errors of the denoised colours.
     Errors(Arc<FinishedPicture>),
     /// Coverage.
     Alpha(Arc<FinishedPicture>),
-    /// One of the layers.
+    /// A layer, by index.
     Layer(Arc<FinishedPicture>, usize),
-    /// Numbers of its own.
+    /// Numbers owned by the array.
     Floats(Vec<f32>),
     Doubles(Vec<f64>),
     Integers(Vec<i64>),
     Booleans(Vec<bool>),
 }
 
-/// A block of numbers, row after row, by the protocol of NumPy's `__array_interface__`: an array of
-/// it is a view that keeps it alive.
+/// A row-major block of numbers for NumPy's `__array_interface__`: a NumPy array of it is a view
+/// that keeps the block alive.
 #[pyclass(frozen, module = "raywright")]
 pub struct Array {
     numbers: Numbers,
@@ -34,7 +34,7 @@ pub struct Array {
 }
 
 impl Array {
-    /// Of that shape.
+    /// Creates an array of this shape.
     pub fn new(numbers: Numbers, shape: &[usize]) -> Self {
         Self {
             numbers,
@@ -42,17 +42,17 @@ impl Array {
         }
     }
 
-    /// As a NumPy array that can't be written to.
+    /// Returns a read-only NumPy view.
     pub fn view(self, py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
         numpy(py)?.call_method1("asarray", (self,))
     }
 
-    /// As a NumPy array of the caller's own.
+    /// Returns a NumPy copy that the caller owns.
     pub fn copy(self, py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
         numpy(py)?.call_method1("array", (self,))
     }
 
-    /// Where the first number is, and what they are.
+    /// Address of the first number, and the type string of NumPy.
     fn place(&self) -> (usize, &'static str) {
         const FLOAT: &str = if cfg!(target_endian = "little") {
             "<f4"
@@ -102,7 +102,7 @@ impl Array {
     }
 }
 
-/// NumPy, which is imported when it is first needed.
+/// Imports NumPy on first use.
 pub fn numpy(py: Python<'_>) -> PyResult<Bound<'_, PyModule>> {
     py.import("numpy")
 }

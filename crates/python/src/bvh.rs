@@ -1,4 +1,4 @@
-//! Rays for arrays: what is hit, and where.
+//! Ray queries on arrays: closest hits and occlusion.
 
 use std::sync::Arc;
 
@@ -15,14 +15,14 @@ use crate::array::{Array, Numbers, numpy};
 use crate::failure::{raised, unfit};
 use crate::work::{self, Watch};
 
-/// Rays that are asked one after the other, between looks at Ctrl-C.
+/// Number of rays between checks for Ctrl-C.
 const TOGETHER: usize = 1024;
 
-/// A tree over triangles that answers for rays.
+/// A bounding volume hierarchy over triangles, for ray queries.
 ///
-/// vertices: of shape (n, 3), in any unit. triangles: of shape (m, 3), whole numbers from 0.
-/// precision: "robust" stores positions in single precision and decides hits in double; "reference"
-/// does both in double. Watertight: no ray slips through between triangles with common vertices.
+/// vertices: of shape (n, 3), in any unit. triangles: of shape (m, 3), integers from 0. precision:
+/// "robust" stores positions in single precision and computes hits in double; "reference" does both
+/// in double. Watertight: no ray passes between triangles with common vertices.
 #[pyclass(frozen, module = "raywright")]
 pub struct Bvh(Arc<Tree>);
 
@@ -47,7 +47,7 @@ impl Tree {
     }
 }
 
-/// What rays met.
+/// Hits of rays.
 #[derive(Default)]
 struct Hits {
     t: Vec<f64>,
@@ -55,14 +55,14 @@ struct Hits {
     uv: Vec<f64>,
 }
 
-/// Origins and directions, six numbers a ray, and between which distances hits count.
+/// Origins and directions, six numbers per ray, and the range of distances.
 struct Rays {
     numbers: Vec<f64>,
     range: [f64; 2],
 }
 
 impl Rays {
-    /// Asks something of each ray, in their order.
+    /// Evaluates a query for each ray, in order.
     fn ask<T: Send, R: Real>(
         &self,
         watch: &Watch,
@@ -114,7 +114,7 @@ impl Rays {
     }
 }
 
-/// The tree over a mesh, stored so.
+/// Builds the hierarchy of a mesh in this precision.
 fn built<R: Real>(vertices: &[f64], triangles: &[i64]) -> Result<Geometry<R>, Failure> {
     let corner = |vertex: i64| {
         let place = usize::try_from(vertex)
@@ -142,7 +142,7 @@ fn built<R: Real>(vertices: &[f64], triangles: &[i64]) -> Result<Geometry<R>, Fa
     Ok(Geometry::new(set, AcceleratorKind::default()))
 }
 
-/// An array's numbers as bytes, row after row, once it has a shape of (n, 3).
+/// Checks that an array has the shape (n, 3), and returns its row-major bytes.
 fn rows<'py>(of: &Bound<'py, PyAny>, name: &str, kind: &str) -> PyResult<Bound<'py, PyBytes>> {
     let py = of.py();
     let shape: Vec<usize> = of.getattr("shape")?.extract()?;
@@ -169,7 +169,7 @@ fn doubles(bytes: &[u8]) -> Vec<f64> {
         .collect()
 }
 
-/// Origins and directions beside each other; one of them may be for all.
+/// Joins origins and directions; either may be a single vector for all rays.
 fn rays(
     origins: &Bound<'_, PyAny>,
     directions: &Bound<'_, PyAny>,
@@ -243,12 +243,12 @@ impl Bvh {
         Ok(Self(Arc::new(tree)))
     }
 
-    /// The nearest hit of each ray with tmin < t < tmax.
+    /// The closest hit of each ray with tmin < t < tmax.
     ///
     /// origins, directions: of shape (n, 3), or (3,) for all. Returns (t, triangle, uv): distances
-    /// in lengths of the direction, float64 of shape (n,), infinite where nothing is hit; numbers
-    /// of triangles, int64 of shape (n,), -1 there; and where in them, float64 of shape (n, 2):
-    /// (1 - u - v) a + u b + v c of the triangle's vertices a, b, c.
+    /// in lengths of the direction, float64 of shape (n,), infinite without a hit; indices of
+    /// triangles, int64 of shape (n,), -1 without a hit; and barycentric coordinates, float64 of
+    /// shape (n, 2): the hit is (1 - u - v) a + u b + v c for the triangle's vertices a, b, c.
     #[pyo3(signature = (origins, directions, *, tmin = 0.0, tmax = f64::INFINITY, threads = None))]
     fn closest<'py>(
         &self,
@@ -274,7 +274,7 @@ impl Bvh {
         PyTuple::new(py, arrays)
     }
 
-    /// Whether anything is hit by each ray with tmin < t < tmax: bool of shape (n,).
+    /// Whether each ray has any hit with tmin < t < tmax: bool of shape (n,).
     #[pyo3(signature = (origins, directions, *, tmin = 0.0, tmax = f64::INFINITY, threads = None))]
     fn occluded<'py>(
         &self,

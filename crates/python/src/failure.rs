@@ -1,11 +1,11 @@
-//! Failures as exceptions: one class for each of the program's exit codes, with its message.
+//! Exceptions for failures: a class for each of the program's exit codes, with its message.
 
 use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
 use pyo3::types::PyType;
 use raywright_cli::failure::{Exit, Failure};
 
-/// The exception of a failure.
+/// Converts a failure to its exception.
 pub fn raised(py: Python<'_>, Failure { exit, message }: Failure) -> PyErr {
     let name = match exit {
         Exit::Usage => "UsageError",
@@ -32,7 +32,7 @@ pub fn raised(py: Python<'_>, Failure { exit, message }: Failure) -> PyErr {
     }
 }
 
-/// What is wrong with an array that was given.
+/// Creates the failure for an unsuitable array.
 pub fn unfit(message: impl std::fmt::Display) -> Failure {
     Failure::new(Exit::Input, message)
 }

@@ -1,20 +1,20 @@
-//! From keywords to the words of the command line: `max_error=.05` is `--max-error=0.05`.
+//! Conversion of keywords to flags: `max_error=.05` is `--max-error=0.05`.
 
 use std::ffi::OsString;
 
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyList, PyTuple};
 
-/// Flags that are called something else here: by what they hold, and where Python has the name
-/// already.
+/// Keywords whose names differ from the flags: by their content, and where Python reserves the
+/// name.
 const RENAMED: [(&str, &str); 3] = [
     ("layers", "aov"),
     ("rungs", "rung"),
     ("model_scene", "scene"),
 ];
 
-/// The words of keywords, in their order. None and False leave a flag out, True is the flag alone,
-/// a dict one flag for each entry, a list its parts with commas between, or of a size with an x.
+/// Converts keywords to flags, in order. None and False omit the flag, True is the flag alone, a
+/// dict one flag for each entry, a list its items separated by commas, or for a size by an x.
 pub fn words(keywords: Option<&Bound<'_, PyDict>>) -> PyResult<Vec<OsString>> {
     let mut words = Vec::new();
     for (name, value) in keywords.into_iter().flatten() {
@@ -42,7 +42,7 @@ pub fn words(keywords: Option<&Bound<'_, PyDict>>) -> PyResult<Vec<OsString>> {
     Ok(words)
 }
 
-/// A value as it is typed.
+/// Formats a value for the command line.
 fn text(value: &Bound<'_, PyAny>, separator: &str) -> PyResult<OsString> {
     if value.is_instance_of::<PyList>() || value.is_instance_of::<PyTuple>() {
         let parts = value

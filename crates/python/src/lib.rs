@@ -1,9 +1,8 @@
-//! Raywright as a Python module: pictures as arrays, rays for arrays, and the program itself.
+//! Raywright as a Python module: pictures as arrays, ray queries on arrays, and the program itself.
 //!
-//! A rim beside the command line, with its words: keywords become flags (`keywords`), whose meaning
-//! and messages are the program's. Work is done without the interpreter's lock (`work`), pictures
-//! and hits are handed over as NumPy arrays (`array`). What of it needs no Rust is in
-//! `python/raywright`.
+//! The module wraps the command line: keywords become flags (`keywords`), whose meaning and
+//! messages are the program's. Work runs without the interpreter's lock (`work`), pictures and hits
+//! are returned as NumPy arrays (`array`). Pure Python code is in `python/raywright`.
 #![forbid(unsafe_code)]
 
 mod array;
@@ -14,7 +13,7 @@ mod picture;
 mod scene;
 mod work;
 
-/// Counts what is held, so that no scene takes memory unasked where the program is run.
+/// Tracks allocations, so that loading a scene respects the memory limit.
 #[global_allocator]
 static HEAP: raywright_bvh::CountingHeap = raywright_bvh::CountingHeap;
 
@@ -33,7 +32,8 @@ mod _raywright {
     #[pymodule_export]
     use crate::scene::{Scene, compare, load_bytes, load_path};
 
-    /// Runs the program with a command line, the first word of which is a name; its exit code.
+    /// Runs the program with a command line, whose first word is a program name; returns its exit
+    /// code.
     #[pyfunction]
     fn main(py: Python<'_>, words: Vec<OsString>) -> u8 {
         py.detach(|| raywright_cli::main_with(words) as u8)

@@ -1,4 +1,4 @@
-//! A picture, and how far it is from the true one.
+//! A rendered picture, and its error estimate.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -12,12 +12,12 @@ use raywright_io::output::pixel_hash;
 use crate::array::{Array, Numbers};
 use crate::failure::raised;
 
-/// How far a picture probably is from the true one.
+/// Estimated error of a picture.
 ///
 /// `value` is the root of the mean squared relative error (root relMSE): 0.1 is grainy, 0.02 clean.
-/// In 95 of 100 pictures it lies between `low` and `high`. `rmse` is the same triple in radiance,
-/// not relative. `doubt` says in a word why the interval may not hold, or is None. `converged` says
-/// whether the `max_error` that was asked for is reached, or is None where none was.
+/// In 95 of 100 pictures the true error lies between `low` and `high`. `rmse` is the same triple in
+/// radiance, not relative. `doubt` names a reason why the interval may not hold, or is None.
+/// `converged` says whether the requested `max_error` is reached, or is None without one.
 #[pyclass(frozen, get_all, module = "raywright")]
 #[derive(Clone)]
 pub struct ErrorEstimate {
@@ -46,8 +46,7 @@ impl ErrorEstimate {
 
 /// A rendered picture.
 ///
-/// Arrays are views of its memory, made without a copy, that can't be written to:
-/// `picture.rgb.copy()` can.
+/// Arrays are read-only views of its memory, without a copy; `picture.rgb.copy()` is writable.
 #[pyclass(frozen, module = "raywright")]
 pub struct Picture {
     inner: Arc<FinishedPicture>,
@@ -55,7 +54,7 @@ pub struct Picture {
 }
 
 impl Picture {
-    /// What was rendered.
+    /// Wraps a finished picture.
     pub fn new(finished: FinishedPicture) -> Self {
         Self {
             inner: Arc::new(finished),
@@ -63,7 +62,7 @@ impl Picture {
         }
     }
 
-    /// What a comparison takes.
+    /// Picture and metadata for a comparison.
     pub fn judged(&self) -> Judged {
         let FinishedPicture {
             display, metadata, ..
@@ -71,7 +70,7 @@ impl Picture {
         Judged::of(self.inner.shown(), *display, metadata)
     }
 
-    /// A view of some of its numbers, so many for each pixel.
+    /// Returns a view of some numbers, with `channels` for each pixel.
     fn view<'py>(
         &self,
         py: Python<'py>,
@@ -86,8 +85,8 @@ impl Picture {
         .view(py)
     }
 
-    /// The layers by name. Those of one channel are views; the channels of others are brought
-    /// together once.
+    /// Collects the layers by name. Layers of one channel are views; the channels of others are
+    /// joined in a copy.
     fn collected<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let (layers, dict) = (&self.inner.rendered.picture.layers, PyDict::new(py));
         let names = layers.iter().map(|layer| {
@@ -125,20 +124,20 @@ impl Picture {
 
 #[pymethods]
 impl Picture {
-    /// Radiance in linear Rec. 709, float32 of shape (height, width, 3), rows from the top:
-    /// denoised where that was asked for. Where there is an `alpha`, colours are multiplied by it.
+    /// Radiance in linear Rec. 709, float32 of shape (height, width, 3), rows from the top;
+    /// denoised if requested. With an `alpha`, colours are premultiplied.
     #[getter]
     fn rgb<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.view(py, Numbers::Shown, 3)
     }
 
-    /// The same as it was sampled, not denoised: what an .exr file has as R, G and B.
+    /// The same before denoising: R, G and B of an .exr file.
     #[getter]
     fn sampled<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.view(py, Numbers::Sampled, 3)
     }
 
-    /// Coverage from 0 to 1, float32 of shape (height, width, 1), or None where every pixel is
+    /// Coverage from 0 to 1, float32 of shape (height, width, 1), or None if every pixel is
     /// covered.
     #[getter]
     fn alpha<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
@@ -150,10 +149,10 @@ impl Picture {
             .transpose()
     }
 
-    /// Further layers by name, float32 of shape (height, width, channels): those that `layers`
-    /// asked for, of a denoised picture `denoised` and `denoised.stderr` too. Depths are distances
-    /// along the ray in units of the scene, objects and materials numbers, -1 where there is the
-    /// sky alone.
+    /// Further layers by name, float32 of shape (height, width, channels): those requested by
+    /// `layers`, and for a denoised picture also `denoised` and `denoised.stderr`. Depths are
+    /// distances along the ray in units of the scene; objects and materials are numbers; all are -1
+    /// for the sky.
     #[getter]
     fn layers<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         Ok(self
@@ -163,8 +162,7 @@ impl Picture {
             .clone())
     }
 
-    /// How far the picture probably is from the true one; None where chance does not decide about
-    /// it.
+    /// Estimated error of the picture; None without random error.
     #[getter]
     fn error(&self) -> Option<ErrorEstimate> {
         let error = self.inner.error?;
@@ -185,13 +183,13 @@ impl Picture {
         (self.inner.shown().width, self.inner.shown().height)
     }
 
-    /// Samples of a pixel, in words.
+    /// Samples per pixel, in words.
     #[getter]
     fn samples(&self) -> &str {
         &self.inner.samples
     }
 
-    /// What the program would have said of scene and picture.
+    /// Messages that the program would print about scene and picture.
     #[getter]
     fn notes(&self) -> Vec<&str> {
         self.inner.notes.iter().map(String::as_str).collect()
@@ -209,7 +207,7 @@ impl Picture {
         py.detach(|| pixel_hash(self.inner.shown()))
     }
 
-    /// The bytes of a PNG that shows the picture by its tone map, curve and exposure.
+    /// The bytes of a PNG of the picture, with its tone map, curve and exposure.
     fn png<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
         let bytes = py
             .detach(|| self.inner.png())
@@ -217,8 +215,8 @@ impl Picture {
         Ok(PyBytes::new(py, &bytes))
     }
 
-    /// Writes the picture as its name ends: .png, .jpg or .webp (what a screen shows), or .exr
-    /// (linear numbers with all layers). The name only ever holds a finished picture.
+    /// Writes the picture in the format of its name: .png, .jpg or .webp (display), or .exr (linear
+    /// values with all layers). The name only ever holds a finished picture.
     fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         py.detach(|| self.inner.save(&path))
             .map_err(|failure| raised(py, failure))

@@ -1,4 +1,4 @@
-//! Scenes: read once, rendered and reported of as often as wanted.
+//! Scenes: loaded once, rendered and reported on any number of times.
 
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -16,20 +16,20 @@ use crate::keywords::words;
 use crate::picture::Picture;
 use crate::work;
 
-/// A scene or model that was read and found right.
+/// A loaded and validated scene or model.
 #[pyclass(frozen, module = "raywright")]
 pub struct Scene(Arc<Source>);
 
-/// Where a scene comes from, and what was read last.
+/// Origin of a scene, and its latest load.
 struct Source {
     input: Input,
-    /// The words that every request begins with.
+    /// Flags common to all requests.
     words: Vec<OsString>,
     latest: Mutex<Option<(LoadOptions, Arc<Loaded>)>>,
 }
 
 impl Source {
-    /// The scene as these options read it: at another moment it is read again.
+    /// Returns the scene for these options: at another time it is loaded again.
     fn loaded(
         &self,
         options: LoadOptions,
@@ -55,7 +55,7 @@ impl Source {
     }
 }
 
-/// Reads a scene of any origin.
+/// Loads a scene from any input.
 fn read(py: Python<'_>, input: Input, keywords: Option<&Bound<'_, PyDict>>) -> PyResult<Scene> {
     let source = Arc::new(Source {
         input,
@@ -69,7 +69,7 @@ fn read(py: Python<'_>, input: Input, keywords: Option<&Bound<'_, PyDict>>) -> P
     Ok(Scene(source))
 }
 
-/// Reads a file, or a scene that the program carries, `preset:NAME`.
+/// Loads a file, or a built-in scene, `preset:NAME`.
 #[pyfunction]
 #[pyo3(signature = (path, **keywords))]
 pub fn load_path(
@@ -84,7 +84,7 @@ pub fn load_path(
     read(py, input, keywords)
 }
 
-/// Reads the content of a file, whose name says its format where it ends in one.
+/// Loads the content of a file, whose name gives its format by its extension, if any.
 #[pyfunction]
 #[pyo3(signature = (name, bytes, **keywords))]
 pub fn load_bytes(
@@ -130,7 +130,7 @@ pub fn compare<'py>(
     plain(py, &compared)
 }
 
-/// A picture with its name; none in memory: the file of that name.
+/// Returns a picture with its name, or the path of a file.
 fn side(of: &Bound<'_, PyAny>, name: &str) -> PyResult<(PathBuf, Option<Judged>)> {
     match of.cast::<Picture>() {
         Ok(picture) => Ok((name.into(), Some(picture.get().judged()))),
@@ -138,7 +138,7 @@ fn side(of: &Bound<'_, PyAny>, name: &str) -> PyResult<(PathBuf, Option<Judged>)
     }
 }
 
-/// JSON as dicts and lists.
+/// Parses JSON to dicts and lists.
 fn plain<'py>(py: Python<'py>, json: &str) -> PyResult<Bound<'py, PyAny>> {
     py.import("json")?.call_method1("loads", (json,))
 }
@@ -162,15 +162,15 @@ impl Scene {
 #[pymethods]
 impl Scene {
     /// Renders the scene. Keywords are the flags of `raywright render` with underscores for
-    /// hyphens; those not given are the scene's own.
+    /// hyphens; defaults are the scene's own.
     ///
     /// size: (width, height) in pixels. view: "front", "back", "left", "right", "top", "bottom",
-    /// "iso" or (azimuth, elevation) in degrees. at: time in seconds. max_error: root relMSE to be
-    /// reached, such as 0.05; or spp: samples of a pixel; or budget: a time, such as "10s".
-    /// denoise: whether noise is filtered out. seed: of the random numbers. background: "env",
-    /// "transparent" or a colour. layers: what `Picture.layers` has besides depth, of albedo,
-    /// normal, position, emission, object, material, samples, stderr. threads: how many; the
-    /// picture does not depend on it. progress: called with the share that is done, from 0 to 1.
+    /// "iso" or (azimuth, elevation) in degrees. at: time in seconds. max_error: target root
+    /// relMSE, such as 0.05; or spp: samples per pixel; or budget: a time, such as "10s". denoise:
+    /// whether noise is filtered out. seed: of the random numbers. background: "env", "transparent"
+    /// or a colour. layers: contents of `Picture.layers` besides depth, of albedo, normal,
+    /// position, emission, object, material, samples, stderr. threads: number of threads, without
+    /// effect on the picture. progress: called with the finished share, from 0 to 1.
     #[pyo3(signature = (*, layers = None, progress = None, **keywords),
         text_signature = "($self, *, size=None, view=None, at=None, max_error=None, spp=None, denoise=False, seed=None, background=None, \
         layers=('depth',), threads=None, progress=None, **flags)")]
@@ -203,8 +203,8 @@ impl Scene {
         Ok(Picture::new(finished))
     }
 
-    /// Which effects of the scene are simulated, absent and left out, and on which rungs of which
-    /// ladders it stands: what `raywright explain --json` prints, as dicts and lists.
+    /// The simulated, absent and left-out effects of the scene, and the current rungs of its
+    /// ladders: the output of `raywright explain --json`, as dicts and lists.
     #[pyo3(signature = (**keywords))]
     fn explain<'py>(
         &self,
@@ -214,8 +214,8 @@ impl Scene {
         self.report(py, "explain", keywords)
     }
 
-    /// What accuracy costs in time on this scene, measured for `budget` seconds: what
-    /// `raywright accuracy --json` prints, as dicts and lists.
+    /// The cost of accuracy in time on this scene, measured for `budget` seconds: the output of
+    /// `raywright accuracy --json`, as dicts and lists.
     #[pyo3(signature = (*, budget = None, **keywords), text_signature = "($self, *, budget=60, **flags)")]
     fn accuracy<'py>(
         &self,
@@ -231,7 +231,7 @@ impl Scene {
         self.report(py, "accuracy", Some(&own))
     }
 
-    /// What the user should know of the scene, a sentence each.
+    /// Warnings about the scene, a sentence each.
     #[getter]
     fn warnings(&self) -> Vec<String> {
         let latest = self.0.latest.lock().unwrap_or_else(PoisonError::into_inner);

@@ -1,5 +1,4 @@
-//! Work that Python waits for: on threads of its own and without the interpreter's lock, until it
-//! is done or Ctrl-C says that nobody wants it.
+//! Work on separate threads without the interpreter's lock. Python waits for its end or for Ctrl-C.
 
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::Arc;
@@ -14,20 +13,18 @@ use raywright_core::Observer;
 
 use crate::failure::raised;
 
-/// Between looks at Ctrl-C and at how far the work has come.
+/// Interval of checks for Ctrl-C and for progress.
 const PAUSE: Duration = Duration::from_millis(20);
-/// How long work that is stopped is waited for. What goes on for longer, as a parser may, ends by
-/// itself, and nobody hears of it.
+/// Time to wait for stopped work. Longer work, as in a parser, ends later without a listener.
 const GRACE: Duration = Duration::from_millis(100);
-/// Of each thread: as much as a program's first one has.
+/// Stack size of each thread in bytes: that of a program's first thread.
 const STACK: usize = 8 << 20;
 
-/// What the work tells, and what it is told.
+/// Progress of the work, and its stop flag.
 #[derive(Default)]
 pub struct Watch {
     stop: AtomicBool,
-    /// Greatest share of it that was done, as bits: those of numbers that are not negative have
-    /// their order.
+    /// Largest finished share, as bits: non-negative floats are ordered like their bits.
     share: AtomicU64,
 }
 
@@ -48,11 +45,11 @@ impl Observer for Watch {
     }
 }
 
-/// Does some work on so many threads, or one for each processor, and calls `progress` with the
-/// share of it that is done.
+/// Runs work on this number of threads, or one for each processor, and calls `progress` with the
+/// finished share.
 ///
 /// # Errors
-/// The work's own, and whatever a signal's handler or `progress` raise.
+/// Errors of the work, and exceptions of a signal handler or of `progress`.
 pub fn run<T: Send + 'static>(
     py: Python<'_>,
     threads: Option<u32>,
@@ -68,7 +65,7 @@ pub fn run<T: Send + 'static>(
     let (watch, (sender, mut receiver)) = (Arc::new(Watch::default()), mpsc::channel());
     let own = Arc::clone(&watch);
     pool.spawn(move || {
-        // Whoever gave it up does not listen.
+        // The receiver may have gone.
         let _ = sender.send(catch_unwind(AssertUnwindSafe(|| work(&own))));
     });
     let mut told = -1.0;
@@ -86,14 +83,14 @@ pub fn run<T: Send + 'static>(
             .and_then(|()| tell(progress, watch.share(), &mut told))
         {
             watch.stop.store(true, Ordering::Relaxed);
-            // Its result is of no use any more; that it ended is.
+            // The result is dropped; only the end of the work matters.
             let _ = py.detach(move || receiver.recv_timeout(GRACE).is_ok());
             return Err(interrupt);
         }
     }
 }
 
-/// Tells a share that was not told before.
+/// Reports a share greater than the last one reported.
 fn tell(progress: Option<&Bound<'_, PyAny>>, share: f64, told: &mut f64) -> PyResult<()> {
     if let Some(progress) = progress.filter(|_| share > *told) {
         *told = share;

@@ -1,4 +1,4 @@
-//! Models whose pictures are known beforehand: twins, and a test card that marks itself.
+//! Models with known pictures: twins, and a test card that marks its own faults.
 
 use std::path::PathBuf;
 
@@ -24,8 +24,7 @@ pub(super) fn files_below(folder: PathBuf) -> Vec<PathBuf> {
     found
 }
 
-/// Protects: each file that has a twin, which says the same in plain words, shows its twin's
-/// picture; rounding may move an edge.
+/// Protects: each file with an equivalent twin shows the twin's picture; rounding may move an edge.
 #[test]
 fn twins_look_alike() {
     let Some(folder) = shared("assets/gltf") else {
@@ -67,8 +66,8 @@ fn twins_look_alike() {
 }
 
 /// Protects: in Khronos' card of texture settings (culling, clamping, repeating, mirroring, each
-/// way), every left tick, which goes by the setting, is the right one, which does not; a wrong one
-/// is a red cross.
+/// direction), every left tick, which depends on the setting, equals the right one, which does not;
+/// a fault is a red cross.
 #[test]
 fn ticks_of_the_texture_settings_agree() {
     let Some(file) = shared("assets/gltf/TextureSettingsTest/TextureSettingsTest.gltf") else {
@@ -80,8 +79,8 @@ fn ticks_of_the_texture_settings_agree() {
         [512, 512],
         16,
     );
-    // In pixels of this view: eight rows of ticks 37 pixels high, 42.6 apart; the right column 88
-    // pixels beside the left.
+    // In pixels of this view: eight rows of ticks 37 pixels high, 42.6 apart; the right column is
+    // 88 pixels from the left.
     for row in 0..8 {
         let top = 137 + (f64::from(row) * 42.6) as usize;
         let mean = |left: usize, top: usize, x: usize, y: usize| {
@@ -102,7 +101,7 @@ fn ticks_of_the_texture_settings_agree() {
             };
             blocks().map(apart).sum::<f32>() / 49.0
         };
-        // The columns are not a whole number of pixels apart.
+        // The distance of the columns is not a whole number of pixels.
         let difference = (0..9)
             .map(|k| difference((k % 3, k / 3)))
             .fold(f32::INFINITY, f32::min);

@@ -1,5 +1,5 @@
-//! Whole collections of real models, held against what is known of each: pictures by other
-//! programs, twins, answers by hand, verdicts.
+//! Whole collections of real models, compared with other programs' pictures, twins, results by
+//! hand, and listed verdicts.
 
 mod answers;
 mod samples;
@@ -13,14 +13,14 @@ use raywright::core::settings::{Background, Sampling};
 use raywright::core::{Scene, Settings, prepare};
 use raywright::io::{Input, LoadOptions, load};
 
-/// A model's scene.
+/// Loads a model's scene.
 fn scene(path: &Path) -> Scene {
     load(&Input::Path(path.to_owned()), &LoadOptions::default())
         .unwrap_or_else(|e| panic!("{e}"))
         .scene
 }
 
-/// A camera from a point to a point.
+/// A camera from a point to a target.
 fn looking(eye: [f64; 3], target: [f64; 3], vertical_fov: f64) -> Camera {
     Camera {
         name: String::new(),
@@ -40,14 +40,14 @@ fn looking(eye: [f64; 3], target: [f64; 3], vertical_fov: f64) -> Camera {
     }
 }
 
-/// A scene's picture on a transparent ground.
+/// Renders a scene on a transparent background.
 fn picture(scene: &Scene, camera: Option<Camera>, size: [u32; 2], samples: u32) -> Picture {
     let settings = Settings {
         size,
         camera,
         sampling: Sampling::resolve(scene, Some(samples)),
         background: Background::Transparent,
-        // The samples' pictures have no light that surfaces send to each other.
+        // The sample pictures have no indirect light.
         integrator: Integrator::Whitted,
         ..Settings::of(scene)
     };

@@ -1,12 +1,12 @@
-//! The models of Khronos' asset generator beside its own pictures of them.
+//! Models of Khronos' asset generator, compared with its own pictures.
 //!
-//! Those are by a rasteriser in a studio that is not known, so shades are not compared. What is:
-//! *coverage*, the shares of pixels where both show the model and where both show the studio behind
-//! it (visibility, culling, alpha, topology, transforms); *pattern*, the correlation of the colours
-//! on the model (images, their wrapping, sets and transforms, vertex colours); *tint*, how far the
-//! mean chromaticities are apart (factors, emission). The studio is told from the pictures
-//! themselves: it is what they show where no model is. Models that reflect it or let it through are
-//! told by their coverage alone.
+//! Those come from a rasteriser in an unknown studio, so that shades are not compared. Three
+//! measures are: *coverage*, the shares of pixels where both show the model and where both show the
+//! studio behind it (visibility, culling, alpha, topology, transforms); *pattern*, the correlation
+//! of the colours on the model (images, their wrapping, sets and transforms, vertex colours);
+//! *tint*, the distance of the mean chromaticities (factors, emission). The studio is reconstructed
+//! from the pictures, which show it wherever no model is. For models that reflect or transmit it,
+//! only coverage is compared.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -21,13 +21,13 @@ use serde_json::Value;
 use super::{looking, picture};
 use crate::support::shared;
 
-/// Pixels a side: the samples have four times as many.
+/// Pixels per side: the samples have four times as many.
 const SIZE: usize = 100;
-/// The pictures' vertical field of view, 0.8 radians: a sheet of one metre is 364 of 400 pixels
+/// Vertical field of view of the pictures, 0.8 radians: a sheet of one metre is 364 of 400 pixels
 /// wide from 1.3 metres.
 const FIELD_OF_VIEW: f64 = 45.837;
 
-/// One model with both pictures.
+/// A model with both pictures.
 struct Pair {
     name: String,
     camera: String,
@@ -36,7 +36,7 @@ struct Pair {
     theirs: Vec<[f32; 3]>,
 }
 
-/// Models that have a sample, from the manifest.
+/// Models with a sample picture, from the manifest.
 fn pairs(folder: &Path) -> Vec<Pair> {
     let text = std::fs::read(folder.join("Manifest.json")).expect("a manifest");
     let groups: Vec<Value> = serde_json::from_slice(&text).expect("JSON");
@@ -69,7 +69,7 @@ fn pairs(folder: &Path) -> Vec<Pair> {
     pairs
 }
 
-/// A model's scene under the neutral sky, whose shades are the least that are not the samples'.
+/// A model's scene under the neutral sky, whose shading differs least from the samples'.
 fn evenly_lit(path: &Path) -> Scene {
     let environment = Environment {
         source: Some(EnvironmentSource::Default),
@@ -84,7 +84,7 @@ fn evenly_lit(path: &Path) -> Scene {
         .scene
 }
 
-/// A sample in linear light at our size.
+/// Loads a sample in linear light at the size of the test.
 fn sampled(path: &Path) -> Vec<[f32; 3]> {
     let image = image::open(path).expect("a sample").into_rgb8();
     assert_eq!(
@@ -106,12 +106,12 @@ fn sampled(path: &Path) -> Vec<[f32; 3]> {
     (0..SIZE * SIZE).map(block).collect()
 }
 
-/// What a viewer makes of linear light: differences count where they are seen.
+/// Approximate display values of linear light, so that differences count as visible.
 fn seen(pixel: [f32; 3]) -> [f32; 3] {
     pixel.map(|x| x.clamp(0.0, 1.0).sqrt())
 }
 
-/// The studio as each camera sees it, where some sample shows it: the median of those that do.
+/// The studio for each camera, where some sample shows it: the median of those samples.
 fn studio<'a>(pairs: impl Iterator<Item = &'a Pair>) -> Vec<Option<[f32; 3]>> {
     let pairs: Vec<&Pair> = pairs.collect();
     let bare = |pair: &Pair, i: usize| around(i).all(|j| alpha(&pair.ours, j) == 0.0);
@@ -135,7 +135,7 @@ fn alpha(picture: &Picture, i: usize) -> f32 {
     picture.alpha.as_ref().map_or(1.0, |alpha| alpha[i])
 }
 
-/// A pixel with its neighbours.
+/// A pixel and its neighbours.
 fn around(i: usize) -> impl Iterator<Item = usize> {
     let (x, y) = ((i % SIZE) as isize, (i / SIZE) as isize);
     let inside = |v: isize| (0..SIZE as isize).contains(&v);
@@ -144,13 +144,13 @@ fn around(i: usize) -> impl Iterator<Item = usize> {
         .map(|(x, y)| y as usize * SIZE + x as usize)
 }
 
-/// How far two pictures agree; none where there is nothing to tell by.
+/// Agreement of two pictures; `None` where no pixels are comparable.
 #[derive(Clone, Copy, Debug)]
 struct Agreement {
     /// Share of the pixels without the model where the sample shows the studio.
     bare: f64,
-    /// Share of the pixels with the model where it does not; what is as grey as the wall behind it
-    /// looks alike.
+    /// Share of the pixels with the model where the sample does not show the studio; a model as
+    /// grey as the wall looks like it.
     shown: f64,
     pattern: Option<f64>,
     tint: Option<f64>,
@@ -160,7 +160,7 @@ fn agreement(pair: &Pair, ours: &Picture, studio: &[Option<[f32; 3]>]) -> Agreem
     let theirs = &pair.theirs;
     let differs =
         |i: usize, back: [f32; 3]| (0..3).any(|c| (seen(theirs[i])[c] - back[c]).abs() > 0.08);
-    // Edges are told otherwise by every program.
+    // Programs differ at edges.
     let share = |ours_shows: &dyn Fn(usize) -> bool, wanted: bool| {
         let places = (0..SIZE * SIZE).filter(|&i| around(i).all(ours_shows));
         let told: Vec<bool> = places
@@ -172,8 +172,8 @@ fn agreement(pair: &Pair, ours: &Picture, studio: &[Option<[f32; 3]>]) -> Agreem
             told.iter().filter(|told| **told).count() as f64 / told.len() as f64
         }
     };
-    // The assets' images lost the colours of what is not opaque in them; materials that take it for
-    // opaque show it black.
+    // The assets' images have lost the colours of transparent texels; opaque materials show these
+    // black.
     let lost = |i: usize| ours.rgb[i].iter().all(|x| *x < 0.01);
     let inside = (0..SIZE * SIZE).filter(|&i| around(i).all(|j| alpha(ours, j) > 0.99 && !lost(j)));
     let inside: Vec<usize> = if reflects(&pair.name) {
@@ -198,12 +198,12 @@ fn agreement(pair: &Pair, ours: &Picture, studio: &[Option<[f32; 3]>]) -> Agreem
     }
 }
 
-/// Whether the studio is seen through a model.
+/// Whether the studio is visible through a model.
 fn veils(name: &str) -> bool {
     name.starts_with("Material_AlphaBlend")
 }
 
-/// Whether what is seen on a model is the studio: metals, and veils.
+/// Whether a model's colours are those of the studio: metals, and transparent models.
 fn reflects(name: &str) -> bool {
     veils(name)
         || ["04", "06"]
@@ -211,7 +211,8 @@ fn reflects(name: &str) -> bool {
             .any(|n| *name == format!("Material_MetallicRoughness_{n}"))
 }
 
-/// Of the channels of both pictures over some pixels; none where ours has next to no pattern.
+/// Correlation over the channels of both pictures at some pixels; `None` if the test's picture has
+/// almost no pattern.
 fn correlation(places: &[usize], ours: &[[f32; 3]], theirs: &[[f32; 3]]) -> Option<f64> {
     let (mut ab, mut aa, mut bb) = (0.0, 0.0, 0.0);
     for c in 0..3 {
@@ -263,9 +264,8 @@ fn mirrored(picture: &Picture) -> Picture {
     }
 }
 
-/// Protects: each model of the asset generator shows what its sample shows, as far as that is
-/// comparable; and the measure would tell if it did not: the mirrored picture of what has a pattern
-/// fails it.
+/// Protects: each model of the asset generator agrees with its sample as far as they are
+/// comparable; as a check of the measure, the mirrored picture of a patterned model fails.
 #[test]
 fn generated_models_look_like_their_samples() {
     let Some(folder) = shared("assets/gltf/AssetGenerator") else {
@@ -313,7 +313,7 @@ fn fits(agreement: &Agreement) -> bool {
         pattern,
         tint,
     } = *agreement;
-    // The samples have palettes of 256 colours and less: some of the studio's are off, and so are
-    // tints.
+    // The samples have palettes of at most 256 colours, which shifts some of the studio's colours,
+    // and tints.
     bare > 0.92 && shown > 0.75 && pattern.is_none_or(|x| x > 0.8) && tint.is_none_or(|x| x < 0.12)
 }

@@ -2,7 +2,7 @@
 //! gigabytes.
 //!
 //! `cargo test --test integration verdicts -- --nocapture` prints the table: file, exit code,
-//! seconds, and what was said.
+//! seconds, and messages.
 #![cfg(target_os = "linux")]
 
 use std::path::Path;
@@ -14,16 +14,16 @@ use serde_json::{Map, Value};
 use super::answers::files_below;
 use crate::support::{Desk, shared};
 
-/// How a run ended.
+/// End of a run.
 struct Verdict {
     name: String,
-    /// Exit code; none: a signal, or killed for its time.
+    /// Exit code; `None`: a signal, or killed after the time limit.
     code: Option<i32>,
     seconds: f64,
     said: String,
 }
 
-/// Runs the program over one file with an address space of two gigabytes and ten seconds.
+/// Runs the program on a file with an address space of two gigabytes and ten seconds.
 fn verdict(desk: &Desk, name: String, file: &Path) -> Verdict {
     let args = [
         "render",
@@ -57,7 +57,7 @@ fn verdict(desk: &Desk, name: String, file: &Path) -> Verdict {
 }
 
 impl Verdict {
-    /// Whether the picture of a run that ended well has numbers alone.
+    /// Whether the picture of a successful run is finite.
     fn is_finite(&self, desk: &Desk) -> bool {
         desk.picture("seen.exr")
             .rgb
@@ -66,7 +66,7 @@ impl Verdict {
             .all(|x| x.is_finite())
     }
 
-    /// The table's row.
+    /// Row of the table.
     fn row(&self, folder: &Path) -> String {
         let first = self
             .said
@@ -90,13 +90,13 @@ fn expectations(folder: &Path) -> Map<String, Value> {
     serde_json::from_slice(&text).expect("JSON")
 }
 
-/// What a verdict breaks; none: nothing.
+/// Describes the rule that a verdict violates; `None`: no violation.
 fn complaint(verdict: &Verdict, expected: Option<&Value>, whole: bool) -> Option<String> {
     let refused = matches!(verdict.code, Some(3..=5));
     let what = match (verdict.code, expected.and_then(|e| e["expect"].as_str())) {
         (code, _) if code != Some(0) && !refused => "ended in no way that is allowed",
         _ if verdict.said.contains("panicked") => "panicked",
-        // The list is older than the rule that one bad texture refuses no model.
+        // The list is older than the rule that a broken texture refuses no model.
         (Some(0), Some("error")) if verdict.name.ends_with("images/png_truncated.glb") => {
             return None;
         }
@@ -111,9 +111,8 @@ fn complaint(verdict: &Verdict, expected: Option<&Value>, whole: bool) -> Option
     Some(format!("{}: {what}\n{}", verdict.name, verdict.said))
 }
 
-/// Protects: every model of the assets renders, every malformed file gets the verdict that is
-/// written for it, and none panics, shows a pixel that is no number, or takes more than ten seconds
-/// or two gigabytes.
+/// Protects: every model of the assets renders, every malformed file gets its listed verdict, and
+/// none panics, has a NaN pixel, or takes more than ten seconds or two gigabytes.
 #[test]
 fn every_file_gets_its_verdict() {
     let Some(root) = shared("assets") else { return };
@@ -141,11 +140,11 @@ fn every_file_gets_its_verdict() {
             let verdict = verdict(&desk, name.clone(), &file);
             eprintln!("{}", verdict.row(&root));
             let short = name.trim_start_matches("malformed/");
-            // What is not meant to be broken renders.
+            // Files that are not deliberately broken render.
             let whole = folder != "malformed" && !name.contains("AssetGenerator-Negative");
             wrong.extend(complaint(&verdict, expected.get(short), whole));
             let own = validator.get(short.trim_start_matches("khronos-validator/"));
-            // Its buffer is a placeholder that it uses all the same.
+            // The file's buffer is a placeholder that is used nevertheless.
             let valid = own.is_some_and(|own| own["errors"] == 0)
                 && !short.ends_with("unused_objects.gltf");
             if valid && verdict.code != Some(0) && !verdict.said.contains("no such file") {

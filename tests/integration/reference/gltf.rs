@@ -1,4 +1,4 @@
-//! Models under an environment against pictures that Cycles made of them, in codes of the display.
+//! Models under an environment, compared with pictures by Cycles, in display codes.
 
 use raywright::core::display::Display;
 use raywright::core::scene::{
@@ -10,12 +10,12 @@ use raywright::io::{Environment, EnvironmentSource, Input, LoadOptions, load};
 
 use crate::support::shared;
 
-/// Pixels of the stored pictures along the edge of a block whose means are compared: noise counts
-/// less, and edges by half a pixel.
+/// Edge in pixels of the blocks whose means are compared: noise counts less, and so do edges moved
+/// by half a pixel.
 const BLOCK: usize = 4;
 
-/// Mean difference of codes to the picture of a renderer, in the mean over blocks that both show
-/// whole.
+/// Mean difference of codes from the other renderer's picture, over blocks entirely covered in
+/// both.
 fn difference(
     scenario: &str,
     renderer: &str,
@@ -27,7 +27,7 @@ fn difference(
     let theirs = image::open(folder.join(scenario).join(format!("{renderer}.webp")))
         .expect("a picture")
         .to_rgba8();
-    // Each of our pixels is two by two of theirs.
+    // Each pixel of the test covers two by two of the reference.
     let size = [theirs.width() / 2, theirs.height() / 2];
     let file = EnvironmentSource::File(folder.join("lightroom_14b_1k_reconstructed.hdr"));
     let environment = Environment {
@@ -112,8 +112,8 @@ fn difference(
     Some(sum / count)
 }
 
-/// Protects: a textured dielectric under an environment, by paths, is what Cycles shows, noise of
-/// 64 samples included.
+/// Protects: a textured dielectric under an environment, path traced, agrees with Cycles, up to the
+/// noise of 64 samples.
 #[test]
 fn duck() {
     let camera = ([0.0, 0.86, 2.7], [0.0, 0.86, 0.0]);
@@ -133,8 +133,8 @@ fn duck() {
     assert!(paths <= 3.0, "{paths:.2} codes");
 }
 
-/// Protects: coats, their roughness and their normal maps over paint, metal and what is seen
-/// through, as Cycles shows them.
+/// Protects: clearcoats, their roughness and their normal maps over paint, metal and transparent
+/// materials agree with Cycles.
 #[test]
 fn coats() {
     let camera = ([0.0, 0.0, 20.0], [0.0; 3]);

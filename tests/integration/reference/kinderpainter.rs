@@ -1,4 +1,4 @@
-//! The preset of the round textured room against the shader that it comes from.
+//! The preset of the round textured room, compared with its original shader.
 
 use raywright::core::Scene;
 use raywright::core::scene::{
@@ -12,8 +12,8 @@ use super::{
 };
 use crate::support::{carried, shared};
 
-/// Folder, parameter, and the place of our objects in the reference's order: column and wall change
-/// places in its second set.
+/// Folder, parameter, and indices of the scene's objects in the reference's order: column and wall
+/// change places in its second set.
 const SETS: [(&str, f64, [f32; 6]); 2] = [
     ("set_a", 0.0, [0.0, 1.0, 2.0, 3.0, 4.0, 5.0]),
     ("set_b", 1.0, [0.0, 1.0, 3.0, 2.0, 4.0, 5.0]),
@@ -55,7 +55,7 @@ fn sets(precision: PrecisionChoice) {
     }
 }
 
-/// Protects: both sets of the preset are the pictures of the original program, pixel by pixel, in
+/// Protects: both sets of the preset equal the pictures of the original program, pixel by pixel, in
 /// `robust`.
 #[test]
 fn both_sets_robust() {
@@ -68,7 +68,7 @@ fn both_sets_reference() {
     sets(PrecisionChoice::Reference);
 }
 
-/// Protects the tests above: each single wrong rule is seen by their bound in one of the sets.
+/// Protects the tests above: each single wrong rule breaks their bound in one of the sets.
 #[test]
 fn a_single_wrong_rule_is_seen() {
     let Some(folder) = shared("reference/kinderpainter").filter(|_| carried("kinderpainter"))

@@ -1,4 +1,4 @@
-//! Pictures against pictures that other programs computed from the same scenes.
+//! Pictures compared with other programs' pictures of the same scenes.
 
 mod gltf;
 mod kinderpainter;
@@ -16,14 +16,14 @@ use raywright::core::{Rendered, Scene, Settings, prepare};
 use raywright::io::output::{Metadata, read_picture, write_png};
 use raywright::io::{Input, Limits, LoadOptions, Overrides, load};
 
-/// A picture of the reference.
+/// Reads a reference picture.
 pub fn read(path: &Path) -> Picture {
     read_picture(path, &Limits::default())
         .unwrap_or_else(|e| panic!("{e}"))
         .picture
 }
 
-/// A preset at a time with parameters.
+/// Loads a preset at a time with parameters.
 pub fn scene(preset: &str, at: f64, set: &[(&str, f64)]) -> Scene {
     let overrides = Overrides {
         at: Some(at),
@@ -57,7 +57,7 @@ pub fn render_scene(scene: &Scene, adjust: impl Fn(&mut Settings)) -> Rendered {
         .render(&())
 }
 
-/// The display transform that most references use.
+/// Display transform of most references.
 pub const ACES_22: Display = Display {
     tone_map: ToneMap::Aces,
     curve: TransferCurve::Gamma22,
@@ -65,19 +65,19 @@ pub const ACES_22: Display = Display {
     ..Display::PLAIN
 };
 
-/// Share of the pixels chosen by `mask` in which some channel differs by more than `threshold`.
+/// Share of the pixels in `mask` where some channel differs by more than `threshold`.
 pub fn share_beyond(a: &Picture, b: &Picture, threshold: f32, mask: impl Fn(usize) -> bool) -> f64 {
     let chosen = (0..a.rgb.len()).filter(|&i| mask(i));
     let (mut off, mut all) = (0_u32, 0_u32);
     for i in chosen {
         all += 1;
-        // Written so that NaN counts as off.
+        // A NaN counts as a difference.
         off += u32::from(!(0..3).all(|k| (a.rgb[i][k] - b.rgb[i][k]).abs() <= threshold));
     }
     f64::from(off) / f64::from(all.max(1))
 }
 
-/// Which pixels of a reference rounding cannot change: white in its `stable.png`.
+/// Pixels of a reference that rounding cannot change: white in its `stable.png`.
 pub fn stable_mask(folder: &Path) -> Vec<bool> {
     read(&folder.join("stable.png"))
         .rgb
@@ -86,7 +86,8 @@ pub fn stable_mask(folder: &Path) -> Vec<bool> {
         .collect()
 }
 
-/// At most this share of the stable pixels is off by more than 1/255; prints the share.
+/// Asserts that at most this share of the stable pixels differs by more than 1/255; prints the
+/// share.
 #[track_caller]
 pub fn hold_stable(what: &str, ours: &Picture, theirs: &Picture, stable: &[bool], allowed: f64) {
     let share = share_beyond(ours, theirs, 1.0 / 255.0, |i| stable[i]);
@@ -106,7 +107,7 @@ pub fn hold_stable(what: &str, ours: &Picture, theirs: &Picture, stable: &[bool]
     }
 }
 
-/// Keeps what a failed comparison compared, and the difference 50 times enlarged.
+/// Saves the pictures of a failed comparison, and their difference enlarged 50 times.
 pub fn keep(what: &str, ours: &Picture, theirs: &Picture) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR"))
         .join("reference")
@@ -136,7 +137,7 @@ pub fn keep(what: &str, ours: &Picture, theirs: &Picture) -> PathBuf {
     folder
 }
 
-/// The samples of a layer.
+/// Samples of a layer.
 pub fn object_ids(picture: &Picture, layer: &str) -> Vec<f32> {
     picture
         .layer(layer)
@@ -145,7 +146,7 @@ pub fn object_ids(picture: &Picture, layer: &str) -> Vec<f32> {
         .clone()
 }
 
-/// The terms of a classic material of the preset.
+/// Terms of a classic material in the preset.
 pub fn classic<'a>(scene: &'a mut Scene, name: &str) -> &'a mut Classic {
     let material = scene
         .materials

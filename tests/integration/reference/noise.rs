@@ -1,4 +1,4 @@
-//! The preset of noise and procedural materials against the shader that it comes from.
+//! The preset of noise and procedural materials, compared with its original shader.
 
 use raywright::core::Scene;
 use raywright::core::scene::{ColourInput, Sky};
@@ -50,8 +50,8 @@ fn views(precision: PrecisionChoice) {
     }
 }
 
-/// Protects: both views of the preset are the pictures of the original program, pixel by pixel, in
-/// `robust`.
+/// Protects: both views of the preset equal the pictures of the original program, pixel by pixel,
+/// in `robust`.
 #[test]
 fn both_views_robust() {
     views(PrecisionChoice::Robust);
@@ -63,8 +63,8 @@ fn both_views_reference() {
     views(PrecisionChoice::Reference);
 }
 
-/// Protects: a material's own shadow rule counts where nothing casts a shadow. Without it the plane
-/// would be brighter all around the ball, not only where the ball's shadow was.
+/// Protects: a material's own shadow rule applies even without an occluder. Otherwise the plane
+/// would be brighter all around the ball, not only in the ball's former shadow.
 #[test]
 fn a_shadow_rule_of_its_own_needs_no_occluder() {
     if !carried("noise") {
@@ -89,7 +89,7 @@ fn a_shadow_rule_of_its_own_needs_no_occluder() {
     );
 }
 
-/// Protects the tests above: each single wrong rule is seen by their bound in one of the views.
+/// Protects the tests above: each single wrong rule breaks their bound in one of the views.
 #[test]
 fn a_single_wrong_rule_is_seen() {
     let Some(folder) = shared("reference/noise").filter(|_| carried("noise")) else {

@@ -1,5 +1,5 @@
-//! Paths against converged pictures of the path-traced box and of the rows of refracting balls,
-//! whose materials are mixtures.
+//! Path tracing, compared with converged pictures of the path-traced box and of the rows of
+//! refracting balls, whose materials are mixtures.
 
 use std::path::Path;
 
@@ -11,8 +11,8 @@ use serde_json::{Value, json};
 use super::{keep, read, render_scene};
 use crate::support::shared;
 
-/// The scene of a folder, as facts: the documented one with every constant, and rays that start as
-/// its do.
+/// Loads the scene of a folder: the documented one with every constant, and camera rays equal to
+/// the reference's.
 fn scene(folder: &Path, published: bool) -> Scene {
     let text = std::fs::read_to_string(folder.join("scene.json")).expect("a scene");
     let data: Value = serde_json::from_str(&text).expect("JSON");
@@ -68,8 +68,7 @@ fn scene(folder: &Path, published: bool) -> Scene {
     .expect("a scene")
 }
 
-/// Means over blocks of 8×8 pixels, the last ones as many as there are, and the standard errors of
-/// these means.
+/// Means over blocks of 8×8 pixels, smaller at the edges, and the standard errors of these means.
 fn blocks(samples: impl Fn(usize) -> (f64, f64), [width, height]: [usize; 2]) -> Vec<(f64, f64)> {
     let mut found = Vec::new();
     for y in (0..height).step_by(8) {
@@ -87,7 +86,7 @@ fn blocks(samples: impl Fn(usize) -> (f64, f64), [width, height]: [usize; 2]) ->
     found
 }
 
-/// Holds a picture against one of a folder: 99 % of the blocks within four standard errors of both
+/// Compares a picture with one of a folder: 99 % of the blocks within four standard errors of both
 /// together, and the mean within 0.5 %.
 #[track_caller]
 fn hold(folder: &str, file: &str, errors: &str, published: bool) {
@@ -131,15 +130,15 @@ fn hold(folder: &str, file: &str, errors: &str, published: bool) {
     }
 }
 
-/// Protects: a box of matte walls with glossy balls: light sampling of matte shares, rays without
-/// density kept out of it, the depth.
+/// Protects: a box of matte walls with glossy balls: light sampling for the matte share of a
+/// mixture, no light sampling for rays without density, and the path depth.
 #[test]
 fn the_glossy_box() {
     hold("part2_glossy", "linear.exr", "stderr.exr", false);
 }
 
-/// Protects: Fresnel's share of chances, refraction and absorption, as a mixture and with the
-/// published roulette.
+/// Protects: selection by Fresnel reflectance, refraction and absorption, as a mixture and with the
+/// published Russian roulette.
 #[test]
 fn absorption() {
     hold(
@@ -151,7 +150,7 @@ fn absorption() {
     hold("part3_absorption", "linear.exr", "stderr.exr", true);
 }
 
-/// Protects: rough mirrored and refracted rays, as a mixture and with the published roulette.
+/// Protects: rough reflection and refraction, as a mixture and with the published roulette.
 #[test]
 fn rough_refraction() {
     hold(

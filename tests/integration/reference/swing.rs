@@ -1,5 +1,5 @@
-//! The swinging sphere, and the hyperboloid with its ellipsoid, against closed forms and the
-//! programs that drew them first.
+//! The swinging sphere, and the hyperboloid with its ellipsoid, compared with closed forms and with
+//! the original programs.
 
 use raywright::core::picture::Picture;
 use raywright::core::settings::{Aov, PrecisionChoice};
@@ -19,8 +19,8 @@ fn interior(ids: &[f32], width: u32, height: u32) -> Vec<bool> {
     (0..ids.len()).map(same).collect()
 }
 
-/// Interiors agree in colour and every pixel shows an object that the reference shows there or
-/// right beside it.
+/// Asserts that interiors agree in colour, and that every pixel shows an object that the reference
+/// shows there or in a neighbouring pixel.
 fn check(what: &str, ours: &Picture, theirs: &Picture, ids: &[f32]) {
     let inside = interior(ids, ours.width, ours.height);
     let mut worst = 0.0_f32;
@@ -49,7 +49,7 @@ fn check(what: &str, ours: &Picture, theirs: &Picture, ids: &[f32]) {
     );
 }
 
-/// Object of each pixel by the reference's distance: −1 is a miss, and there is one object.
+/// Object of each pixel by the reference's distance: −1 is a miss, for a single object.
 fn hits(aov: &Picture) -> Vec<f32> {
     object_ids(aov, "t")
         .into_iter()
@@ -57,8 +57,8 @@ fn hits(aov: &Picture) -> Vec<f32> {
         .collect()
 }
 
-/// Protects: a centre by expressions of the time, a field of view by focal length, and one
-/// parameter that switches light.
+/// Protects: a centre by expressions of the time, a field of view by focal length, and a parameter
+/// that switches light.
 fn pendulum(precision: PrecisionChoice) {
     let Some(folder) = shared("reference/swing").filter(|_| carried("pendulum")) else {
         return;
@@ -102,7 +102,7 @@ fn quadrics(precision: PrecisionChoice) {
     }
 }
 
-/// Protects: the swinging sphere is where the original program has it at each moment, in `robust`.
+/// Protects: the swinging sphere has the original program's position at each time, in `robust`.
 #[test]
 fn pendulum_robust() {
     pendulum(PrecisionChoice::Robust);
@@ -114,7 +114,7 @@ fn pendulum_reference() {
     pendulum(PrecisionChoice::Reference);
 }
 
-/// Protects: hyperboloid and ellipsoid are the picture of the original program, in `robust`.
+/// Protects: hyperboloid and ellipsoid equal the original program's picture, in `robust`.
 #[test]
 fn quadrics_robust() {
     quadrics(PrecisionChoice::Robust);

@@ -1,5 +1,5 @@
-//! The canonical preset against the shader that it comes from: every view, linear and display, ids,
-//! and the bounce study.
+//! The canonical preset, compared with its original shader: every view, linear and display, object
+//! ids, and the bounce study.
 
 use raywright::core::picture::Picture;
 use raywright::core::prepare;
@@ -18,7 +18,8 @@ const VIEWS: [(&str, f64, [u32; 2]); 3] = [
     ("t12_256x256", 12.0, [256, 256]),
 ];
 
-/// Shares beyond the bounds of the reference: on stable pixels by 1/255, on all by 8/255.
+/// Shares of pixels beyond the bounds of the reference: stable pixels by 1/255, all pixels by
+/// 8/255.
 fn shares(ours: &Picture, theirs: &Picture, stable: &dyn Fn(usize) -> bool) -> (f64, f64) {
     (
         share_beyond(ours, theirs, 1.0 / 255.0, stable),
@@ -26,7 +27,7 @@ fn shares(ours: &Picture, theirs: &Picture, stable: &dyn Fn(usize) -> bool) -> (
     )
 }
 
-/// At most 0.05 % of the stable pixels and 1.5 % of all may lie beyond.
+/// At most 0.05 % of the stable pixels and 1.5 % of all may exceed the bounds.
 fn within((tight, loose): (f64, f64)) -> bool {
     tight <= 0.0005 && loose <= 0.015
 }
@@ -42,8 +43,8 @@ fn check(what: &str, ours: &Picture, theirs: &Picture, stable: &dyn Fn(usize) ->
     assert!(within(found), "{text}");
 }
 
-/// Protects: every rule and constant of the preset, in linear and display values, and which object
-/// each pixel sees.
+/// Protects: every rule and constant of the preset, in linear and display values, and the object in
+/// each pixel.
 fn views(precision: PrecisionChoice) {
     let Some(folder) = shared("reference/whitted").filter(|_| carried("whitted")) else {
         return;
@@ -101,7 +102,7 @@ fn views(precision: PrecisionChoice) {
     }
 }
 
-/// Protects: every view of the canonical preset is the picture of its shader, pixel by pixel, in
+/// Protects: every view of the canonical preset equals the shader's picture, pixel by pixel, in
 /// `robust`.
 #[test]
 fn every_view_robust() {
@@ -114,7 +115,7 @@ fn every_view_reference() {
     views(PrecisionChoice::Reference);
 }
 
-/// Protects: what `--max-depth` counts, and that the energy beyond it is dropped.
+/// Protects: the count of `--max-depth`, and that energy beyond it is dropped.
 #[test]
 fn bounce_study() {
     let Some(folder) = shared("reference/whitted").filter(|_| carried("whitted")) else {
@@ -132,8 +133,8 @@ fn bounce_study() {
     }
 }
 
-/// The mean of the four quarter points of each pixel: a picture of twice the size, sampled at its
-/// pixel centres.
+/// Mean of the four quarter points of each pixel: a picture of twice the size, sampled at its pixel
+/// centres.
 fn quarter_points(t: f64, [width, height]: [u32; 2]) -> Picture {
     let fine = render("whitted", t, &[], |s| {
         s.size = [2 * width, 2 * height];
@@ -149,8 +150,8 @@ fn quarter_points(t: f64, [width, height]: [u32; 2]) -> Picture {
     coarse
 }
 
-/// Protects the tests above: each single wrong rule that the reference lists is seen by its bounds
-/// in at least one view.
+/// Protects the tests above: each single wrong rule listed by the reference breaks its bounds in at
+/// least one view.
 #[test]
 fn a_single_wrong_rule_is_seen() {
     let Some(folder) = shared("reference/whitted").filter(|_| carried("whitted")) else {

@@ -1,7 +1,6 @@
-//! A picture depends on what a scene is and not on how it is said: on its unit, its place, its
-//! axes, the order of its objects and triangles, what is divided and what is shared.
-//! `cargo bench --bench symmetry` tries as many scenes as there is time for; here is a share of
-//! them.
+//! Symmetries: a picture depends on the scene and not on its description: its unit, position, axes,
+//! order of objects and triangles, division and sharing of meshes. `cargo bench --bench symmetry`
+//! tries as many scenes as the time allows; this test tries a few of them.
 
 mod retold;
 mod scales;
@@ -17,8 +16,8 @@ use twins::{Symmetry, of_scene, of_world};
 const PRECISIONS: [PrecisionChoice; 2] = [PrecisionChoice::Robust, PrecisionChoice::Reference];
 
 /// Protects: random scenes of every shape, material and light, from a millionth to a thousand
-/// million metres, are the same picture however they are said: to the bit where the arithmetic is
-/// exact, and but for a fiftieth of the pixels where axes are exchanged.
+/// million metres, give the same picture for every description: to the bit where the arithmetic is
+/// exact, and up to a fiftieth of the pixels for exchanged axes.
 #[test]
 fn random_scenes_are_symmetric() {
     let seeds = 0..6;
@@ -42,8 +41,8 @@ fn random_scenes_are_symmetric() {
     );
 }
 
-/// Protects: presets and models keep their bits when objects and triangles are dealt anew, meshes
-/// divided and copied.
+/// Protects: presets and models keep their bits with permuted objects and triangles, and with
+/// divided and copied meshes.
 #[test]
 fn presets_and_models_are_symmetric() {
     let carried = presets::list().into_iter().map(|preset| {

@@ -1,5 +1,5 @@
-//! A scene in other words: its objects and triangles in another order, its meshes divided, or each
-//! object with a mesh of its own.
+//! Equivalent descriptions of a scene: objects and triangles in another order, divided meshes, or a
+//! mesh of its own for each object.
 
 use std::sync::Arc;
 
@@ -8,8 +8,7 @@ use raywright::core::scene::{Mesh, MeshData, MeshSource, Model, Object, Scene, S
 
 use super::twins::Symmetry;
 
-/// The same scene said differently, where the symmetry is one of those that say any scene
-/// differently.
+/// Returns an equivalent scene, for symmetries that apply to any scene.
 pub fn retold(symmetry: Symmetry, mut scene: Scene, seed: u64) -> Scene {
     let random = &mut Random::new(seed, 3);
     match symmetry {
@@ -28,7 +27,7 @@ fn shuffle<T>(list: &mut [T], random: &mut Random) {
     }
 }
 
-/// Whether an object's material has one of these properties.
+/// Whether an object's material has a property.
 fn is_of(scene: &Scene, object: &Object, property: impl Fn(&Model) -> bool) -> bool {
     scene
         .materials
@@ -43,7 +42,7 @@ fn shines(scene: &Scene, object: &Object) -> bool {
         .any(|material| material.name == object.material && material.emits())
 }
 
-/// Whether rays go into a body and out of it: one that is divided is none.
+/// Whether rays enter and leave a body, which a division would open.
 fn is_body(model: &Model) -> bool {
     match model {
         Model::Classic(classic) => classic.transmission.is_some() || classic.mixture.is_some(),
@@ -53,8 +52,7 @@ fn is_body(model: &Model) -> bool {
     }
 }
 
-/// The places of what does not shine are dealt anew, but where the scene says that the order
-/// decides about shadows.
+/// Permutes the objects that do not emit, unless the scene's shadows depend on their order.
 fn reorder(scene: &mut Scene, random: &mut Random) {
     if scene.classic.shadow == ShadowRule::FirstInOrder {
         return;
@@ -69,7 +67,7 @@ fn reorder(scene: &mut Scene, random: &mut Random) {
     }
 }
 
-/// The triangles of each mesh that no lamp has the shape of.
+/// Changes the triangles of each mesh that is no lamp.
 fn each_mesh(scene: &mut Scene, mut change: impl FnMut(&mut Vec<[u32; 3]>)) {
     let of_lamps: Vec<Shape> = scene
         .objects
@@ -86,7 +84,7 @@ fn each_mesh(scene: &mut Scene, mut change: impl FnMut(&mut Vec<[u32; 3]>)) {
     }
 }
 
-/// Every second triangle of a mesh is an object of its own.
+/// Moves every second triangle of a mesh to an object of its own.
 fn split(scene: &mut Scene) {
     let mut objects = Vec::new();
     for object in core::mem::take(&mut scene.objects) {
@@ -127,7 +125,7 @@ fn split(scene: &mut Scene) {
     scene.objects = objects;
 }
 
-/// A mesh for each object.
+/// Gives each object a copy of its mesh.
 fn copy(scene: &mut Scene) {
     let mut copies = Vec::new();
     for (index, object) in scene.objects.iter_mut().enumerate() {

@@ -1,6 +1,6 @@
-//! A scene has no unit: with every length times a power of two, which floating point multiplies by
-//! exactly, the picture has the same bits. Whatever holds a length of its own (a padding, a least
-//! distance, a tolerance), or leaves the range of its numbers, shows.
+//! Scale invariance: with every length times a power of two, which is exact in floating point, a
+//! picture keeps its bits. An absolute length in the renderer (a padding, a least distance, a
+//! tolerance) or an overflow breaks this.
 
 use raywright::core::picture::Picture;
 use raywright::core::settings::{Aov, PrecisionChoice};
@@ -39,12 +39,11 @@ fn picture(scene: &Scene, precision: PrecisionChoice) -> Picture {
         .picture
 }
 
-/// How many pixels differ in a bit, of colour or layers, where depths are measured in units of the
-/// scale.
+/// Number of pixels that differ in a bit, of colour or layers, with depths in units of the scale.
 fn different(a: &Picture, b: &Picture, unit: f32) -> usize {
     let layer = |i: usize, at: usize| {
         let (x, y) = (&a.layers[i], &b.layers[i]);
-        // −1 where nothing is hit.
+        // −1 without a hit.
         let factor = if x.name == "depth.Z" && x.samples[at] > 0.0 {
             unit
         } else {
@@ -90,14 +89,14 @@ fn hold(precision: PrecisionChoice) {
     );
 }
 
-/// Protects: no length of our own, and no overflow, from a thousandth of a micrometre to a million
-/// kilometres, where f32 stores.
+/// Protects: the renderer has no absolute length and no overflow, from a thousandth of a micrometre
+/// to a million kilometres, with storage in f32.
 #[test]
 fn pictures_have_no_unit_in_single_precision() {
     hold(PrecisionChoice::Robust);
 }
 
-/// Protects: the same where f64 does.
+/// Protects: the same with storage in f64.
 #[test]
 fn pictures_have_no_unit_in_the_reference_precision() {
     hold(PrecisionChoice::Reference);

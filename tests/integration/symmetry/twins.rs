@@ -1,5 +1,5 @@
-//! Two renders that should be one: of scenes that differ in nothing that is seen, and how far their
-//! pictures are apart.
+//! Comparison of two renders that should be equal: scenes that differ in nothing visible, and the
+//! distance of their pictures.
 
 use core::fmt;
 
@@ -13,55 +13,54 @@ use raywright::core::{Settings, prepare};
 use super::retold::retold;
 use super::worlds::{Contents, Layout, world};
 
-/// Width and height of a picture, of which mirrored columns have opposite coordinates to the bit.
+/// Width and height of a picture, whose mirrored columns have exactly opposite coordinates.
 pub const SIZE: [u32; 2] = [64, 48];
 
-/// How far pictures may be apart.
+/// Accepted difference of two pictures.
 #[derive(Clone, Copy, Debug)]
 struct Bound {
-    /// The largest difference of a pixel that counts as none, in any unit of the picture.
+    /// Largest tolerated difference of a pixel, in any unit of the picture.
     tolerance: f32,
-    /// Share of the pixels that may be apart by more.
+    /// Share of the pixels that may differ by more.
     share: f64,
 }
 
 impl Bound {
-    /// No bit.
+    /// Equality in every bit.
     const EXACT: Self = Self {
         tolerance: 0.0,
         share: 0.0,
     };
-    /// What a rounding decides may be decided otherwise: the edges of shadows and of what is seen
-    /// in mirrors.
+    /// Agreement except where rounding decides: at the edges of shadows and of reflections.
     const ROUNDED: Self = Self {
         tolerance: 1e-3,
         share: 0.02,
     };
 }
 
-/// A way to say a scene differently.
+/// A change of a scene's description.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Symmetry {
     /// Every length times a power of two.
     Scaled,
-    /// Far away, and farther by a power of two.
+    /// A distant position, and one farther by a power of two.
     Moved,
-    /// Objects in another order; what gives off light in its own.
+    /// Objects in another order, with emitters in their own order.
     Reordered,
     /// Triangles of meshes in another order.
     Shuffled,
-    /// Meshes divided in two objects.
+    /// Meshes divided into two objects.
     Split,
-    /// A mesh of its own for each object that shares one.
+    /// A mesh of its own for each object that shared a mesh.
     Copied,
     /// Left and right exchanged.
     Mirrored,
-    /// The axes exchanged in a circle.
+    /// Axes permuted cyclically.
     Turned,
 }
 
 impl Symmetry {
-    /// All of them.
+    /// All symmetries.
     pub const ALL: [Self; 8] = [
         Self::Scaled,
         Self::Moved,
@@ -73,12 +72,12 @@ impl Symmetry {
         Self::Turned,
     ];
 
-    /// Those that say any scene differently, not only one that was made for it.
+    /// Symmetries that apply to any scene, not only to a generated one.
     pub const OF_ANY: [Self; 4] = [Self::Reordered, Self::Shuffled, Self::Split, Self::Copied];
 
-    /// How far the pictures of a scene may be apart. Under exchanged axes products are summed in
-    /// another order. What is shared is met by a ray of its own space, and what is not is moved to
-    /// the world before it is rounded; that is the same where nothing is moved.
+    /// Accepted difference for a scene. With exchanged axes products are summed in another order.
+    /// Rays are transformed to the space of a shared mesh, whereas an unshared mesh is transformed
+    /// to world space and then rounded; without a transform both agree.
     fn bound(self, scene: &Scene) -> Bound {
         let is_moved = |object: &Object| {
             matches!(object.shape, Shape::Mesh(_)) && !object.transform.is_empty()
@@ -90,13 +89,13 @@ impl Symmetry {
         }
     }
 
-    /// Whether pixels lie otherwise in the picture, or light that chance has a part in is drawn
-    /// otherwise: then what the middle of each pixel sees is compared.
+    /// Whether the symmetry moves pixels or changes the random samples of light: then only the
+    /// centre of each pixel is compared.
     fn turns(self) -> bool {
         matches!(self, Self::Mirrored | Self::Turned)
     }
 
-    /// A scene twice.
+    /// A generated scene in two descriptions.
     fn of_world(self, seed: u64) -> [Shown; 2] {
         let random = &mut Random::new(seed, 2);
         let contents = if self.turns() {
@@ -151,12 +150,12 @@ impl Symmetry {
     }
 }
 
-/// A scene and how its picture is to be read.
+/// A scene with the interpretation of its picture.
 struct Shown {
     scene: Scene,
-    /// Metres of depths.
+    /// Unit of depths in metres.
     unit: f64,
-    /// Its columns run the other way.
+    /// Whether columns are reversed.
     flipped: bool,
 }
 
@@ -170,18 +169,18 @@ impl Shown {
     }
 }
 
-/// How far two pictures are apart.
+/// Distance of two pictures.
 #[derive(Clone, Debug)]
 pub struct Apart {
-    /// What was compared.
+    /// Description of the comparison.
     pub what: String,
-    /// Share of the pixels that are apart by more than the tolerance of their symmetry.
+    /// Share of the pixels that differ by more than the tolerance.
     pub share: f64,
     /// The largest difference.
     pub worst: f32,
-    /// The first pixel that is apart, and the channels there in both.
+    /// First pixel that differs, with its channels in both pictures.
     pub first: Option<String>,
-    /// Whether this is as it should be.
+    /// Whether the difference is accepted.
     pub holds: bool,
 }
 
@@ -230,7 +229,7 @@ fn channels(picture: &Picture, shown: &Shown, at: usize) -> Vec<f32> {
         at
     };
     let layer = |layer: &raywright::core::picture::Layer| {
-        // −1 where nothing is hit.
+        // −1 without a hit.
         let is_depth = layer.name == "depth.Z" && layer.samples[at] > 0.0;
         if is_depth {
             (f64::from(layer.samples[at]) / shown.unit) as f32
@@ -244,7 +243,7 @@ fn channels(picture: &Picture, shown: &Shown, at: usize) -> Vec<f32> {
         .collect()
 }
 
-/// Compares the pictures of a scene that is said in two ways.
+/// Compares the pictures of two descriptions of a scene.
 fn compare(
     what: String,
     symmetry: Symmetry,
@@ -258,9 +257,8 @@ fn compare(
         ],
         symmetry.bound(&a.scene),
     );
-    // Light that chance has a part in is drawn otherwise along other axes, and of lights without a
-    // distance in shares that depend on the box around the scene, which is looser around what is
-    // shared. There what is hit is compared.
+    // Random samples of light differ along other axes; samples of distant lights also depend on the
+    // scene's bounds, which are looser around shared meshes. In these cases only hits are compared.
     let is_drawn = bound.share > 0.0 && a.scene.render.pattern.is_none();
     let (mut count, mut worst, mut first) = (0, 0.0_f32, None);
     for at in 0..pictures[0].rgb.len() {
@@ -300,7 +298,7 @@ fn compare(
     }
 }
 
-/// A random scene of a seed.
+/// Compares a random scene, given by a seed.
 pub fn of_world(symmetry: Symmetry, seed: u64, precision: PrecisionChoice) -> Apart {
     compare(
         format!("{symmetry:?}, {precision:?}, seed {seed}"),
@@ -310,7 +308,7 @@ pub fn of_world(symmetry: Symmetry, seed: u64, precision: PrecisionChoice) -> Ap
     )
 }
 
-/// Any scene.
+/// Compares any scene.
 pub fn of_scene(
     name: &str,
     scene: &Scene,

@@ -1,22 +1,22 @@
-//! Random scenes of every shape, material and light, laid out anywhere, in any size, along any
-//! axes: places are multiples of a 1024th of the scene's unit, so that powers of two and whole
-//! units are added and multiplied exactly.
+//! Random scenes of every shape, material and light, at any position, scale and orientation of
+//! axes. Positions are multiples of a 1024th of the scene's unit, so that multiplication by powers
+//! of two and addition of whole units are exact.
 
 use glam::DVec3;
 use raywright::bvh::stability::judge::Random;
 use raywright::core::Scene;
 use serde_json::{Value, json};
 
-/// Where and along which axes a scene is laid out.
+/// Position, scale and axes of a scene.
 #[derive(Clone, Copy, Debug)]
 pub struct Layout {
-    /// Metres of its unit.
+    /// Length of its unit in metres.
     pub unit: f64,
-    /// Where its origin is, in metres.
+    /// Position of its origin in metres.
     pub offset: DVec3,
-    /// Which of its own axes each axis of the world is.
+    /// Scene axis along each world axis.
     pub axes: [usize; 3],
-    /// The sign of each axis of the world.
+    /// Sign of each world axis.
     pub signs: DVec3,
 }
 
@@ -32,27 +32,27 @@ impl Default for Layout {
 }
 
 impl Layout {
-    /// A direction.
+    /// Maps a direction.
     fn turned(&self, v: DVec3) -> DVec3 {
         self.signs * DVec3::from(self.axes.map(|axis| v[axis]))
     }
     fn direction(&self, v: DVec3) -> [f64; 3] {
         self.turned(v).into()
     }
-    /// A difference of places.
+    /// Maps a difference of positions.
     fn vector(&self, v: DVec3) -> [f64; 3] {
         (self.turned(v) * self.unit).into()
     }
-    /// Lengths along the axes.
+    /// Maps lengths along the axes.
     fn lengths(&self, v: DVec3) -> [f64; 3] {
         (self.turned(v) * self.signs * self.unit).into()
     }
-    /// A place.
+    /// Maps a position.
     fn point(&self, p: DVec3) -> [f64; 3] {
         (self.turned(p) * self.unit + self.offset).into()
     }
-    /// Two corners or edges in the order that keeps the outside of a face where it is: a mirrored
-    /// layout would turn the face over.
+    /// Orders two corners or edges so that a face keeps its outside, which a reflected layout would
+    /// reverse.
     fn as_wound<T>(&self, [a, b]: [T; 2]) -> [T; 2] {
         if self.signs.element_product() < 0.0 {
             [b, a]
@@ -60,8 +60,8 @@ impl Layout {
             [a, b]
         }
     }
-    /// Of three rows of a linear map, about a place: what it is along the axes of the world, with
-    /// the move to there.
+    /// Maps a linear transform, given by three rows, about a position, with the translation to that
+    /// position.
     fn map(&self, linear: [DVec3; 3], place: DVec3) -> Value {
         let at = self.point(place);
         let row = |i: usize| {
@@ -71,7 +71,7 @@ impl Layout {
         };
         json!([{ "matrix": [row(0), row(1), row(2)] }])
     }
-    /// The same without its offset, for what a map moves there.
+    /// The same layout without its offset, for shapes that a transform moves there.
     fn local(&self) -> Self {
         Self {
             offset: DVec3::ZERO,
@@ -80,16 +80,17 @@ impl Layout {
     }
 }
 
-/// What a scene may have.
+/// Kinds of items in a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Contents {
-    /// Everything.
+    /// All kinds.
     All,
-    /// Nothing that knows which way is up: no shape about y, no gradient, no pattern of places.
+    /// Only items without a vertical direction: no shape about y, no gradient, no pattern of
+    /// positions.
     Turnable,
 }
 
-/// Numbers of a scene, by its seed.
+/// Generates the numbers of a scene from its seed.
 struct Maker<'a> {
     random: Random,
     layout: &'a Layout,
@@ -97,7 +98,7 @@ struct Maker<'a> {
 }
 
 impl Maker<'_> {
-    /// In a range, a multiple of a 1024th.
+    /// A number in a range, a multiple of a 1024th.
     fn step(&mut self, low: f64, high: f64) -> f64 {
         (self.random.between(low, high) * 1024.0).round() / 1024.0
     }
@@ -115,7 +116,7 @@ impl Maker<'_> {
             self.step(-reach, reach),
         )
     }
-    /// One that is neither short nor along an axis.
+    /// A vector that is neither short nor along an axis.
     fn axis(&mut self) -> DVec3 {
         self.vector(0.5) + DVec3::new(0.75, 1.0, 0.625)
     }
@@ -126,7 +127,7 @@ impl Maker<'_> {
         self.random.unit() < of
     }
 
-    /// A shape of a kind about a place.
+    /// A shape of a kind at a position.
     fn shape(&mut self, kind: usize, place: DVec3, layout: &Layout) -> Value {
         let (size, axis) = (self.step(0.25, 0.75), self.axis());
         let (length, at) = (layout.unit * size, layout.point(place));
@@ -180,7 +181,7 @@ impl Maker<'_> {
         }
     }
 
-    /// Something to be hit: as it is, or under a map that stretches, shears and may mirror.
+    /// An object, untransformed or under a map that stretches, shears and may reflect.
     fn object(&mut self, materials: usize, meshes: &mut Vec<Value>) -> Value {
         let kinds = if self.contents == Contents::All {
             11
@@ -190,7 +191,7 @@ impl Maker<'_> {
         let (place, layout) = (self.place(3.5), *self.layout);
         let material = format!("m{}", self.random.bits() as usize % materials);
         let is_mesh = self.chance(0.35);
-        // The first mesh lies about zero, to be shared, and maps put it in its places.
+        // The first mesh lies at zero and is shared by several transforms.
         let is_mapped = self.chance(0.4) || is_mesh && meshes.is_empty();
         let (from, there) = if is_mapped {
             (layout.local(), DVec3::ZERO)
@@ -222,7 +223,7 @@ impl Maker<'_> {
         json!({ "shape": shape, "material": material, "transform": transform })
     }
 
-    /// A closed mesh of eighty faces, bent anyhow, with normals of its corners or without.
+    /// A closed irregular mesh of eighty faces, with or without vertex normals.
     fn mesh(&mut self, name: &str, place: DVec3, layout: &Layout) -> Value {
         let ball = raywright::bvh::stability::triangles::icosphere(1);
         let size = self.step(0.375, 0.75);
@@ -250,7 +251,7 @@ impl Maker<'_> {
         json!({ "name": name, "source": { "inline": source } })
     }
 
-    /// A material; classic ones leave nothing to chance.
+    /// A material; classic ones use no random samples.
     fn material(&mut self, name: String, is_classic: bool) -> Value {
         let colour = self.colour();
         let kind = self.random.bits() % 9;
@@ -325,7 +326,7 @@ impl Maker<'_> {
         let kind = self.random.bits() % 4;
         let projection = match kind {
             0 => json!({ "orthographic": { "height": 7.0 * unit } }),
-            // Places on a lens are drawn.
+            // Positions on a lens are sampled randomly.
             1 if self.contents == Contents::All => {
                 json!({ "thin_lens": { "pinhole": pinhole, "aperture_radius": 0.125 * unit, "focus_distance": 8.0 * unit } })
             }
@@ -335,7 +336,7 @@ impl Maker<'_> {
     }
 }
 
-/// The scene of a seed, laid out as it is told; the same scene in every layout.
+/// The scene of a seed in a layout; equal scenes for all layouts.
 pub fn world(seed: u64, contents: Contents, layout: &Layout) -> Scene {
     let mut maker = Maker {
         random: Random::new(seed, 1),
