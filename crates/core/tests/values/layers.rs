@@ -1,5 +1,5 @@
-//! Layered surfaces in pictures, against closed forms, and as effects: each found, absent by a
-//! factor of zero, switched off, and without cost where there is none.
+//! Layered surfaces in pictures against closed forms, and as effects: detected, absent by a factor
+//! of zero, switched off, and without cost if absent.
 
 use raywright_core::effects::Status::{self, Absent, LeftOut, Simulated};
 use raywright_core::effects::{Effect, EffectSet, detect};
@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 use crate::paths::{all_see, lamp, mean, paths};
 use crate::support::{View, ball, floor, physical, rendered, scene, settings};
 
-/// A pane from wall to wall at height 1, of a physical material, over a lamp below.
+/// A wide pane of a physical material at height 1, over a lamp below.
 fn pane(terms: Value, rest: Value) -> Scene {
     let quad = |height: f64, material: &str| json!({ "shape": { "quad": { "corner": [-9, height, -9], "edge_u": [18, 0, 0], "edge_v": [0, 0, 18] } }, "material": material });
     let mut parts = json!({ "materials": [{ "name": "pane", "model": physical(terms) }, lamp(3.0)], "objects": [quad(1.0, "pane"), quad(0.0, "lamp")] });
@@ -23,10 +23,10 @@ fn pane(terms: Value, rest: Value) -> Scene {
 }
 
 const DOWN: View = [[0.1, 3.0, 0.2], [0.1, 1.0, 0.2]];
-/// At 60° from the normal onto the pane.
+/// A view onto the pane at 60° from the normal.
 const ASLANT: View = [[1.732_050_807_568_877_2, 2.0, 0.0], [0.0, 1.0, 0.0]];
 
-/// Fresnel's reflectance of a dielectric of index n at a cosine.
+/// Fresnel's reflectance of a dielectric of index n at a cosine of incidence.
 fn fresnel(cosine: f64, n: f64) -> f64 {
     let inside = (1.0 - (1.0 - cosine * cosine) / (n * n)).sqrt();
     let across = (cosine - n * inside) / (cosine + n * inside);
@@ -34,8 +34,8 @@ fn fresnel(cosine: f64, n: f64) -> f64 {
     0.5 * (across * across + along * along)
 }
 
-/// Protects: a thin wall lets (1 − R)/(1 + R) through and its colour, head-on and aslant, does not
-/// bend, and keeps all light of an even sky, smooth or rough, from either side.
+/// Protects: a thin wall transmits (1 − R)/(1 + R) times its colour, head-on and slanted, without
+/// refraction, and conserves the energy of a uniform sky, smooth or rough, from either side.
 #[test]
 fn thin_walls() {
     let wall = |terms: Value| {
@@ -68,8 +68,8 @@ fn thin_walls() {
         );
         all_see(&bubble, [eye, [0.1, 0.0, 0.0]], 64, [1.0; 3], what);
     }
-    // What a pane holds back of a colour comes through no facet of it, however often these send
-    // light to each other.
+    // A channel that a pane absorbs passes through none of its microfacets, with any multiple
+    // scattering.
     for roughness in [0.0, 0.5, 1.0] {
         let yellow = pane(
             wall(json!({ "base_colour": [1, 1, 0], "roughness": roughness })),
@@ -81,7 +81,7 @@ fn thin_walls() {
             "roughness {roughness}: {red} {blue}"
         );
     }
-    // Rough facets send to each other what they lose, and then away.
+    // Multiple scattering among rough microfacets returns the lost light.
     for roughness in [0.5, 0.9, 1.0] {
         let rough = pane(
             wall(json!({ "roughness": roughness })),
@@ -93,7 +93,7 @@ fn thin_walls() {
             "roughness {roughness}: {found:?} ± {error:?}"
         );
     }
-    // What is seen through it is where it is: a small lamp straight behind the pane, aslant.
+    // Objects behind a pane are not displaced: a small lamp straight behind the pane, slanted.
     let mut behind = pane(wall(json!({})), json!({}));
     behind.objects.truncate(1);
     behind.objects.push(
@@ -109,8 +109,8 @@ fn thin_walls() {
     );
 }
 
-/// Protects: a leaf of share f and colour c under an even sky sends back (1 − f)·albedo and lets
-/// f·c through; over a lamp, its share alone.
+/// Protects: a leaf of share f and colour c under a uniform sky reflects (1 − f)·albedo and
+/// transmits f·c; over a lamp it transmits its share alone.
 #[test]
 fn leaves() {
     let leaf = json!({ "base_colour": [0.5, 0.8, 0.2], "specular": 0, "diffuse_transmission": { "factor": 0.25, "colour": [0.9, 0.4, 1] } });
@@ -125,7 +125,7 @@ fn leaves() {
         [0.375 + 0.225, 0.6 + 0.1, 0.15 + 0.25],
         "a leaf under an even sky",
     );
-    // The lamp below is so wide that it fills half the sphere, but for its edges.
+    // The lamp below is so wide that it fills the lower hemisphere but for its edges.
     let lit = pane(
         leaf,
         json!({ "objects": [{ "shape": { "plane": { "point": [0, 1, 0], "normal": [0, 1, 0] } }, "material": "pane" },
@@ -140,13 +140,13 @@ fn leaves() {
     }
 }
 
-/// Protects: dispersion bends blue more than red, each channel between the extremes of Snell's law
-/// by hand, and green as the d line; without it all channels are alike.
+/// Protects: dispersion refracts blue more than red, with each channel between the extremes of
+/// Snell's law by hand, and green as at the d line; without dispersion all channels are alike.
 #[test]
 fn glass_disperses() {
     let terms = |dispersion: f64| json!({ "transmission": 1, "roughness": 0, "ior": 1.6, "dispersion": dispersion });
-    // A half-space of glass; what is seen in it is how far the ray goes along, and of what is
-    // reflected nothing.
+    // A half-space of glass; the sky encodes how far the refracted ray goes sideways, and reflected
+    // rays see zero.
     let scene = |dispersion: f64| {
         floor(
             physical(terms(dispersion)),
@@ -189,7 +189,7 @@ fn glass_disperses() {
     );
 }
 
-/// Each layer as a file says it, with its effect, and the key by which it is nothing.
+/// Each layer in a file's form, with its effect, and the form that disables it.
 fn each() -> Vec<(&'static str, Value, Value)> {
     vec![
         (
@@ -252,9 +252,9 @@ fn ball_of(terms: &Value) -> Scene {
     )
 }
 
-/// Protects: each layer is found and decides for paths, is left out with a hint under Whitted's
-/// rules (but thin walls), absent by a factor of zero, to the bit, and with an empty table;
-/// switched off, the picture is that without it.
+/// Protects: each layer is detected and selects path tracing, is left out with a hint in Whitted's
+/// integrator (except thin walls), and absent by a factor of zero, to the bit and with an empty
+/// table; switched off, the picture equals that without it.
 #[test]
 fn layers_are_effects() {
     for (name, terms, nothing) in each() {
@@ -320,7 +320,7 @@ fn layers_are_effects() {
                 .tables()
                 .layered
         };
-        // A factor alone is part of the model that has no layers.
+        // A factor alone belongs to the model without layers.
         let layered = usize::from(terms != json!({ "specular": 0.5 }));
         assert_eq!((tables(&with), tables(&none)), (layered, 0), "{name}");
         let mut bare = terms.clone();
@@ -352,7 +352,7 @@ fn layers_are_effects() {
     }
 }
 
-/// Protects: layers say the same in every precision, and their pictures do not depend on the tree.
+/// Protects: layers give the same picture in every precision and for every tree.
 #[test]
 fn layers_in_every_precision() {
     use raywright_core::settings::{PrecisionChoice, Sampling};
@@ -382,9 +382,9 @@ fn layers_in_every_precision() {
     }
 }
 
-/// Protects: an index of 0 reflects all at every angle, by either integrator's inputs and every
-/// rule but where `specular` or its colour take some away: of a black base nothing else comes, of a
-/// white one all the rest; and it lets nothing through, whatever transmission says.
+/// Protects: an index of 0 reflects all light at every angle, under every rule, unless `specular`
+/// or its colour reduce it: a black base then adds nothing, a white base the rest. It transmits
+/// nothing, whatever the transmission.
 #[test]
 fn an_index_of_zero_reflects_all() {
     let sky = json!({ "sky": { "constant": 1 } });

@@ -1,4 +1,4 @@
-//! Lights without a surface: how bright they are from where.
+//! Delta lights: their irradiance by position.
 
 use glam::DVec3;
 use serde_json::{Value, json};
@@ -14,9 +14,9 @@ fn at(x: f64) -> View {
     [[x, 1.0, 0.0], [x, 0.0, 0.0]]
 }
 
-/// Protects: intensity · cosine / distance², the same without falloff, and the window (1 −
-/// (d/range)⁴)² it fades in. At (1.5, 0, 0) under a light at height 2 the distance is 2.5 and the
-/// cosine 0.8.
+/// Protects: point lights give intensity · cosine / distance², the same without falloff, and fade
+/// by the window (1 − (d/range)⁴). At (1.5, 0, 0) under a light at height 2 the distance is 2.5 and
+/// the cosine 0.8.
 #[test]
 fn point_lights_weaken_with_distance() {
     let point = |rest: Value| {
@@ -43,9 +43,9 @@ fn point_lights_weaken_with_distance() {
     sees(&point(json!({ "range": 2.4 })), at(1.5), [0.0; 3]);
 }
 
-/// Protects: a spot is full inside its inner angle, dark outside its outer one, and in between the
-/// square of the share of the way between their cosines; it points along `direction`, whatever its
-/// length.
+/// Protects: a spot has full strength inside its inner angle, none outside its outer one, and in
+/// between the square of the linear position between their cosines; it points along `direction` of
+/// any length.
 #[test]
 fn spots_fade_between_their_angles() {
     let spot = |direction: [f64; 3]| {
@@ -69,7 +69,7 @@ fn spots_fade_between_their_angles() {
     sees(&spot([3.0, -4.0, 0.0]), at(-1.5), [0.0; 3]);
 }
 
-/// Protects: a spot falls off as a point does, with and without a range.
+/// Protects: a spot falls off with distance like a point light, with and without a range.
 #[test]
 fn spots_weaken_with_distance() {
     let spot = |range: Value| {
@@ -80,7 +80,7 @@ fn spots_weaken_with_distance() {
     sees(&spot(json!(5)), at(1.5), [1.2; 3]);
 }
 
-/// Protects: direction alone counts of `to_light`, everywhere the same.
+/// Protects: only the direction of `to_light` matters, and the light is the same everywhere.
 #[test]
 fn directional_light_is_the_same_everywhere() {
     let far = under(sun([6.0, 8.0, 0.0]));
@@ -89,8 +89,8 @@ fn directional_light_is_the_same_everywhere() {
     }
 }
 
-/// Protects: a physical surface takes the same irradiance by its colour over π; at ior 1 nothing is
-/// mirrored. The light may leave highlights out.
+/// Protects: a physical surface reflects the same irradiance by its colour over π; at ior 1 without
+/// a specular reflection. The light may omit highlights.
 #[test]
 fn physical_surfaces_divide_by_pi() {
     let light =
@@ -101,13 +101,12 @@ fn physical_surfaces_divide_by_pi() {
     );
     let lit = Surface::dielectric(1.0, 1.0, 0.0)
         .sends([DVec3::Y, DVec3::new(-0.6, 0.8, 0.0), DVec3::Y], false)[0];
-    // At a distance of 2.5; the cosine is in what it sends.
+    // At a distance of 2.5; the cosine is included in `lit`.
     let value = lit * 10.0 / (2.5 * 2.5) / core::f64::consts::PI;
     sees(&scene, at(1.5), [value, 0.5 * value, 0.0]);
 }
 
-/// Protects: lamps without size light what a map's coordinates put far away as they light it near
-/// zero.
+/// Protects: delta lights at a map's coordinates far away light surfaces there as near zero.
 #[test]
 fn lights_stand_where_a_map_puts_them() {
     use raywright_core::Settings;

@@ -1,8 +1,8 @@
-//! Single values by hand: what one ray sees, one number of a camera, a sampler or a layer, against
-//! closed forms. Pictures that are compared with the program's own pictures stay silent where both
-//! are wrong; these say which term is.
+//! Single values by hand: the radiance of one ray, or one number of a camera, a sampler or a layer,
+//! against closed forms. Comparisons with the program's own pictures miss errors common to both;
+//! these tests show which term is wrong.
 //!
-//! Only the public interface is used, so that the inside can be rebuilt under these tests.
+//! Only the public interface is used, so that the implementation may change under these tests.
 
 mod accuracy;
 mod alpha;

@@ -1,6 +1,5 @@
-//! Media together with light through a boundary: what a body absorbs of light that a surface asks
-//! on its other side, whose share of everything else is that of a clear body to the bit of its
-//! random numbers.
+//! Media and light through a rough boundary: absorption of light sampled on the other side of a
+//! surface. All else equals the clear body's picture, with the same random numbers.
 
 use raywright_core::settings::{LightSampling, PrecisionChoice};
 use raywright_core::{Scene, Settings};
@@ -9,7 +8,7 @@ use serde_json::{Value, json};
 use crate::paths::{AT, lamp, mean, paths};
 use crate::support::{View, ball, classic, physical, scene};
 
-/// What is left of light after a metre, by channel.
+/// Transmittance of a metre, by channel.
 const LEFT: [f64; 3] = [0.8, 0.5, 0.3];
 
 /// Frosted glass, clear or absorbing, with further terms.
@@ -26,7 +25,8 @@ fn frosted(absorbs: bool, terms: &Value) -> Value {
     physical(model)
 }
 
-/// A body of frosted glass that fills what is below the height 0, with lights and further objects.
+/// A body of frosted glass that fills the half-space below height 0, with lights and further
+/// objects.
 fn pond(absorbs: bool, terms: &Value, parts: &Value) -> Scene {
     let mut parts = parts.clone();
     parts["materials"] = json!([{ "name": "glass", "model": frosted(absorbs, terms) }, lamp(40.0)]);
@@ -36,8 +36,8 @@ fn pond(absorbs: bool, terms: &Value, parts: &Value) -> Scene {
     scene(parts)
 }
 
-/// The absorbing pond shows of each channel what its way leaves of the clear one's, to this
-/// relative error.
+/// Asserts that the absorbing pond shows the clear one's light times the transmittance of `metres`,
+/// within a relative error.
 #[track_caller]
 fn dims(terms: &Value, parts: &Value, view: View, metres: f64, error: f64) {
     for precision in [PrecisionChoice::Robust, PrecisionChoice::Reference] {
@@ -69,34 +69,34 @@ fn dims(terms: &Value, parts: &Value, view: View, metres: f64, error: f64) {
     }
 }
 
-/// Onto the origin from within the pond.
+/// A view onto the origin from inside the pond.
 const WITHIN: View = [[0.3, -0.4, 0.1], [0.0; 3]];
 
 fn point(height: f64) -> Value {
     json!({ "lights": [{ "kind": { "point": { "position": [0, height, 0] } }, "colour": 5 }] })
 }
 
-/// Bodies with and without a priority take two ways of asking what is in between.
+/// Bodies with and without a priority use different shadow-ray code.
 fn with_and_without_priority(check: impl Fn(&Value)) {
     [json!({}), json!({ "priority": 1 })].iter().for_each(check);
 }
 
-/// Protects: light that a frosted surface asks on its other side is dimmed by what it passes there,
-/// e^(−σd), and not by what the eye is in; from within, by the way to the eye alone.
+/// Protects: light sampled through a frosted surface is attenuated by the medium on its side,
+/// e^(−σd), and not by the medium around the eye; from inside, by the distance to the eye alone.
 #[test]
 fn light_is_absorbed_beyond_the_boundary() {
     with_and_without_priority(|terms| {
         dims(terms, &point(-0.7), AT, 0.7, 1e-3);
-        // The way from the eye is half a metre and a tenth; the lamp is in clear air.
+        // The distance from the eye is √0.26 m; the lamp is in clear air.
         dims(terms, &point(0.7), WITHIN, 0.26_f64.sqrt(), 1e-3);
-        // What is reflected stays in the pond: to the lamp and to the eye.
+        // Reflected light stays in the pond, both to the lamp and to the eye.
         dims(terms, &point(-0.7), WITHIN, 0.7 + 0.26_f64.sqrt(), 1e-3);
         dims(terms, &point(0.7), AT, 0.0, 1e-3);
     });
 }
 
-/// Protects: the same of a lamp with a size, which is asked about at drawn points: its ways are
-/// shorter than to its centre by two thirds of its radius in the mean.
+/// Protects: an area light in a body is attenuated to its sampled points, which are closer than its
+/// centre by two thirds of its radius in the mean.
 #[test]
 fn a_lamp_in_a_body_is_dimmed() {
     with_and_without_priority(|terms| {
@@ -105,8 +105,8 @@ fn a_lamp_in_a_body_is_dimmed() {
     });
 }
 
-/// Protects: of a sun, which is beyond any distance, a body without end leaves nothing, and from
-/// within it is dimmed on the way to the eye alone.
+/// Protects: an infinite body absorbs a sun entirely; from inside, the sun in clear air is
+/// attenuated by the distance to the eye alone.
 #[test]
 fn a_sun_through_a_boundary() {
     let up = json!({ "lights": [crate::support::sun([0.1, 1.0, 0.2])] });
@@ -124,8 +124,8 @@ fn a_sun_through_a_boundary() {
     });
 }
 
-/// Protects: of a channel that a body does not absorb all arrives of a sun that is beyond any
-/// distance, though others lose all, and no sample is lost.
+/// Protects: a channel without absorption passes a sun's light in full, though other channels lose
+/// all, and no sample is dropped.
 #[test]
 fn a_channel_that_is_not_absorbed() {
     let down = json!({ "lights": [crate::support::sun([0.1, -1.0, 0.2])] });
@@ -161,15 +161,15 @@ fn a_channel_that_is_not_absorbed() {
     });
 }
 
-/// Protects: a thin wall bounds no body, so what is behind it absorbs nothing, whatever its
-/// material says.
+/// Protects: a thin wall bounds no medium, so no absorption takes place behind it, whatever its
+/// material.
 #[test]
 fn a_thin_wall_absorbs_nothing_behind_it() {
     dims(&json!({ "thin_walled": true }), &point(-0.7), AT, 0.0, 1e-3);
 }
 
-/// Protects: a matte floor in a body of frosted glass is lit through the clear air above and the
-/// body, each by its length: the ray from the eye and back takes both.
+/// Protects: a matte floor in a glass body is attenuated by the lengths inside the body to the eye
+/// and to the lamp.
 #[test]
 fn a_floor_in_a_body() {
     let parts = |absorbs: bool| {
@@ -182,7 +182,7 @@ fn a_floor_in_a_body() {
         (all["materials"], all["objects"]) = (materials, json!([body, bottom]));
         scene(all)
     };
-    // Straight down, half a metre; and up to the lamp, 0.3 metres.
+    // Half a metre straight down, and 0.3 m up to the lamp.
     let down: View = [[0.0, 1.0, 0.0], [0.0; 3]];
     let [dimmed, clear] = [true, false].map(|absorbs| {
         let found = parts(absorbs);

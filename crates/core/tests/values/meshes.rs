@@ -1,5 +1,5 @@
-//! What a mesh's vertices carry, interpolated, under every kind of map and for one use and for
-//! several.
+//! Vertex attributes of meshes, interpolated, under every kind of transform, for single and
+//! repeated use.
 
 use raywright_core::Settings;
 use raywright_core::scene::{Scene, TransformStep};
@@ -8,14 +8,14 @@ use serde_json::{Value, json};
 
 use crate::support::{View, classic, floor, physical, rendered, scene, sees, settings, sun};
 
-/// Half, three tenths and a fifth of the corners (0, 0, 0), (1, 0, 0) and (0, 1, 0).
+/// The point of weights 0.5, 0.3 and 0.2 of the corners (0, 0, 0), (1, 0, 0) and (0, 1, 0).
 const POINT: [f64; 3] = [0.3, 0.2, 0.0];
 
 fn view([x, y, z]: [f64; 3]) -> View {
     [[x, y, z + 2.0], [x, y, z]]
 }
 
-/// A triangle that faces +z, as often as there are maps.
+/// A triangle facing +z, once for each transform.
 fn leaf(extra: Value, model: Value, maps: &[Value]) -> Scene {
     let mut data =
         json!({ "positions": [[0, 0, 0], [1, 0, 0], [0, 1, 0]], "indices": [[0, 1, 2]] });
@@ -32,7 +32,7 @@ fn leaf(extra: Value, model: Value, maps: &[Value]) -> Scene {
     )
 }
 
-/// Two ways of storing it: once for itself, and shared with a copy far away.
+/// Two kinds of storage: used once, and shared with a copy far away.
 fn stored(map: Value) -> [Vec<Value>; 2] {
     [
         vec![map.clone()],
@@ -40,8 +40,8 @@ fn stored(map: Value) -> [Vec<Value>; 2] {
     ]
 }
 
-/// Protects: each corner's colour has its own weight, also where the map mirrors and the triangle
-/// is turned over; `vertex_colours` decides whether they count.
+/// Protects: each corner's colour has its own weight, also if the transform mirrors and the
+/// triangle is reversed; `vertex_colours` enables them.
 #[test]
 fn colours_are_interpolated() {
     let colours = || json!({ "colours": [[1, 0, 0, 1], [0, 1, 0, 1], [0, 0, 1, 1]] });
@@ -71,7 +71,7 @@ fn colours_are_interpolated() {
     }
 }
 
-/// Protects: the alpha of vertices counts as the texture's does.
+/// Protects: the alpha of vertices acts like a texture's.
 #[test]
 fn alphas_of_vertices_cover() {
     let colours = json!({ "colours": [[1, 1, 1, 1], [1, 1, 1, 0], [1, 1, 1, 0.5]] });
@@ -82,8 +82,8 @@ fn alphas_of_vertices_cover() {
     sees(&leaf(colours, model, &[json!([])]), view(POINT), [0.3; 3]);
 }
 
-/// Protects: the first set of coordinates is what `u` and `v` are, mirrored or not; without one,
-/// the triangle's own.
+/// Protects: the first set of coordinates is `u` and `v`, mirrored or not; without a set they are
+/// barycentric coordinates.
 #[test]
 fn coordinates_are_interpolated() {
     let show = || json!({ "classic": { "colour": "[u, v, 0]", "ambient": 1 } });
@@ -130,8 +130,8 @@ fn has_normal(scene: &Scene, view: View, [x, y, z]: [f64; 3]) {
     );
 }
 
-/// Protects: normals are interpolated, carried over by the inverse transpose, and made unit; they
-/// are turned to the viewer.
+/// Protects: normals are interpolated, transformed by the inverse transpose, normalised, and
+/// flipped to the viewer.
 #[test]
 fn normals_are_interpolated() {
     let normals = || json!({ "normals": [[0, 0, 1], [0.8, 0, 0.6], [0, 0.6, 0.8]] });
@@ -166,14 +166,15 @@ fn normals_are_interpolated() {
     }
 }
 
-/// Protects: a shading normal beyond the silhouette is bent back until it mirrors the viewer just
-/// above the surface, where it mirrored to.
+/// Protects: a shading normal beyond the silhouette is bent until it mirrors the viewer just above
+/// the surface, at the same azimuth.
 #[test]
 fn normals_do_not_turn_away() {
     let normals = json!({ "normals": [[1, 0, 1], [1, 0, 1], [1, 0, 1]] });
     let scene = leaf(normals, physical(json!({})), &[json!([])]);
-    // From the left, low: d = (0.96, 0, −0.28) and n·d = 0.68/√2 > 0. Mirrored it is (0.28, 0,
-    // −0.96): along x, h = −0.96 high. With m = 0.02 it rises to 0.01 + 0.01²/(0.03 − h) = 0.0101.
+    // From the left, low: d = (0.96, 0, −0.28) and n·d = 0.68/√2 > 0. The mirror direction is
+    // (0.28, 0, −0.96): along x, at height h = −0.96. With m = 0.02 it rises to 0.01 + 0.01²/(0.03
+    // − h) = 0.0101.
     let eye = [POINT[0] - 0.96, POINT[1], 0.28];
     let [x, y, z] = normal(&scene, [eye, POINT]).map(f64::from);
     let away = x * 0.96 - z * 0.28;
@@ -188,8 +189,8 @@ fn normals_do_not_turn_away() {
     );
 }
 
-/// Protects: of objects that share a mesh each casts a shadow or none, as it says itself and
-/// whichever comes first.
+/// Protects: objects that share a mesh each cast a shadow or none by their own setting, in any
+/// order.
 #[test]
 fn copies_cast_shadows_of_their_own() {
     let above = |x: f64, casts_shadow: bool| {
@@ -202,7 +203,7 @@ fn copies_cast_shadows_of_their_own() {
             "objects": [above(0.0, casts[0]), above(9.0, casts[1])] });
         let scene = floor(classic(json!({})), parts);
         for (x, casts) in [0.0, 9.0].into_iter().zip(casts) {
-            // Below the leaf, seen from beside it.
+            // Below the leaf, viewed from beside it.
             sees(
                 &scene,
                 [[x + 3.0, 1.0, 0.0], [x, 0.0, 0.0]],
@@ -212,7 +213,7 @@ fn copies_cast_shadows_of_their_own() {
     }
 }
 
-/// Protects: which side is outside (counter-clockwise), for `side`, also under a mirroring map and
+/// Protects: a mesh's outside (counter-clockwise) for `side`, also under a mirroring transform and
 /// for shared meshes.
 #[test]
 fn meshes_have_sides() {
@@ -252,7 +253,7 @@ fn meshes_have_sides() {
     }
 }
 
-/// Protects: an instance is where its map says, and a generator's copy where both do.
+/// Protects: an instance is placed by its transform, and a generator's copy by both transforms.
 #[test]
 fn copies_stand_in_their_places() {
     let mut scene = leaf(
@@ -283,7 +284,7 @@ fn copies_stand_in_their_places() {
     );
 }
 
-/// Protects: a mesh whose vertices lie far from zero, shown twice, is where it is said to be.
+/// Protects: a mesh with vertices far from zero, used twice, is at its stated position.
 #[test]
 fn the_extent_of_copies_far_away() {
     use raywright_core::settings::PrecisionChoice;

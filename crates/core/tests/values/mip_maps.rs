@@ -1,4 +1,4 @@
-//! Textures that are read by the width of a pixel, against the level that plane geometry says.
+//! Mip-mapped textures, against the level by plane geometry.
 
 use std::sync::Arc;
 
@@ -9,8 +9,8 @@ use serde_json::{Value, json};
 
 use crate::support::{DOWN, SLANTED, classic, floor, physical, pixel, sees, settings, sun};
 
-/// A scene whose image is two by two texels, white and black in turns: in the middle of a white
-/// texel a level from 0 to 1 reads 1 − level/2, and every farther one a half.
+/// A scene with an image of two by two texels, white and black in turns: in the middle of a white
+/// texel a level from 0 to 1 reads 1 − level/2, and every higher one a half.
 fn checked(mut scene: Scene, colour_space: &str) -> Scene {
     let [white, black] = [[255; 4], [0, 0, 0, 255]];
     let pixels = Pixels::Codes(vec![white, black, black, white]);
@@ -27,18 +27,18 @@ fn checked(mut scene: Scene, colour_space: &str) -> Scene {
     scene
 }
 
-/// What is read in the middle of a white texel at a level.
+/// Value in the middle of a white texel at a level.
 fn read_at(level: f64) -> f64 {
     1.0 - 0.5 * level.clamp(0.0, 1.0)
 }
 
-/// How wide a pixel of the test's view is a metre away: 40 degrees high, one pixel.
+/// Width of a pixel of the test's view at one metre: 40 degrees high, one pixel.
 fn spread() -> f64 {
     2.0 * 20.0_f64.to_radians().tan()
 }
 
-/// A use of the image with so many of its widths on a unit of the coordinates, whose origin is in
-/// the middle of a white texel.
+/// A use of the image repeated `times` per unit of the coordinates, with the origin in the middle
+/// of a white texel.
 fn tiled(times: f64) -> Value {
     json!({ "name": "checked", "uv_transform": [[times, 0, 0.25], [0, times, 0.25]] })
 }
@@ -49,13 +49,13 @@ fn glowing(texture: Value) -> Value {
 
 const LEVELS: [f64; 7] = [-3.0, -0.1, 0.0, 0.3, 0.75, 1.0, 20.0];
 
-/// Protects: the level on a plane at a known distance and slant, at every precision, and that
-/// colours are averaged as light.
+/// Protects: the level on a plane at a known distance and slant, in every precision; colours are
+/// averaged linearly.
 #[test]
 fn the_level_of_a_plane() {
     for (view, width) in [(DOWN, 2.0 * spread()), (SLANTED, 5.0 * spread() / 0.8)] {
         for level in LEVELS {
-            // Texels that are 2^-level of the spot wide, two to an image.
+            // Texels 2^-level times as wide as the spot, two to an image.
             let model = glowing(tiled(2.0_f64.powf(level) / width * 0.5));
             for space in ["srgb", "linear"] {
                 let scene = checked(unchecked_floor(&model), space);
@@ -65,7 +65,7 @@ fn the_level_of_a_plane() {
     }
 }
 
-/// The floor before its texture is known.
+/// The floor without its texture's data.
 fn unchecked_floor(model: &Value) -> Scene {
     let mut scene = floor(classic(json!({ "ambient": 1 })), json!({}));
     scene.materials[0].model = serde_json::from_value(model.clone()).expect("a model");
@@ -73,8 +73,8 @@ fn unchecked_floor(model: &Value) -> Scene {
 }
 
 /// Protects: on meshes the level follows the triangle's area in the world and in its coordinates:
-/// scaled, mirrored, as instances and for the set that the material reads. Without coordinates of
-/// its own they are the weights of the corners.
+/// scaled, mirrored, as instances and for the set that the material reads. Without coordinates the
+/// barycentric ones count.
 #[test]
 fn the_level_of_a_mesh() {
     let triangle = json!([[-8, 0, 8], [24, 0, 8], [-8, 0, -24]]);
@@ -106,7 +106,7 @@ fn the_level_of_a_mesh() {
                     scene.objects =
                         vec![serde_json::from_value(object).expect("an object"); copies];
                     if copies == 2 {
-                        // Beside the view.
+                        // Outside the view.
                         let away = json!([{ "translate": [100, 0, 0] }]);
                         scene.objects[1].transform =
                             serde_json::from_value(away).expect("a transform");
@@ -118,8 +118,8 @@ fn the_level_of_a_mesh() {
     }
 }
 
-/// Protects: a mirrored ray is as wide as its whole way makes it, and rays of an orthographic
-/// camera do not widen.
+/// Protects: a mirrored ray has the width of its whole path, and rays of an orthographic camera do
+/// not widen.
 #[test]
 fn the_level_beyond_a_mirror() {
     let mirror = classic(json!({ "local": 0, "reflection": { "weight": 1 } }));
@@ -152,9 +152,9 @@ fn the_level_beyond_a_mirror() {
     }
 }
 
-/// Protects: what is absent by an image's alpha is as much of it from afar as from near: the mean
-/// of a half would lie below the cutoff everywhere. Where coordinates are expressions the image
-/// itself is read.
+/// Protects: a mask reads its alpha without mip maps, so that it has the same coverage from afar as
+/// from near: a mean of a half would lie below the cutoff everywhere. With expressions as
+/// coordinates the image is read without mip maps too.
 #[test]
 fn what_is_read_without() {
     let masked = |alpha: &str| {
@@ -185,9 +185,9 @@ fn what_is_read_without() {
     );
 }
 
-/// Protects: the effect is simulated where a texture that is shown asks, absent where none does and
-/// left out where it is switched off, which gives the picture without; memory is told beforehand;
-/// and shadows and several samples render.
+/// Protects: the effect is simulated if a texture in use needs it, absent if none does and left out
+/// if switched off, with the picture without mip maps; memory is estimated; shadows and several
+/// samples render.
 #[test]
 fn mip_maps_are_an_effect() {
     let mut scene = checked(unchecked_floor(&glowing(tiled(50.0))), "linear");
@@ -230,9 +230,8 @@ fn mip_maps_are_an_effect() {
     assert!(pixel(&scene, &settings).iter().all(|c| c.is_finite()));
 }
 
-/// Protects: a camera so far away that its rays start near the scene's bounded part counts the
-/// whole of its way, to what it sees and by way of a mirror: the level is that of the eye's
-/// distance.
+/// Protects: for a distant camera, whose rays start near the scene's bounded part, the whole
+/// distance counts, to the first hit and beyond a mirror: the level belongs to the eye's distance.
 #[test]
 fn the_level_from_far_away() {
     const AWAY: f64 = 5000.0;
@@ -280,7 +279,7 @@ fn the_level_from_far_away() {
     }
 }
 
-/// Protects: a scene that is turned to a camera of another angle reads its textures by that
+/// Protects: a scene switched to a camera of another field of view filters its textures by that
 /// camera's pixels.
 #[test]
 fn turned_cameras_have_their_own_pixels() {

@@ -1,5 +1,5 @@
-//! What moves while the shutter is open, against shares of time in closed form; and what stands
-//! still, against the same picture without a shutter, bit by bit.
+//! Motion blur against shares of time in closed form, and static scenes against pictures without a
+//! shutter, bit by bit.
 
 use glam::DVec3;
 use raywright_core::camera::Camera;
@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 
 use crate::support::{ball, classic, near, rendered, scene, sun};
 
-/// Columns of the picture; each shows a quarter of a metre, the first from x = 0 on.
+/// Columns of the picture, each a quarter of a metre wide, from x = 0 on.
 const COLUMNS: u32 = 32;
 const SAMPLES: u32 = 1024;
 const PRECISIONS: [PrecisionChoice; 2] = [PrecisionChoice::Robust, PrecisionChoice::Reference];
@@ -20,14 +20,14 @@ fn translated(offset: [f64; 3]) -> Value {
     json!([{ "translate": offset }])
 }
 
-/// Parallel rays along −z, one row of pixels, with further keys of the camera.
+/// An orthographic camera along −z with one row of pixels, and further keys.
 fn view(mut keys: Value) -> Value {
     keys["pose"] = json!({ "look_at": { "eye": [4, 0, 9], "target": [4, 0, 0] } });
     keys["projection"] = json!({ "orthographic": { "height": 0.25 } });
     json!([keys])
 }
 
-/// White things in the dark.
+/// White objects in the dark.
 fn white(objects: Value, cameras: Value) -> Scene {
     let model = classic(json!({ "ambient": 1, "colour": 1 }));
     scene(
@@ -35,7 +35,7 @@ fn white(objects: Value, cameras: Value) -> Scene {
     )
 }
 
-/// A wall of three metres from x = 0.5 on, which goes five metres to the right.
+/// A wall of three metres from x = 0.5 on, which moves five metres to the right.
 fn wall(end: Option<[f64; 3]>) -> Value {
     let quad = json!({ "corner": [0.5, -2, 0], "edge_u": [3, 0, 0], "edge_v": [0, 4, 0] });
     json!([{ "shape": { "quad": quad }, "material": "white", "transform_end": end.map(translated) }])
@@ -60,7 +60,7 @@ fn row(rendered: &Rendered) -> Vec<f64> {
         .collect()
 }
 
-/// The integral of a number that is kept within 0 and 1, up to y.
+/// The integral up to y of a number clamped to [0, 1].
 fn kept(y: f64) -> f64 {
     if y <= 0.0 {
         0.0
@@ -71,9 +71,9 @@ fn kept(y: f64) -> f64 {
     }
 }
 
-/// What the wall covers of a column while it goes from `start` so far: the mean over the column of
-/// the share of time at which it is there, which is where its left edge has not come by yet less
-/// where its right edge has not.
+/// Coverage of a column by the wall that moves from `start` by `way`: the mean over the column of
+/// the share of time at which the wall covers it, the time before the left edge passes less the
+/// time before the right edge passes.
 fn coverage(column: u32, start: f64, way: f64) -> f64 {
     let (left, right) = (0.25 * f64::from(column), 0.25 * f64::from(column + 1));
     let passed =
@@ -81,10 +81,10 @@ fn coverage(column: u32, start: f64, way: f64) -> f64 {
     passed(start) - passed(start + 3.0)
 }
 
-/// Protects: each column shows the share of time and width for which the moving wall covers it,
-/// within four standard errors of as many independent samples, and exactly where it always or never
-/// does; for the whole motion and for a shutter that is open for the middle of it, for a shape and
-/// for a mesh, in every precision.
+/// Protects: each column shows the share of time and width that the moving wall covers, within four
+/// standard errors of independent samples, and exactly if the wall always or never covers it; for
+/// the whole motion and for a shutter open in its middle, for a shape and for a mesh, in every
+/// precision.
 #[test]
 fn a_moving_wall_covers_columns_by_its_share_of_time() {
     let mesh = json!([{ "name": "wall", "source": { "inline": { "indices": [[0, 1, 2], [0, 2, 3]],
@@ -123,8 +123,8 @@ fn a_moving_wall_covers_columns_by_its_share_of_time() {
     }
 }
 
-/// Protects: what moves throws its shadow where it is when the path looks: a spot of the floor is
-/// dark for the share of time for which the wall is above it. Rays to lights that lost their path's
+/// Protects: a moving object casts its shadow from its position at the path's time: a spot of the
+/// floor is dark for the share of time with the wall above it. Shadow rays without their path's
 /// time would find it lit, or dark.
 #[test]
 fn shadows_move() {
@@ -141,14 +141,14 @@ fn shadows_move() {
         sampling: Sampling::General(4096),
         ..Settings::of(&scene)
     };
-    // It is above the spot from time 1/5 to time 3/5.
+    // The plank is above the spot from time 1/5 to time 3/5.
     let seen = row(&rendered(&scene, &settings))[0];
     let error = (0.4 * 0.6 / 4096.0_f64).sqrt();
     assert!((seen - 0.6).abs() < 4.0 * error, "{seen}");
 }
 
-/// Protects: without anything that moves, a shutter changes no bit and is no effect; nor does a
-/// motion that nobody has a shutter for, or that is asked for at one time only.
+/// Protects: without motion a shutter changes no bit and is no effect; nor does motion without a
+/// shutter, or sampled at one time only.
 #[test]
 fn what_stands_still_has_the_same_bits() {
     let plain = white(wall(None), view(json!({})));
@@ -173,8 +173,8 @@ fn what_stands_still_has_the_same_bits() {
     }
 }
 
-/// Protects: where motion is switched off, or a fixed pattern asks at one time only, everything
-/// stands as it does when the shutter opens, objects and camera, and nothing is kept of the motion.
+/// Protects: if motion is switched off, or a fixed pattern samples one time only, objects and
+/// camera stand as at the shutter's opening, and no data of the motion is kept.
 #[test]
 fn without_motion_everything_stands_as_the_shutter_opens() {
     let shifted = |x: f64| json!({ "look_at": { "eye": [x, 0, 9], "target": [x, 0, 0] } });
@@ -221,8 +221,8 @@ fn without_motion_everything_stands_as_the_shutter_opens() {
     assert_ne!(blurred, rendered(&standing, &asked(&standing)).picture.rgb);
 }
 
-/// Protects: a camera that goes along with what it sees sees it still, to the bit where the numbers
-/// are exact; its layers of pixel centres show the moment at which the shutter opens.
+/// Protects: a camera that moves along with an object sees it static, to the bit for exact numbers;
+/// layers of pixel centres show the moment of the shutter's opening.
 #[test]
 fn a_camera_that_goes_along_sees_it_still() {
     let pose = json!({ "look_at": { "eye": [12, 0, 9], "target": [12, 0, 0] } });
@@ -262,8 +262,8 @@ fn camera(pose: Value, end: Value) -> Camera<f64> {
     Camera::new(&data, [2, 2])
 }
 
-/// Protects: a camera's eye, target, angles and axes run linearly, each number by itself, from the
-/// opening to the closing of its shutter; its rays say when.
+/// Protects: a camera's eye, target, angles and axes are interpolated linearly, each number by
+/// itself, from the opening to the closing of its shutter; its rays carry their times.
 #[test]
 fn poses_run_number_by_number() {
     let middle = |camera: &Camera<f64>, share: f32| camera.ray_during(1.0, 1.0, [0.5; 2], share);
@@ -315,8 +315,8 @@ fn poses_run_number_by_number() {
     );
 }
 
-/// Protects: normals of a mesh that is stretched while it moves are those of the map at the path's
-/// time, not of either end: halfway from 1 to 3 the inverse of 2.
+/// Protects: normals of a mesh that is stretched during the exposure follow the transform at the
+/// path's time, not at either end: halfway from 1 to 3 the inverse of 2.
 #[test]
 fn normals_turn_with_the_map() {
     let n = [0.6, 0.0, 0.8];
@@ -348,8 +348,8 @@ fn normals_turn_with_the_map() {
     }
 }
 
-/// Protects: a generator's objects each go their way from their own places; the box around
-/// everything holds both ends, and memory is told beforehand, whether motion is simulated or not.
+/// Protects: a generator's objects move from their own positions; the scene's bounds hold both
+/// ends, and memory is estimated, whether motion is simulated or not.
 #[test]
 fn generated_things_move() {
     let mut object = ball([0.0; 3], 0.5, "white");
@@ -377,7 +377,7 @@ fn generated_things_move() {
             );
             let real = ready.memory();
             let all = told.parts().into_iter().zip(real.parts());
-            // How full the blocks of a tree are is not known before it is built.
+            // The filling of a tree's leaves is unknown before the tree is built.
             all.for_each(|((what, told), (_, real))| {
                 assert!(
                     real <= told && told <= 3 * real,
@@ -390,8 +390,8 @@ fn generated_things_move() {
             );
         }
     }
-    // Of the ball at x = 4, which starts in the row, a pixel sees its height above it leave: on the
-    // left of its middle √(¼ − u²) at a distance of u up to a quarter, of four metres in all.
+    // The ball at x = 4 starts in the row and leaves upwards: at a distance u from its middle, up
+    // to a quarter to the left, its height above the row is √(¼ − u²), of a motion of four metres.
     let seen = row(&rendered(
         &moving,
         &Settings {
@@ -407,8 +407,7 @@ fn generated_things_move() {
     );
 }
 
-/// Protects: a camera that moves sees what a map's coordinates put far away as it sees it near
-/// zero.
+/// Protects: a moving camera at a map's coordinates far away sees objects there as near zero.
 #[test]
 fn cameras_move_where_a_map_puts_them() {
     let seen = |at: f64| {

@@ -1,6 +1,6 @@
-//! Bodies that overlap: which one light is in, how a boundary between two bends it, and what walls
-//! too thin to bend let through of lights that are asked. By Fresnel's and Snell's formulas and
-//! lengths by hand.
+//! Nested dielectrics: the effective medium of overlapping bodies, refraction at boundaries between
+//! two, and transmission of sampled lights through thin walls. By Fresnel's and Snell's formulas
+//! and lengths by hand.
 
 use core::f64::consts::PI;
 
@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 use crate::paths::{AT, all_see, lamp, mean, paths};
 use crate::support::{View, ball, classic, floor, physical, rendered, scene};
 
-/// Straight down through everything.
+/// A view straight down through all objects.
 const DOWN: View = [[0.3, 5.0, 0.2], [0.3, 0.0, 0.2]];
 
 /// Glass of an index and a priority, with further terms.
@@ -45,12 +45,12 @@ fn stack(materials: &[Value], slabs: &[Value]) -> Scene {
     scene(json!({ "materials": all, "objects": objects }))
 }
 
-/// Share that a boundary from index a to b lets through head-on.
+/// Transmittance of a boundary from index a to b at normal incidence.
 fn passes(a: f64, b: f64) -> f64 {
     1.0 - ((a - b) / (a + b)).powi(2)
 }
 
-/// Share that a boundary reflects at an angle of incidence (Fresnel), unpolarised.
+/// Unpolarised reflectance of a boundary at an angle of incidence (Fresnel).
 fn fresnel(cosine: f64, a: f64, b: f64) -> f64 {
     let sine = (1.0 - cosine * cosine).sqrt() * a / b;
     if sine >= 1.0 {
@@ -62,9 +62,10 @@ fn fresnel(cosine: f64, a: f64, b: f64) -> f64 {
     0.5 * (s * s + p * p)
 }
 
-/// Protects: where liquid reaches into glass, each real boundary bends by the ratio of what is on
-/// both sides, the hidden one by nothing and takes no segment, and each metre absorbs what its body
-/// does, whichever of the two has the greater priority and whoever comes first in the file.
+/// Protects: where liquid reaches into glass, each real boundary refracts by the ratio of the media
+/// on both sides, the hidden one does nothing and takes no segment, and each metre is absorbed by
+/// the effective medium, whichever of the two has the greater priority and whichever comes first in
+/// the file.
 #[test]
 fn liquid_in_glass() {
     let tint =
@@ -88,14 +89,14 @@ fn liquid_in_glass() {
                 [0, 1, 2].map(expected),
                 &format!("priorities {of_glass} and {of_liquid}"),
             );
-            // One segment fewer does not get there.
+            // One segment fewer does not reach the lamp.
             all_see(&found, DOWN, 3, [0.0; 3], "too few segments");
             slabs.reverse();
         }
     }
 }
 
-/// Protects: a camera in two bodies at once, in one of them, and in three, knows which.
+/// Protects: a camera inside two bodies at once, inside one of them, and inside three detects them.
 #[test]
 fn a_camera_in_bodies() {
     let tint =
@@ -149,13 +150,13 @@ fn a_camera_in_bodies() {
     );
 }
 
-/// Protects: between bodies of one index nothing is reflected at any angle, also where air would
-/// reflect all; between two indices it is Fresnel's share of their ratio; and a plastic in liquid
-/// reflects by its index over the liquid's.
+/// Protects: a boundary between bodies of equal index reflects nothing at any angle, even where air
+/// would cause total reflection; between two indices it has the Fresnel reflectance of their ratio;
+/// a plastic in liquid reflects by its index over the liquid's.
 #[test]
 fn slanted_boundaries() {
-    // In the liquid above y = 0, towards glass below it with a lamp in it, at this angle to the
-    // normal.
+    // A view in the liquid above y = 0, towards glass below it with a lamp inside, at this angle to
+    // the normal.
     let view = |cosine: f64| -> View {
         let sine = (1.0 - cosine * cosine).sqrt();
         [[0.0, 1.0, 0.0], [sine / cosine, 0.0, 0.0]]
@@ -185,8 +186,8 @@ fn slanted_boundaries() {
     }
 }
 
-/// Protects: one body alone is the same to the bit with a priority as without, and what overlaps
-/// has the same bits by scan and tree.
+/// Protects: a single body has the same bits with a priority as without, and overlapping bodies
+/// have the same bits by scan and tree.
 #[test]
 fn the_same_bits() {
     let alone = |priority: u32, terms: Value| {
@@ -251,8 +252,8 @@ fn the_same_bits() {
     );
 }
 
-/// Protects: glass in glass keeps all light, one body or seven in each other, the same one twice,
-/// and in any size.
+/// Protects: glass in glass conserves energy, one body or seven nested ones, the same one twice,
+/// and at any size.
 #[test]
 fn bodies_keep_all_light() {
     for scale in [1e-6, 1.0, 1e6] {
@@ -298,8 +299,8 @@ fn bodies_keep_all_light() {
     }
 }
 
-/// Protects: a light is found by all ways over boundaries that are hidden, with what the way
-/// absorbs, by shadow rays too; and a light without size is.
+/// Protects: every strategy of light sampling finds a light across hidden boundaries, with the
+/// absorption along the ray; shadow rays and delta lights too.
 #[test]
 fn lights_over_hidden_boundaries() {
     let water = glass(
@@ -327,7 +328,7 @@ fn lights_over_hidden_boundaries() {
         parts
     };
     let matte = || classic(json!({ "colour": 0.6 }));
-    // The ball's light by its form factor; its ways are shorter than to its centre by two thirds of
+    // The ball's light by its form factor; its points are closer than its centre by two thirds of
     // its radius in the mean.
     let found = floor(
         matte(),
@@ -351,7 +352,7 @@ fn lights_over_hidden_boundaries() {
             );
         }
     }
-    // A wide lamp: all three ways the same.
+    // A wide lamp: all three strategies agree.
     let found = floor(
         matte(),
         parts(json!({ "objects": [ball([0.0, 2.5, 0.0], 1.2, "lamp")] })),
@@ -390,9 +391,9 @@ fn lights_over_hidden_boundaries() {
     );
 }
 
-/// Protects: light of any kind of light comes straight through smooth thin walls, dimmed and tinted
-/// by each, at the angle at which it passes them, for as many segments as there are; through rough
-/// ones it comes by way of them.
+/// Protects: light of every kind passes straight through smooth thin walls, attenuated and tinted
+/// by each at its angle of incidence, up to the depth limit; through rough walls it arrives by
+/// scattering on them.
 #[test]
 fn through_thin_walls() {
     let pane = |roughness: f64| {
@@ -450,15 +451,15 @@ fn through_thin_walls() {
                 [0.0; 3],
                 "too few segments",
             );
-            // Rough ones are seen from where they scatter: a vertex on each.
+            // Light passes a rough wall by scattering there: each wall takes a vertex.
             let rough = with(0.5, point());
             assert!(
                 mean(&rough, &paths(&rough, AT, depth + 1)).0[0] > 0.0,
                 "a point behind {walls} rough ones"
             );
         }
-        // A small lamp, so that all of its light passes at about one angle, by shadow rays; and a
-        // wide one by all ways.
+        // A small lamp by shadow rays, so that all of its light passes at about one angle; and a
+        // wide lamp by all strategies.
         let small = with(0.0, json!({ "objects": [ball(centre, 0.05, "lamp")] }));
         let (seen, error) = mean(
             &small,

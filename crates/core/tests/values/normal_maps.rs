@@ -1,5 +1,5 @@
-//! Images that bend normals: on meshes with tangents and without, on shapes, from both sides and
-//! under mirroring maps, against Lambert's law about a normal worked out by hand.
+//! Normal maps on meshes with and without tangents, on shapes, from both sides and under mirroring
+//! transforms, against Lambert's law about a normal by hand.
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -13,13 +13,13 @@ use serde_json::{Value, json};
 
 use crate::support::{Surface, View, physical, pixel, scene, sees, settings, sun};
 
-/// What the image says everywhere: right, up in the image and outwards. By less than 45°, so that
-/// who looks at the surface straight is mirrored above it.
+/// The image's normal everywhere: right, up in the image and outwards. It leans less than 45°, so
+/// that a perpendicular view is mirrored above the surface.
 const TEXEL: DVec3 = DVec3::new(0.36, -0.48, 0.8);
-/// Where the light is, across nothing.
+/// Direction of the light, perpendicular to no axis.
 const LIGHT: DVec3 = DVec3::new(0.36, 0.48, 0.8);
 
-/// A matte material with the image, and what else it says of it.
+/// A matte material with the normal map, and further terms.
 fn bumpy(more: Value) -> Value {
     let mut terms = json!({ "base_colour": 0.5, "ior": 1, "normal_texture": { "name": "bump" } });
     terms
@@ -62,21 +62,21 @@ fn shown(steps: Value) -> Value {
 const ONTO: View = [[0.5, 0.5, 4.0], [0.5, 0.5, 0.0]];
 const FROM_BEHIND: View = [[0.5, 0.5, -4.0], [0.5, 0.5, 0.0]];
 
-/// What a dull surface of albedo 0.5 with this normal sends towards `v`.
+/// Radiance of a matte surface of albedo 0.5 with this normal towards `v`.
 fn lambert(normal: DVec3, light: DVec3, v: DVec3) -> [f64; 3] {
     Surface::dielectric(0.5, 1.0, 0.0)
         .sends([normal.normalize(), light, v], false)
         .map(|x| x / PI)
 }
 
-/// What the image makes of a normal between ways to the right and up.
+/// The perturbed normal for a frame of right, up and normal.
 fn bent([right, up, normal]: [DVec3; 3]) -> DVec3 {
     DMat3::from_cols(right, up, normal) * TEXEL
 }
 
-/// Protects: on a mesh the image lies along its coordinates, upright and mirrored, scaled and
-/// switched off; from behind its hills are hollows; tangents that the mesh has come before those
-/// that are made; a turned map of coordinates turns the image.
+/// Protects: on a mesh the normal map follows the texture coordinates, upright and mirrored, scaled
+/// and switched off; from behind its hills are valleys; the mesh's own tangents take precedence
+/// over generated ones; a rotated transform of coordinates rotates the image.
 #[test]
 fn images_lie_along_coordinates() {
     let [x, y, z] = [DVec3::X, DVec3::Y, DVec3::Z];
@@ -107,7 +107,7 @@ fn images_lie_along_coordinates() {
         ONTO,
         lambert(bent([y, -x, z]), LIGHT, z),
     );
-    // The same surface from behind: its normal is the other one.
+    // The same surface from behind: its normal is opposite.
     let below = LIGHT * DVec3::new(1.0, 1.0, -1.0);
     let behind = lit(shown(json!([])), upright(), bumpy(json!({})), below);
     sees(&behind, FROM_BEHIND, lambert(-bent([x, y, z]), below, -z));
@@ -129,7 +129,7 @@ fn images_lie_along_coordinates() {
         ONTO,
         lambert(bent([-y, x, z]), LIGHT, z),
     );
-    // Another set of coordinates than the first.
+    // A set of coordinates other than the first.
     let mut sets = upright();
     sets["uvs"] = json!([[[0, 0], [0, 0], [0, 0]], [[0, 1], [1, 1], [0, 0]]]);
     let second = json!({ "normal_texture": { "name": "bump", "uv_set": 1 } });
@@ -140,8 +140,8 @@ fn images_lie_along_coordinates() {
     );
 }
 
-/// Protects: maps of objects take the image along, mirrored and sheared, alone and as instances of
-/// one mesh.
+/// Protects: object transforms carry the normal map along, mirrored and sheared, for single meshes
+/// and for instances of one mesh.
 #[test]
 fn images_go_with_their_objects() {
     let [x, y, z] = [DVec3::X, DVec3::Y, DVec3::Z];
@@ -166,7 +166,7 @@ fn images_go_with_their_objects() {
         [[5.5, 0.5, 4.0], [5.5, 0.5, 0.0]],
         lambert(bent([x, y, z]), LIGHT, z),
     );
-    // Sheared, x goes to (1, 1, 0)/√2; what is up goes across it.
+    // Sheared, x goes to (1, 1, 0)/√2; up is perpendicular to it.
     let sheared = shown(json!([{ "matrix": [[1, 0, 0, 0], [1, 1, 0, 0], [0, 0, 1, 0]] }]));
     let [right, up] = [
         DVec3::new(1.0, 1.0, 0.0).normalize(),
@@ -179,8 +179,8 @@ fn images_go_with_their_objects() {
     );
 }
 
-/// Protects: shapes have frames of their own: on a sphere right is east and up north, from within
-/// as from without.
+/// Protects: shapes have their own frames: on a sphere right is east and up north, from inside and
+/// from outside.
 #[test]
 fn images_on_shapes() {
     let ball =
@@ -189,14 +189,14 @@ fn images_on_shapes() {
     let east = DVec3::new(n.z, 0.0, -n.x).normalize();
     let normal = bent([east, n.cross(east), n]);
     let data = leaf(json!([[0, 0], [0, 0], [0, 0]]));
-    // Not along the normal, on which what is right and up would have no say.
+    // Not along the normal, where right and up would not matter.
     let light = (n + east * 0.5 + n.cross(east) * 0.2).normalize();
     sees(
         &lit(ball.clone(), data.clone(), bumpy(json!({})), light),
         [(n * 3.0).to_array(), n.to_array()],
         lambert(normal, light, n),
     );
-    // From within, lit from within: no shadow falls, since none is asked for.
+    // From inside, lit from inside: without shadow rays.
     let mut inside = lit(ball, data, bumpy(json!({})), -light);
     inside.lights[0].shadows = false;
     sees(
@@ -206,8 +206,8 @@ fn images_on_shapes() {
     );
 }
 
-/// Protects: tangents are those of the library that bakers use: equal over what is flat, mean over
-/// what is not, each facet's own where coordinates have a seam; whatever the size and the place of
+/// Protects: tangents equal those of the bakers' library: equal over flat parts, averaged over
+/// curved ones, separate where coordinates have a seam; independent of the size and the position of
 /// the mesh.
 #[test]
 fn tangents_do_not_depend_on_size() {
@@ -244,9 +244,9 @@ fn tangents_do_not_depend_on_size() {
     }
 }
 
-/// Protects: coordinates and normals that nothing can be made of leave the surface smooth or
-/// somehow bent, and never a picture with holes: no area, all in one place, the largest numbers,
-/// triangles without an area, none at all.
+/// Protects: degenerate coordinates and normals leave the surface smooth or arbitrarily bent, and
+/// never a picture with holes: no area, all at one point, the largest numbers, triangles without an
+/// area, no coordinates at all.
 #[test]
 fn odd_meshes_have_normals() {
     let odd = [
@@ -271,9 +271,9 @@ fn odd_meshes_have_normals() {
     }
 }
 
-/// Protects: the effect is found where an image bends normals that light asks for, can be switched
-/// off to the bits of a scene without it, and counts its memory beforehand; the layer of normals
-/// shows what is bent.
+/// Protects: the effect is detected if a normal map affects light, can be switched off to the bits
+/// of a scene without it, and its memory is estimated; the layer of normals shows perturbed
+/// normals.
 #[test]
 fn the_effect_of_normal_maps() {
     let of = |more: Value| lit(shown(json!([])), upright(), bumpy(more), LIGHT);

@@ -1,5 +1,5 @@
-//! The constants of shaders: where their rays start and what is too near for them, seen in the
-//! origin of what reaches the sky.
+//! Constant ray offsets of documented shaders: ray origins and least distances, seen in the origin
+//! of rays that reach the sky.
 
 use serde_json::{Value, json};
 
@@ -21,7 +21,7 @@ fn shown(terms: Value, rules: Value) -> raywright_core::Scene {
     )
 }
 
-/// Protects: a mirrored ray starts off the surface along the normal or along itself.
+/// Protects: a mirrored ray starts off the surface, along the normal or along itself.
 #[test]
 fn reflections_start_off_the_surface() {
     let mirror = || json!({ "local": 0, "reflection": { "weight": 1 } });
@@ -42,8 +42,8 @@ fn reflections_start_off_the_surface() {
     );
 }
 
-/// Protects: a refracted ray starts on the other side, from either, whether the normal is turned or
-/// not.
+/// Protects: a refracted ray starts on the other side, from either side, whether the normal is
+/// flipped or not.
 #[test]
 fn refractions_start_on_the_other_side() {
     let through = |threshold: f64| json!({ "local": 0, "transmission": { "ior": 1.5, "choice": { "switch": { "threshold": threshold } } } });
@@ -61,7 +61,8 @@ fn refractions_start_on_the_other_side() {
 }
 
 /// Protects: each kind of ray has its own least distance. A ball of radius 0.5 around the eye is
-/// 0.5 away; one on the way of the mirrored or of the shadow ray begins 1.0 behind its start.
+/// 0.5 away; a ball on the mirrored ray and a disk on the shadow ray begin 1.0 behind the ray's
+/// origin.
 #[test]
 fn what_is_too_near_does_not_count() {
     let glow =
@@ -82,7 +83,7 @@ fn what_is_too_near_does_not_count() {
         SLANTED,
         [1.0, 0.0, 0.0],
     );
-    // 2 along the mirrored ray from its start at (0, 0.5, 0).
+    // 2 along the mirrored ray from its origin at (0, 0.5, 0).
     let mirrored = |rules: Value| {
         floor(
             classic(json!({ "local": 0, "reflection": { "weight": 1 } })),
@@ -99,7 +100,8 @@ fn what_is_too_near_does_not_count() {
         SLANTED,
         [0.0; 3],
     );
-    // The shadow ray starts at (0, 0.5, 0); the disk is 1.0 above that, and another one below it.
+    // The shadow ray starts at (0, 0.5, 0); the disk is 1.0 above that point, and another one below
+    // it.
     let disk = |y: f64| json!({ "shape": { "disk": { "centre": [0, y, 0], "normal": [0, 1, 0], "radius": 0.4 } }, "material": "glow" });
     let shaded = |rules: Value, y: f64| {
         floor(
@@ -134,7 +136,7 @@ fn what_is_too_near_does_not_count() {
     );
 }
 
-/// Protects: behind what is absent a ray starts on the other side, from either.
+/// Protects: behind an absent surface a ray starts on the other side, from either side.
 #[test]
 fn rays_go_on_behind_what_is_absent() {
     let absent = physical(json!({ "opacity": 0, "alpha": "blend" }));

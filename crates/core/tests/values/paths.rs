@@ -1,5 +1,5 @@
-//! Path tracing against closed forms: what light does between surfaces is known where the surfaces
-//! are simple, whichever way of finding it is used.
+//! Path tracing against closed forms: light between simple surfaces, for every strategy of light
+//! sampling.
 
 use core::f64::consts::PI;
 
@@ -12,17 +12,17 @@ use crate::support::{
     View, ball, classic, floor, near, physical, pixel, rendered, scene, settings, sun,
 };
 
-/// Every way of finding light that has a size.
+/// Every strategy of sampling area lights and the sky.
 const WAYS: [LightSampling; 3] = [
     LightSampling::Scattering,
     LightSampling::Lights,
     LightSampling::Both,
 ];
 
-/// Onto the origin of the floor, slanted.
+/// A slanted view onto the origin of the floor.
 pub const AT: View = [[0.3, 0.4, 0.1], [0.0, 0.0, 0.0]];
 
-/// Paths of so many segments along one ray.
+/// Settings for paths of at most `depth` segments along one ray.
 pub fn paths(scene: &Scene, view: View, depth: u32) -> Settings {
     let mut settings = Settings {
         integrator: Integrator::Path,
@@ -42,8 +42,7 @@ pub fn paths(scene: &Scene, view: View, depth: u32) -> Settings {
     settings
 }
 
-/// The mean over a picture's pixels, each of which sees the same, and the standard error of that
-/// mean.
+/// Mean over a picture's pixels, which all see the same, and its standard error.
 pub fn mean(scene: &Scene, settings: &Settings) -> ([f64; 3], [f64; 3]) {
     let picture = rendered(scene, settings).picture;
     let n = picture.rgb.len() as f64;
@@ -53,8 +52,8 @@ pub fn mean(scene: &Scene, settings: &Settings) -> ([f64; 3], [f64; 3]) {
     (mean, core::array::from_fn(|k| (spread(k) / n).sqrt()))
 }
 
-/// Every way of finding light sees this within three standard errors and 0.2 %, and knows it to 3
-/// %.
+/// Asserts that every strategy of light sampling gives this radiance within three standard errors
+/// and 0.2 %, with an error below 3 %.
 #[track_caller]
 pub fn all_see(scene: &Scene, view: View, depth: u32, expected: [f64; 3], what: &str) {
     for light_sampling in WAYS {
@@ -91,8 +90,8 @@ fn under(model: Value, object: Value, radiance: f64) -> Scene {
     )
 }
 
-/// Protects: light that goes to and fro in a closed room of albedo a that gives off e: of d
-/// segments e·(1 − aᵈ)/(1 − a), with roulette where a path has become faint.
+/// Protects: interreflection in a closed room of albedo a and emission e: d segments give e·(1 −
+/// aᵈ)/(1 − a), with roulette for faint paths.
 #[test]
 fn a_closed_room() {
     for (albedo, depths) in [([0.5, 0.5, 0.5], [1, 2, 5]), ([0.2, 0.3, 0.9], [3, 12, 64])] {
@@ -115,8 +114,8 @@ fn a_closed_room() {
 }
 
 /// Protects: a ball, a disk and a rectangle light a matte floor by their form factors:
-/// π·L·(r/d)²·cos, π·L·r²/(r² + h²), Lambert's polygon formula; a floor of albedo a shows a/π of
-/// it.
+/// π·L·(r/d)²·cos, π·L·r²/(r² + h²), and Lambert's polygon formula; a floor of albedo a reflects
+/// a/π of it.
 #[test]
 fn lamps_with_a_form() {
     let white = || classic(json!({ "colour": 0.6 }));
@@ -140,8 +139,8 @@ fn lamps_with_a_form() {
         shows(3.0 * PI * 2.25 / (2.25 + 4.0)),
         "a disk",
     );
-    // Over a quarter of what surrounds the point: from a corner, ½·(x/√(1 + x²)·atan(y/√(1 + x²)) +
-    // the same exchanged), four times.
+    // For one quarter, from a corner: ½·(x/√(1 + x²)·atan(y/√(1 + x²)) + the same with x and y
+    // exchanged); four times.
     let corner = |x: f64, y: f64| {
         let (p, q) = ((1.0 + x * x).sqrt(), (1.0 + y * y).sqrt());
         0.5 * (x / p * (y / p).atan() + y / q * (x / q).atan())
@@ -156,8 +155,8 @@ fn lamps_with_a_form() {
     );
 }
 
-/// Protects: a sky that is linear in height brings a matte floor its mean a + ⅔·b of L = a + b·y
-/// (with the lower half hidden).
+/// Protects: a sky linear in height, L = a + b·y, gives a matte floor the mean a + ⅔·b (with the
+/// lower half hidden).
 #[test]
 fn a_sky() {
     let parts =
@@ -168,9 +167,9 @@ fn a_sky() {
     all_see(&scene, AT, 2, expected, "a gradient");
 }
 
-/// Protects: one light without size makes what it makes under Whitted's rules, on both families of
-/// materials: nothing is left to chance, and the units are the same. Of physical ones but for the
-/// two thousandths that facets here give back.
+/// Protects: one delta light gives the same as in Whitted's integrator, on both families of
+/// materials: without randomness, and in the same units. Physical materials differ by two
+/// thousandths of multiple scattering.
 #[test]
 fn lights_without_size() {
     let point =
@@ -211,7 +210,7 @@ fn lights_without_size() {
     }
 }
 
-/// Protects: what a mirror shows is counted once, whether or not the lamp could be drawn.
+/// Protects: a lamp in a mirror counts once, whether or not it could be sampled.
 #[test]
 fn m06_a_mirror_shows_a_lamp_once() {
     let scene = under(
@@ -222,14 +221,14 @@ fn m06_a_mirror_shows_a_lamp_once() {
     all_see(&scene, AT, 4, [4.0; 3], "a lamp in a mirror");
 }
 
-/// Protects: through a pane of glass a floor is seen that a light without size lights: by as much
-/// as the two faces let through, there and back between them, once and by every way of finding
-/// light; and a mirror shows that floor as often.
+/// Protects: a floor under a delta light is seen through a pane of glass: by the transmittance of
+/// the two faces with all reflections between them, once and for every strategy of light sampling;
+/// and a mirror shows that floor likewise.
 #[test]
 fn m06_glass_shows_what_a_light_without_size_lights() {
     let [eye, target] = [[0.0, 5.0, 0.0], [0.0, 0.0, 0.0]];
     let sunlight = [0.6, 0.8, 0.0];
-    // Beside the eye and not in the light's way.
+    // Near the eye, outside the light's path.
     let pane = json!({ "shape": { "box": { "min": [-0.1, 4.8, -0.1], "max": [0.1, 4.9, 0.1] } }, "material": "pane" });
     let model = physical(json!({ "transmission": 1, "roughness": 0, "ior": 1.5 }));
     let parts = json!({ "lights": [sun(sunlight)], "materials": [{ "name": "pane", "model": model }], "objects": [pane] });
@@ -251,7 +250,8 @@ fn m06_glass_shows_what_a_light_without_size_lights() {
     );
 }
 
-/// Protects: glass takes nothing away: a ball of it, whole and hollow, shows an even sky as it is.
+/// Protects: glass conserves energy: a glass ball, whole and hollow, is invisible under a uniform
+/// sky.
 #[test]
 fn glass_keeps_all_light() {
     let glass = |model: Value| {
@@ -275,8 +275,8 @@ fn glass_keeps_all_light() {
     }
 }
 
-/// Protects: a surface of alpha 0.4 takes 0.4 of a lamp's light, by shadow rays and by paths, and
-/// shows 0.6 of what is behind it.
+/// Protects: a surface of alpha 0.4 blocks 0.4 of a lamp's light, by shadow rays and by paths, and
+/// shows 0.6 of the background.
 #[test]
 fn what_covers_a_share() {
     let sheet = |height: f64| json!({ "shape": { "quad": { "corner": [-9, height, -9], "edge_u": [18, 0, 0], "edge_v": [0, 0, 18] } }, "material": "sheet" });
@@ -284,7 +284,7 @@ fn what_covers_a_share() {
     let centre = [0.0, 2.0, 0.0];
     let parts = |model: &Value, height: f64| json!({ "materials": [lamp(7.0), model], "objects": [ball(centre, 1.2, "lamp"), sheet(height)] });
     let expected = 0.6 * 0.6 * 7.0 * 1.44 / 4.0;
-    // Between the floor and the lamp; then before the eye too.
+    // Between the floor and the lamp; then also before the eye.
     all_see(
         &floor(classic(json!({ "colour": 0.6 })), parts(&black, 0.7)),
         AT,
@@ -301,8 +301,8 @@ fn what_covers_a_share() {
     );
 }
 
-/// Protects: an object that casts no shadow takes no light from lights without size; light with a
-/// size is the same by whatever way it is found.
+/// Protects: a shadowless object does not block delta lights; area lights and the sky are the same
+/// for every strategy.
 #[test]
 fn what_casts_no_shadow() {
     let mut plate = json!({ "shape": { "quad": { "corner": [-1, 1, -1], "edge_u": [2, 0, 0], "edge_v": [0, 0, 2] } }, "material": "plate" });
@@ -314,7 +314,7 @@ fn what_casts_no_shadow() {
     all_see(&scene, AT, 2, [0.5 + 0.5 * (1.0 - hidden); 3], "a plate");
 }
 
-/// A box of what transmits everything and bends nothing, so that only what it absorbs is seen.
+/// A box of full transmission and index 1, so that only its absorption is visible.
 fn body(min: [f64; 3], max: [f64; 3], terms: Value) -> Scene {
     let mut model = json!({ "transmission": 1, "roughness": 0, "ior": 1, "attenuation_colour": [0.5, 0.9, 0.0], "attenuation_distance": 2 });
     terms
@@ -329,9 +329,9 @@ fn body(min: [f64; 3], max: [f64; 3], terms: Value) -> Scene {
     )
 }
 
-/// Protects: what is left after d metres is the attenuation colour to the power of d over its
-/// distance (Beer-Lambert): through a body, to what is in it, from within it, and on the way from a
-/// lamp to a floor that are both in it.
+/// Protects: the transmittance of d metres is the attenuation colour to the power of d over its
+/// distance (Beer-Lambert): through a body, to an object in it, from inside it, and between a lamp
+/// and a floor both in it.
 #[test]
 fn bodies_absorb() {
     let down: View = [[0.3, 5.0, 0.2], [0.3, 0.0, 0.2]];
@@ -361,14 +361,14 @@ fn bodies_absorb() {
         left(1.25).map(|x| 3.0 * x),
         "a plate in it",
     );
-    // A small lamp 1.2 above a floor, both in the body; its sky is too far off to count.
+    // A small lamp 1.2 above a floor, both in the body, without a sky.
     let mut parts = with(plate(0.1, "matte"));
     parts["sky"] = Value::Null;
     let lamp = ball([0.3, 1.3, 0.2], 0.05, "lamp");
     parts["objects"].as_array_mut().expect("objects").push(lamp);
     let found = scene(parts);
     let irradiance = 0.6 * 3.0 * 0.0025 / 1.44;
-    // Seen slanted from 1 above the floor, all within.
+    // A slanted view from 1 above the floor, all inside.
     let view: View = [[1.3, 1.1, 0.2], [0.3, 0.1, 0.2]];
     for light_sampling in [LightSampling::Lights, LightSampling::Both] {
         let (found, error) = mean(
@@ -389,8 +389,8 @@ fn bodies_absorb() {
     }
 }
 
-/// Protects: ways of finding light agree where they share it: glossy paint, rough metal and frosted
-/// glass under lamps and a sky with a sun.
+/// Protects: strategies of light sampling agree where they share the light: glossy paint, rough
+/// metal and frosted glass under lamps and a sky with a sun.
 #[test]
 fn ways_of_finding_light_agree() {
     let sky = json!({ "gradient": { "bottom": 0.1, "top": [0.4, 0.5, 0.8],
@@ -440,8 +440,8 @@ fn ways_of_finding_light_agree() {
     }
 }
 
-/// Protects: a thousand lamps of unlike power add up, each asked as often as its light is worth
-/// here: against the sum of their form factors, and with little noise.
+/// Protects: a thousand lamps of different power add up, each sampled by its contribution: against
+/// the sum of their form factors, and with little noise.
 #[test]
 fn a_thousand_lamps() {
     // SplitMix64 (Steele, Lea, Flood, "Fast Splittable Pseudorandom Number Generators", 2014).
@@ -470,7 +470,7 @@ fn a_thousand_lamps() {
         let squared: f64 = centre.iter().map(|x| x * x).sum();
         irradiance += PI * radiance * radius * radius / squared * centre[1] / squared.sqrt();
     }
-    // Lamps hide parts of each other, which the sum does not know: a thousandth or so.
+    // Lamps occlude parts of each other, which the sum ignores: about a thousandth.
     let scene = floor(
         classic(json!({ "colour": 0.6 })),
         json!({ "materials": materials, "objects": objects }),
@@ -488,10 +488,10 @@ fn a_thousand_lamps() {
     );
 }
 
-/// Protects: at equal camera samples both ways together are no noisier than 1.1 times the better of
-/// the two alone, and 1e-4 of the mean squared: rough and smooth, large and small lamps, layers;
-/// all but three of 32, whose figures are in benches/runs. The variance of each is known to about
-/// two per cent.
+/// Protects: at equal samples multiple importance sampling is at most 1.1 times as noisy as the
+/// better of the two strategies alone, plus 1e-4 of the mean squared: rough and smooth, large and
+/// small lamps, layers; all but three of 32 cases, with figures in benches/runs. The variance of
+/// each is known to about two per cent.
 #[test]
 fn both_ways_are_as_good_as_the_better_one() {
     let materials = [
@@ -530,7 +530,7 @@ fn both_ways_are_as_good_as_the_better_one() {
             physical(json!({ "base_colour": 0.2, "sheen": { "colour": 0.8, "roughness": 0.4 } })),
         ),
     ];
-    // In the mirror direction of the view, and beside it.
+    // In the view's mirror direction, and beside it.
     let lamps = [
         (0.03, [-0.6, 0.8, -0.2]),
         (0.3, [-0.6, 0.8, -0.2]),
@@ -572,9 +572,9 @@ fn both_ways_are_as_good_as_the_better_one() {
             let line = format!(
                 "{name}, lamp {radius} at {centre:?}: {scattering:.3e} {lights:.3e} both {both:.3e}, allowed {allowed:.3e}"
             );
-            // Where a lamp holds all of a metal's lobe, scattering alone knows it next to exactly,
-            // and lamps that are asked at the lobe's foot bring noise that no weight by densities
-            // alone tells from worth: within Veach's bound of the balance heuristic there.
+            // If a lamp contains all of a metal's lobe, scattering alone is nearly exact, and light
+            // samples at the lobe's foot add noise that no weight by densities alone can detect:
+            // within Veach's bound of the balance heuristic there.
             let held = matches!(
                 (*name, radius),
                 ("metal 0.1", 0.3 | 0.7) | ("metal 0.4", 0.7)

@@ -1,4 +1,4 @@
-//! The metallic-roughness model under one light: Lambert and GGX by the textbook.
+//! The metallic-roughness model under one light: Lambert and GGX in textbook form.
 
 use core::f64::consts::PI;
 
@@ -24,16 +24,16 @@ fn lit(terms: Value, to_light: [f64; 3]) -> raywright_core::Scene {
 
 const UP: [f64; 3] = [0.0, 1.0, 0.0];
 
-/// What a grey dielectric below facets sends straight back of light from straight above, less what
-/// its facets do.
+/// Diffuse reflection of a grey dielectric straight back to a light straight above: the whole less
+/// the microfacets' part.
 fn below(base: f64, roughness: f64, f0: f64) -> f64 {
     Surface::dielectric(base, roughness, f0).sends([DVec3::Y; 3], true)[0]
         - f0 / (4.0 * roughness.max(0.03).powi(4))
 }
 
-/// Protects: at normal incidence D = 1/(π α²), V = ¼, F = F0, so facets send F0/(4 α²) with α =
-/// roughness², and what lies below gets no more than they leave: base · (1 − F0) but for what they
-/// reflect at other angles.
+/// Protects: at normal incidence D = 1/(π α²), V = ¼ and F = F0, so microfacets reflect F0/(4 α²)
+/// with α = roughness². The base receives no more than they leave: base · (1 − F0), less their
+/// reflection at other angles.
 #[test]
 fn values_at_normal_incidence() {
     for (base, roughness, f0) in [
@@ -53,7 +53,7 @@ fn values_at_normal_incidence() {
     sees(&dielectric(1.0), DOWN, [below(0.5, 1.0, 0.04) + 0.01; 3]);
     sees(&dielectric(0.5), DOWN, [below(0.5, 0.5, 0.04) + 0.16; 3]);
     sees(&dielectric(0.1), DOWN, [below(0.5, 0.1, 0.04) + 100.0; 3]);
-    // No light without size shows on a surface smoother than 0.03.
+    // Highlights of delta lights are limited to the least roughness of 0.03.
     let least = 0.04 / 4.0 / f64::powi(0.03, 4);
     sees(&dielectric(0.02), DOWN, [below(0.5, 0.02, 0.04) + least; 3]);
     let metal = Surface {
@@ -86,7 +86,7 @@ fn values_at_normal_incidence() {
     );
 }
 
-/// Protects: half a metal has half of what a dielectric and a metal send.
+/// Protects: half a metal is the mean of a dielectric and a metal.
 #[test]
 fn metalness_blends() {
     let found = |base: f64| {
@@ -107,12 +107,12 @@ fn metalness_blends() {
 }
 
 /// The textbook form: D = α²/(π((n·h)²(α² − 1) + 1)²), height-correlated V, Schlick's F, for a base
-/// colour and F0 over n·l and the whole under irradiance π.
+/// colour and F0, with n·l under irradiance π.
 fn textbook(base: f64, f0: f64, roughness: f64, l: [f64; 3], v: [f64; 3]) -> f64 {
     dimmed(base, [f0, 1.0], roughness, l, v)
 }
 
-/// The same with reflectance from F0 to F90.
+/// The textbook form with reflectance from F0 to F90.
 fn dimmed(base: f64, [f0, f90]: [f64; 2], roughness: f64, l: [f64; 3], v: [f64; 3]) -> f64 {
     let h: [f64; 3] = core::array::from_fn(|i| l[i] + v[i]);
     let length = h.iter().map(|x| x * x).sum::<f64>().sqrt();
@@ -126,8 +126,8 @@ fn dimmed(base: f64, [f0, f90]: [f64; 2], roughness: f64, l: [f64; 3], v: [f64; 
     PI * (base * (1.0 - f) / PI + f * d * visibility) * nl
 }
 
-/// Protects: the whole lobe off the normal, in and out of the plane of incidence, up to Fresnel's
-/// edge, at several roughnesses.
+/// Protects: the whole lobe off the normal, in and out of the plane of incidence, up to grazing
+/// angles, at several roughnesses.
 #[test]
 fn values_off_the_normal() {
     let views: [View; 3] = [
@@ -146,8 +146,8 @@ fn values_off_the_normal() {
         ] {
             for roughness in [0.2, 0.5, 0.9] {
                 let dielectric = json!({ "base_colour": 0.5, "roughness": roughness });
-                // Of the facets by the textbook; below them lies what they leave, which is some of
-                // the base colour.
+                // The microfacets by the textbook; the rest is the base's share, a part of the base
+                // colour.
                 let sends = |metallic: f64| {
                     let surface = Surface {
                         metallic,
@@ -174,7 +174,7 @@ fn values_off_the_normal() {
             }
         }
     }
-    // By numbers: l and v mirror each other at cosine 0.8, α = 1/4: D = 16/π, V = ½/(1.6 · √(0.64 ·
+    // In numbers: l and v mirror each other at cosine 0.8, α = 1/4: D = 16/π, V = ½/(1.6 · √(0.64 ·
     // 15/16 + 1/16)).
     let smith = f64::sqrt(0.64 * 0.9375 + 0.0625);
     let f = 0.04 + 0.96 * 0.2_f64.powi(5);
@@ -196,7 +196,7 @@ fn values_off_the_normal() {
     );
 }
 
-/// Paths of two segments along one ray.
+/// Settings for paths of two segments along one ray.
 fn straight(scene: &Scene, view: View) -> Settings {
     Settings {
         integrator: Integrator::Path,
@@ -205,8 +205,8 @@ fn straight(scene: &Scene, view: View) -> Settings {
     }
 }
 
-/// A path tracer sees this of single microfacets: to the digits of a picture in f64, and as near as
-/// above in f32, where surfaces are shaded several at a time.
+/// Asserts a path tracer's radiance for single scattering of microfacets: to a picture's digits in
+/// `f64`, and within a wider tolerance in `f32`, where surfaces are shaded several at a time.
 #[track_caller]
 fn traced(scene: &Scene, view: View, without: EffectSet, expected: f64, what: &str) {
     for (precision, tolerance) in [
@@ -229,12 +229,12 @@ fn traced(scene: &Scene, view: View, without: EffectSet, expected: f64, what: &s
     }
 }
 
-/// Protects: a factor of reflections scales what the dielectric part reflects, at normal incidence
-/// and at grazing, and what lies below is dimmed by as much: a factor of nothing leaves Lambert's
-/// base · n·l. The metal part knows no factor.
+/// Protects: a factor on reflections scales the dielectric reflectance, at normal incidence and at
+/// grazing, and dims the base accordingly: a factor of zero leaves Lambert's base · n·l. The metal
+/// part ignores the factor.
 #[test]
 fn factors_dim_reflections_alone() {
-    // Seen and lit from opposite sides, where Fresnel's edge is: v·h is 0.28.
+    // View and light on opposite sides, at grazing Fresnel: v·h is 0.28.
     for (v, l) in [
         ([0.0, 1.0, 0.0], UP),
         ([0.8, 0.6, 0.0], [-0.6, 0.8, 0.0]),
@@ -267,8 +267,8 @@ fn factors_dim_reflections_alone() {
     }
 }
 
-/// Protects: the same beside bodies that are told apart by priority, where each surface asks what
-/// it is in: here, nothing.
+/// Protects: factors on reflections act the same in a scene of bodies with priorities, where each
+/// surface checks its medium: here, none.
 #[test]
 fn factors_dim_reflections_beside_bodies() {
     let glass = |name: &str, priority: u32| json!({ "name": name, "model": physical(json!({ "transmission": 1, "roughness": 0, "priority": priority })) });
@@ -299,8 +299,8 @@ fn factors_dim_reflections_beside_bodies() {
     );
 }
 
-/// Protects: where a factor of reflections needs layers: on glass, whose boundary reflects less
-/// then; and nowhere by Whitted's integrator, which leaves it out.
+/// Protects: a factor on reflections needs layers only on glass, whose boundary then reflects less;
+/// and never in Whitted's integrator, which leaves it out.
 #[test]
 fn where_factors_are_layers() {
     let layers = |terms: Value| {
@@ -326,7 +326,8 @@ fn where_factors_are_layers() {
     );
 }
 
-/// Protects: light from behind a surface, and highlights that a light or a shadow leaves out.
+/// Protects: light from behind a surface has no effect, and highlights are omitted by a light's
+/// setting or a shadow.
 #[test]
 fn what_does_not_reach_a_surface() {
     sees(
@@ -343,7 +344,7 @@ fn what_does_not_reach_a_surface() {
     );
 }
 
-/// Protects: shadows dim physical surfaces as far as the light casts them.
+/// Protects: shadows dim physical surfaces if the light casts them.
 #[test]
 fn shadows_dim_physical_surfaces() {
     let light = |shadows: bool| json!({ "kind": { "directional": { "to_light": UP } }, "colour": PI, "shadows": shadows });
@@ -366,8 +367,8 @@ fn shadows_dim_physical_surfaces() {
     sees(&dull(false), SLANTED, lit);
 }
 
-/// Protects: emission is added to whatever else there is, and an unlit surface shows its base
-/// colour and nothing else.
+/// Protects: emission is added to the other light, and an unlit surface shows its base colour
+/// alone.
 #[test]
 fn emission_and_unlit_surfaces() {
     sees(
@@ -385,9 +386,9 @@ fn emission_and_unlit_surfaces() {
     );
 }
 
-/// Protects: nothing that an unlit material says besides base colour and alpha changes any bit of a
-/// picture (KHR_materials_unlit): it lights nothing, lets nothing through and casts the same
-/// shadow, by either integrator.
+/// Protects: no field of an unlit material besides base colour and alpha changes any bit of a
+/// picture (KHR_materials_unlit): it lights nothing, transmits nothing and casts the same shadow,
+/// with either integrator.
 #[test]
 fn unlit_surfaces_are_their_base_colour_alone() {
     for integrator in [Integrator::Whitted, Integrator::Path] {

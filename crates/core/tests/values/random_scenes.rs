@@ -1,9 +1,8 @@
-//! A net of random scenes: materials of both families with random fields, bodies and lights, by
-//! both integrators. Closed forms are for single terms; what two of them do to each other that no
-//! one thought of is found here.
+//! Random scenes: materials of both families with random fields, bodies and lights, by both
+//! integrators. Closed forms test single terms; these scenes find unforeseen combinations.
 //!
-//! The scenes are numbered, and a number is all that it takes to make one again. `NETS=all` renders
-//! all of them, a tenth otherwise.
+//! The scenes are numbered, and a number suffices to recreate one. `NETS=all` renders all of them,
+//! a tenth otherwise.
 
 use std::env;
 use std::sync::Arc;
@@ -18,7 +17,7 @@ use crate::support::{View, ball, rendered, scene, settings};
 const SCENES: u64 = 500;
 const SEED: u64 = 46;
 
-/// Numbers by chance (Steele, Lea, Flood, "Fast Splittable Pseudorandom Number Generators", 2014).
+/// Random numbers (Steele, Lea, Flood, "Fast Splittable Pseudorandom Number Generators", 2014).
 struct Random(u64);
 
 impl Random {
@@ -45,7 +44,7 @@ impl Random {
         of[(self.next() % of.len() as u64) as usize].clone()
     }
 
-    /// A share: as often as not one of its ends, where formulas have their poles.
+    /// A number from 0 to 1, in half of the cases one of its ends, where formulas have their poles.
     fn share(&mut self) -> f64 {
         if self.is(0.5) {
             self.one_of(&[0.0, 1.0])
@@ -58,13 +57,13 @@ impl Random {
         json!([self.share(), self.share(), self.share()])
     }
 
-    /// A magnitude from so many powers of ten to so many.
+    /// A magnitude between two powers of ten.
     fn magnitude(&mut self, from: f64, to: f64) -> f64 {
         10_f64.powf(from + (to - from) * self.unit())
     }
 }
 
-/// Puts a field in by chance.
+/// Adds a field by chance.
 fn maybe(
     random: &mut Random,
     of: &mut Map<String, Value>,
@@ -99,7 +98,7 @@ fn physical(random: &mut Random) -> Value {
         r.magnitude(-6.0, 3.0).into()
     });
     maybe(random, all, "dispersion", |r| r.magnitude(-2.0, 2.0).into());
-    // A thin wall has no inside that could have a priority.
+    // A thin wall has no inside, so it takes no priority.
     match random.next() % 4 {
         0 => all.insert("thin_walled".to_owned(), true.into()),
         1 => all.insert("priority".to_owned(), random.one_of(&[1, 2]).into()),
@@ -223,7 +222,7 @@ fn bodies(kind: u64) -> Vec<Value> {
     }
 }
 
-/// A closed mesh with normals that lean and texture coordinates that are the same at two corners.
+/// A closed mesh with leaning normals and equal texture coordinates at two corners.
 fn tent() -> Value {
     let data = json!({
         "positions": [[-1, 0.1, -1], [1, 0.1, -1], [0, 0.1, 1], [0, 1.8, 0]],
@@ -234,8 +233,8 @@ fn tent() -> Value {
     json!({ "name": "tent", "source": { "inline": data } })
 }
 
-/// Adds one of eight lights: directional, point, spot, a lamp, an even sky, a gradient with a sun,
-/// an environment map, a glowing mesh.
+/// Adds one of eight lights: directional, point, spot, a lamp, a constant sky, a gradient with a
+/// sun, an environment map, an emissive mesh.
 fn add_light(kind: u64, random: &mut Random, parts: &mut Value) {
     let strength = random.magnitude(-2.0, 4.0);
     let light = |kind: Value| json!([{ "kind": kind, "colour": [strength, strength, 0.0] }]);
@@ -312,14 +311,14 @@ fn scene_of(parts: Value) -> Scene {
     scene
 }
 
-/// From outside, and from within the bodies.
+/// Views from outside, and from inside the bodies.
 const VIEWS: [View; 2] = [
     [[1.0, 2.2, 4.0], [0.0, 0.9, 0.0]],
     [[0.05, 1.02, 0.03], [0.5, 0.4, 0.6]],
 ];
 
-/// Protects: no sample of a sound scene is lost, whatever its materials, bodies and lights: none is
-/// dropped as no number, and no ray ends at the limit of surfaces that are passed.
+/// Protects: no sample of a valid scene is lost, for any materials, bodies and lights: none is
+/// dropped as NaN, and no ray ends at the limit of passed surfaces.
 #[test]
 fn no_sample_is_lost() {
     let step = if env::var("NETS").is_ok_and(|nets| nets == "all") {
@@ -328,7 +327,7 @@ fn no_sample_is_lost() {
         10
     };
     let mut lost = Vec::new();
-    // Every tenth would be of few bodies and lights alone.
+    // Multiples of ten would cover few bodies and lights.
     for number in (0..SCENES / step).map(|k| k * step + k % step) {
         let scene = of_number(number);
         for (integrator, precision) in [
@@ -365,9 +364,8 @@ fn no_sample_is_lost() {
     );
 }
 
-/// Protects: a flat lamp that is there in part is met once by a shadow ray that begins in its own
-/// plane, so that no such ray ends at the limit of surfaces that are passed: the one scene of the
-/// net where one did.
+/// Protects: a partly transparent flat lamp is hit once by a shadow ray that begins in its plane,
+/// so that no such ray ends at the limit of passed surfaces: the one random scene where a ray did.
 #[test]
 fn flat_lamps_are_met_once_from_their_own_plane() {
     let scene = of_number(473);

@@ -1,4 +1,4 @@
-//! Mirrors of classic surfaces, and where paths end.
+//! Mirrors of classic surfaces, and the depth limit of paths.
 
 use raywright_core::Settings;
 use serde_json::{Value, json};
@@ -7,7 +7,7 @@ use crate::support::{
     DOWN, SLANTED, View, classic, floor, near, pixel, rendered, scene, sees, settings, sun,
 };
 
-/// Protects: weight and tint of what the mirrored ray sees.
+/// Protects: weight and tint of a mirrored ray's radiance.
 #[test]
 fn a_mirror_shows_the_mirrored_direction() {
     let mirror = |reflection: Value| {
@@ -34,7 +34,8 @@ fn a_mirror_shows_the_mirrored_direction() {
     );
 }
 
-/// Protects: direction = unit(mirror + amount · w) with w_i = sin(row i · p).
+/// Protects: fuzz disturbs a reflection by its rows: direction = unit(mirror + amount · w) with w_i
+/// = sin(row i · p).
 #[test]
 fn fuzz_disturbs_by_its_rows() {
     use core::f64::consts::PI;
@@ -49,7 +50,7 @@ fn fuzz_disturbs_by_its_rows() {
     );
 }
 
-/// Protects: a reflection's weight finds the first light's direction and shadow, not the last
+/// Protects: a reflection's weight reads the first light's direction and shadow, not the last
 /// one's.
 #[test]
 fn a_weight_finds_the_first_light() {
@@ -71,8 +72,8 @@ fn corridor(terms: Value, rules: Value) -> raywright_core::Scene {
     )
 }
 
-/// Protects: the depth counts segments, the camera ray included; at the last one a reflection is
-/// dropped.
+/// Protects: the depth counts segments, the camera ray included; a reflection at the last segment
+/// is dropped.
 #[test]
 fn paths_have_as_many_segments_as_they_may() {
     let scene = corridor(
@@ -101,8 +102,8 @@ fn paths_have_as_many_segments_as_they_may() {
     }
 }
 
-/// Protects: with `local_only` the last segment shows the local term with weight one, also of what
-/// would only reflect.
+/// Protects: with `local_only` the last segment shows the local term with weight one, also of
+/// purely reflective surfaces.
 #[test]
 fn the_last_segment_may_show_the_local_term() {
     let rules = json!({ "ambient": 1, "depth_limit": "local_only" });
@@ -128,7 +129,7 @@ fn the_last_segment_may_show_the_local_term() {
             &format!("depth {max_depth}"),
         );
     }
-    // A surface that does not reflect keeps its weight.
+    // A non-reflective surface keeps its weight.
     let matte = corridor(
         json!({ "local": 0.25 }),
         json!({ "ambient": 1, "depth_limit": "local_only" }),

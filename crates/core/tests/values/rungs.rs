@@ -1,5 +1,4 @@
-//! Rungs of light and chance against closed forms: shadows of lamps by their middles, roulette,
-//! samplers, sums.
+//! Rungs of light and sampling against closed forms: hard shadows of lamps, roulette, samplers.
 
 use raywright_core::Settings;
 use raywright_core::scene::{Integrator, Scene};
@@ -9,8 +8,8 @@ use serde_json::{Value, json};
 use crate::paths::{AT, lamp, mean, paths};
 use crate::support::{View, ball, classic, floor, rendered, scene, settings};
 
-/// A floor under a lamp and a wall that hides all of the lamp with x above `edge` from where [`AT`]
-/// looks, half way up. The view comes from x below the wall.
+/// A floor under a lamp and a wall half way up, which hides the part of the lamp with x above
+/// `edge` from the point of [`AT`]. The view comes from x below the wall.
 fn half_hidden(lamp_object: Value, edge: f64) -> Scene {
     let wall = json!({ "shape": { "quad": { "corner": [edge, 1, -9], "edge_u": [9, 0, 0], "edge_v": [0, 0, 18] } }, "material": "wall" });
     let black = json!({ "name": "wall", "model": classic(json!({ "local": 0 })) });
@@ -24,14 +23,15 @@ fn quad_lamp() -> Value {
     json!({ "shape": { "quad": { "corner": [-1, 2, -1], "edge_u": [2, 0, 0], "edge_v": [0, 0, 2] } }, "material": "lamp" })
 }
 
-/// A closed lamp above the floor: its upper side is hidden by itself.
+/// A closed lamp above the floor: it hides its own upper side.
 fn box_lamp() -> Value {
     json!({ "shape": { "box": { "min": [-1, 2, -1], "max": [1, 2.2, 1] } }, "material": "lamp" })
 }
 
-/// Protects: where shadows are hard all of a lamp's light arrives where its middle is seen, and
-/// none where it is not, by both integrators and both ways of asking, with no light twice: of lamps
-/// by solid angle and by area, flat, round and closed. Soft ones are in between.
+/// Protects: with hard shadows all of a lamp's light arrives where its centre is visible, and none
+/// elsewhere, for both integrators and both strategies with light samples, without counting light
+/// twice: for lamps sampled by solid angle and by area, flat, round and closed. Soft shadows lie in
+/// between.
 #[test]
 fn hard_shadows_go_by_the_middle() {
     let ball_lamp = || ball([0.0, 2.0, 0.0], 0.8, "lamp");
@@ -40,7 +40,7 @@ fn hard_shadows_go_by_the_middle() {
         ("ball", ball_lamp()),
         ("box", box_lamp()),
     ] {
-        // 20 m away it hides nothing; at −0.1 and 0.1 the middle is hidden, and seen.
+        // 20 m away the wall hides nothing; at −0.1 the centre is hidden, at 0.1 visible.
         let [open, hidden, seen] = [20.0, -0.1, 0.1].map(|edge| half_hidden(object.clone(), edge));
         for (integrator, light_sampling) in [
             (Integrator::Path, LightSampling::Both),
@@ -78,9 +78,9 @@ fn hard_shadows_go_by_the_middle() {
     }
 }
 
-/// Protects: where there is no middle to be seen, lamps light as ever: from within the box that
-/// they are, and where their light varies, by which what is met decides. Through a thin wall a lamp
-/// is seen by its middle all the same, and itself is not in the way.
+/// Protects: lamps without a usable centre have soft shadows: from inside a box lamp, and for
+/// varying emission, which is evaluated at hits. Through a thin wall a lamp is still found by its
+/// centre, without occluding itself.
 #[test]
 fn hard_shadows_have_their_exceptions() {
     let [soft, hard] = [AreaShadows::Soft, AreaShadows::Hard];
@@ -128,9 +128,8 @@ fn hard_shadows_have_their_exceptions() {
     }
 }
 
-/// Protects: a triangle's middle is a point of it: a lamp of one triangle, of whose bounds the
-/// middle is another triangle's, is hidden by what stands before that point and not by what stands
-/// before the bounds' middle.
+/// Protects: a triangle's centre is a point on it: a lamp of one triangle, whose bounds' centre
+/// lies off it, is hidden by a wall before that point and not by a wall before the bounds' centre.
 #[test]
 fn a_triangle_has_a_middle_of_its_own() {
     let triangle = |wall: [f64; 2]| {
@@ -154,8 +153,8 @@ fn a_triangle_has_a_middle_of_its_own() {
         )
         .0[0]
     };
-    // The middle of the bounds is above the origin, that of the triangle at x < 0: what is half way
-    // up has half its x.
+    // The bounds' centre is above the origin, the triangle's at x < 0: a wall half way up has half
+    // its x.
     let [open, before_bounds, before_itself] =
         [[20.0, 21.0], [-0.02, 0.3], [-0.4, -0.02]].map(|wall| hard(&triangle(wall)));
     assert!(
@@ -164,10 +163,10 @@ fn a_triangle_has_a_middle_of_its_own() {
     );
 }
 
-/// Protects: roulette is right in the mean on every rung, and longer paths are what it saves: in a
-/// closed room of albedo a that gives off e, e·(1 − aᵈ)/(1 − a) of d segments. Without it every
-/// path has all its segments; from the first surface on 1 + a + a² + .. of them; from the fourth
-/// on, where it counts for a⁴, 4 + a⁴·(1 + a + ..)
+/// Protects: roulette is unbiased on every rung and only shortens paths: in a closed room of albedo
+/// a and emission e, d segments give e·(1 − aᵈ)/(1 − a). Without roulette every path has all its
+/// segments; with roulette from the first surface on, 1 + a + a² + … on average; from the fourth
+/// on, where the throughput is a⁴, 4 + a⁴·(1 + a + …).
 #[test]
 fn roulette_only_saves_time() {
     let wall = classic(json!({ "colour": 0.5, "emission": 0.5 }));
@@ -201,7 +200,7 @@ fn roulette_only_saves_time() {
     }
 }
 
-/// Half of every pixel's width shows white: pixels of an edge through their middles.
+/// An edge through the middle of every pixel: half of each is white.
 fn edge() -> (Scene, View) {
     let white = json!({ "classic": { "local": 0, "emission": 1 } });
     let half = json!({ "shape": { "quad": { "corner": [0, 0, -50], "edge_u": [50, 0, 0], "edge_v": [0, 0, 100] } }, "material": "white" });
@@ -211,9 +210,9 @@ fn edge() -> (Scene, View) {
     )
 }
 
-/// Protects: samplers are what they are called. Of sixteen samples of an edge through a pixel's
-/// middle a grid of four by four has eight on each side in every pixel, Sobol points too;
-/// independent ones have a standard deviation of a half over the root of sixteen.
+/// Protects: samplers have their names' properties. Of sixteen samples of an edge through a pixel's
+/// middle a 4 × 4 grid has eight on each side in every pixel, and so have Sobol points; independent
+/// samples have a standard deviation of a half over √16.
 #[test]
 fn samplers_are_what_they_are_called() {
     let (scene, view) = edge();

@@ -1,4 +1,4 @@
-//! Random numbers by address: every part of an address counts, and the numbers stay what they are.
+//! Random numbers by address: every part of an address matters, and the numbers never change.
 
 use raywright_core::sampler::{Address, Branch, Purpose, pair};
 use raywright_core::settings::SamplerKind;
@@ -121,8 +121,8 @@ fn every_part_of_an_address_counts() {
     );
 }
 
-/// Protects: the two numbers of a pair are independent: their points fill the square as evenly as
-/// its sides.
+/// Protects: the two numbers of a pair are independent: their points fill the square as uniformly
+/// as its sides.
 #[test]
 fn pairs_fill_the_square() {
     for purpose in [
@@ -140,8 +140,8 @@ fn pairs_fill_the_square() {
     }
 }
 
-/// Protects: the samples of one purpose say nothing about those of another, nor those of one pixel
-/// about its neighbour's: products of deviations cancel. Exactly aligned points would give 1/12.
+/// Protects: samples of different purposes, and of neighbouring pixels, are uncorrelated: products
+/// of deviations cancel. Exactly aligned points would give 1/12.
 #[test]
 fn addresses_are_independent() {
     let numbers = |at: Address, purpose, k: usize| {
@@ -178,7 +178,8 @@ fn addresses_are_independent() {
     }
 }
 
-/// Protects: pictures of earlier versions: the numbers that this code had when it was checked.
+/// Protects: pictures of earlier versions stay reproducible: the numbers equal those recorded
+/// earlier.
 #[test]
 fn numbers_stay_what_they_were() {
     let far = Address {

@@ -1,4 +1,4 @@
-//! What lies between a surface and a light.
+//! Occluders between a surface and a light.
 
 use raywright_core::Scene;
 use serde_json::{Value, json};
@@ -24,8 +24,8 @@ fn veils() -> Value {
     json!([veil("half", 0.5), veil("quarter", 0.25), veil("solid", 0.0)])
 }
 
-/// Protects: transmittances are multiplied, or the first in the file's order decides alone wherever
-/// it is.
+/// Protects: transmittances are multiplied, or the first occluder in the file's order decides alone
+/// at any position.
 #[test]
 fn occluders_multiply_or_the_first_decides() {
     let first = || json!({ "shadow": "first_in_order" });
@@ -56,7 +56,7 @@ fn occluders_multiply_or_the_first_decides() {
     );
 }
 
-/// Protects: objects and lights that cast no shadows.
+/// Protects: objects and lights may be set to cast no shadows.
 #[test]
 fn shadows_may_be_left_out() {
     let mut scene = under(json!({}), veils(), &[(3.0, "solid"), (6.0, "half")]);
@@ -74,11 +74,11 @@ fn shadows_may_be_left_out() {
     );
 }
 
-/// Protects: the farthest occluder of a directional light, under both rules for where rays start;
-/// of other lights it is the light.
+/// Protects: the greatest distance of occluders of a directional light, under both rules of ray
+/// origins; for other lights it is the light's distance.
 #[test]
 fn occluders_count_up_to_a_distance() {
-    // The ball begins 2.5 above the floor.
+    // The ball's lower end is 2.5 above the floor.
     for spawn in [
         json!("error_bound"),
         json!({ "constant": { "offset": 0.001 } }),
@@ -101,9 +101,8 @@ fn occluders_count_up_to_a_distance() {
     }
 }
 
-/// Protects: what a physical occluder lets through is the mean of its tint times its transmission:
-/// 0.5 · (1 + 0.5 + 0.3)/3 = 0.3; and where alpha says how much of it there is, 1 − alpha · (1 −
-/// 0.3). From both sides alike.
+/// Protects: a physical occluder transmits the mean of its tint times its transmission: 0.5 · (1 +
+/// 0.5 + 0.3)/3 = 0.3; and with alpha, 1 − alpha · (1 − 0.3). The same from both sides.
 #[test]
 fn physical_occluders_transmit() {
     let base = |rest: Value| {
@@ -147,7 +146,7 @@ fn physical_occluders_transmit() {
 }
 
 /// Protects: one shadow ray for each light that a surface faces and that casts shadows, none for
-/// the others.
+/// other lights.
 #[test]
 fn shadow_rays_are_asked_where_they_matter() {
     let mut scene = under(json!({}), veils(), &[(3.0, "solid")]);
@@ -166,8 +165,8 @@ fn shadow_rays_are_asked_where_they_matter() {
         rendered(&scene, &settings(&scene, SLANTED)).counters.shadow,
         2
     );
-    // A rule that reads nothing of what is between asks nothing, nor does a scene in which nothing
-    // casts shadows.
+    // A shadow rule that reads no occluder needs no shadow ray, nor does a scene without shadow
+    // casters.
     let count = |scene: &Scene| rendered(scene, &settings(scene, SLANTED)).counters.shadow;
     let lit = || json!({ "lights": [sun([0.0, 1.0, 0.0])] });
     assert_eq!(count(&floor(classic(json!({ "shadow": "n.y" })), lit())), 0);
@@ -181,8 +180,8 @@ fn shadow_rays_are_asked_where_they_matter() {
     assert_eq!(count(&bare), 0);
 }
 
-/// Protects: whatever weight reads how far the nearest occluder is gets the nearest one's distance,
-/// not that of the first opaque one that a ray happened to meet.
+/// Protects: every weight that reads the distance of the nearest occluder gets it, not that of the
+/// first opaque one that a ray visited.
 #[test]
 fn distances_are_of_the_nearest_occluder() {
     for heights in [
@@ -195,13 +194,13 @@ fn distances_are_of_the_nearest_occluder() {
             panic!("a classic floor")
         };
         floor.specular = Some(serde_json::from_value(specular).expect("a highlight"));
-        // The ball begins 2.5 above the floor, which is in its shadow.
+        // The ball's lower end is 2.5 above the floor, which is in its shadow.
         sees(&scene, SLANTED, [0.25; 3]);
     }
 }
 
-/// Protects: a material's own `shadow` counts for every light that casts shadows, also where
-/// nothing is there to cast one, and for no other.
+/// Protects: a material's own `shadow` applies to every light that casts shadows, also without an
+/// occluder, and to no other light.
 #[test]
 fn a_materials_own_shadow_needs_no_occluder() {
     for (shadows, expected) in [(true, 0.25), (false, 1.0)] {
@@ -216,14 +215,14 @@ fn a_materials_own_shadow_needs_no_occluder() {
     }
 }
 
-/// Protects: along paths the scene's limit on shadows is that of its lights without size: what
-/// hides the sky or a lamp does so at any distance, whichever way light is found, and also where
-/// thin walls have what is in between asked in the order of the way.
+/// Protects: in path tracing the scene's limit on shadow distance applies to delta lights alone:
+/// occluders hide the sky or a lamp at any distance, for every strategy of light sampling, and also
+/// if thin walls make shadow rays visit surfaces in order.
 #[test]
 fn a_sky_is_hidden_beyond_the_limit_of_shadows() {
     use crate::paths::{all_see, lamp};
     use crate::support::{ball, floor};
-    // Inside a closed black ball of radius 50, and under a lamp whose light a black disk hides.
+    // Inside a closed black ball of radius 50, and under a lamp hidden by a black disk.
     let black = json!({ "name": "black", "model": classic(json!({ "colour": 0 })) });
     let clear = json!({ "name": "clear", "model": physical(json!({ "transmission": 1, "roughness": 0, "thin_walled": true })) });
     for (limit, walls) in [(1.0, false), (40.0, false), (1.0, true), (40.0, true)] {

@@ -1,4 +1,4 @@
-//! Lights that nothing is lit by are told, and no others.
+//! Lights without any contribution are reported, and no others.
 
 use raywright_core::Settings;
 use raywright_core::prepare::ShutAway;
@@ -9,7 +9,8 @@ use serde_json::json;
 
 use crate::support::{DOWN, ball, classic, floor, settings};
 
-/// A floor under an open lamp and an open light; a lamp and a light, each in a box, if `closed`.
+/// A floor under an open lamp and an open light, and a lamp and a light that are each inside a box
+/// if `closed`.
 fn scene(closed: bool) -> Scene {
     let mut objects = vec![
         ball([3.0, 3.0, 0.0], 0.5, "lamp"),
@@ -60,9 +61,9 @@ fn told(
     first
 }
 
-/// Protects: of two lamps and two lights, those in boxes are told, with the rays that were sent to
-/// them, which do not depend on the tiles; where the boxes are open, none is; and neither is where
-/// hardly a ray was sent or none at all.
+/// Protects: of two lamps and two lights, those in boxes are reported, with their numbers of shadow
+/// rays, which do not depend on the tiles; none is reported if the boxes are open, or with few or
+/// no shadow rays.
 #[test]
 fn what_lights_nothing_is_told() {
     let shut = told(&scene(true), 64, LightSampling::Both, 32);
@@ -79,7 +80,7 @@ fn what_lights_nothing_is_told() {
     else {
         panic!("{shut:?}")
     };
-    // Each vertex asks one light, the nearer and brighter ones more often.
+    // Each vertex samples one light, nearer and brighter ones more often.
     assert!(
         [to_light, to_lamp]
             .iter()

@@ -1,4 +1,4 @@
-//! What rays see that hit nothing.
+//! Skies and backgrounds of rays that hit nothing.
 
 use std::sync::Arc;
 
@@ -17,7 +17,8 @@ fn sky(sky: Value) -> Scene {
     scene(json!({ "sky": sky }))
 }
 
-/// Protects: black without a sky, a constant, and an expression of the ray's direction and origin.
+/// Protects: a missing sky is black; a constant sky, and an expression of the ray's direction and
+/// origin.
 #[test]
 fn plain_skies() {
     sees(&scene(json!({})), towards([1.0, 0.0, 0.0]), [0.0; 3]);
@@ -33,8 +34,8 @@ fn plain_skies() {
     );
 }
 
-/// Protects: linear in the height from bottom to top, and suns of weight · colour · cosine^exponent
-/// that add up, in front only.
+/// Protects: a gradient is linear in height from bottom to top, and suns of weight · colour ·
+/// cosine^exponent add up, on their side only.
 #[test]
 fn gradients_with_suns() {
     let gradient = |suns: Value| {
@@ -58,8 +59,7 @@ fn gradients_with_suns() {
     );
 }
 
-/// A sky of four columns and two rows, whose texels have their column in red and their row in
-/// green.
+/// A sky of four columns and two rows; each texel holds its column in red and its row in green.
 fn map(rotation: f64, strength: f64) -> Scene {
     let pixels = (0..8_u8)
         .map(|i| [f32::from(i % 4), f32::from(i / 4), 0.5, 1.0])
@@ -85,8 +85,8 @@ fn map(rotation: f64, strength: f64) -> Scene {
     }
 }
 
-/// Protects: u runs from −x over −z, +x and +z, so that a picture is unmirrored from inside; v
-/// down; a turn of 90° brings what was at −z to +x; the seam is filtered across; the strength
+/// Protects: u runs from −x over −z, +x and +z, so that an image is unmirrored from inside, and v
+/// runs down; a rotation of 90° moves −z to +x; filtering crosses the seam; the strength
 /// multiplies.
 #[test]
 fn maps_lie_as_documented() {
@@ -138,8 +138,8 @@ fn maps_lie_as_documented() {
     );
 }
 
-/// Protects: a background stands in for the sky in front of the camera only, and a transparent one
-/// is black with alpha 0.
+/// Protects: a background replaces the sky for camera rays only, and a transparent one is black
+/// with alpha 0.
 #[test]
 fn backgrounds_hide_the_sky_from_the_camera() {
     let scene = floor(

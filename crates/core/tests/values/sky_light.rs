@@ -1,5 +1,5 @@
-//! The sky on physical materials: its average on matte ones, its mirror image on smooth ones, and
-//! what passes through.
+//! Sky light on physical materials: its mean on matte ones, its mirror image on smooth ones, and
+//! transmission.
 
 use raywright_core::{Scene, Settings};
 use serde_json::{Value, json};
@@ -12,7 +12,7 @@ fn under(terms: Value, sky: &str) -> Scene {
     floor(physical(terms), json!({ "sky": { "expression": sky } }))
 }
 
-/// Karis's fit (2014) of the reflectance under uniform light, as published: (scale, offset) of F0.
+/// Karis's fit (2014) of the reflectance under uniform light, as published: scale and offset of F0.
 fn karis(roughness: f64, cosine: f64) -> (f64, f64) {
     let c0 = [-1.0, -0.0275, -0.572, 0.022];
     let c1 = [1.0, 0.0425, 1.04, -0.04];
@@ -21,8 +21,9 @@ fn karis(roughness: f64, cosine: f64) -> (f64, f64) {
     (-1.04 * a004 + r[2], 1.04 * a004 + r[3])
 }
 
-/// Protects: a white furnace stays white: what a matte surface does not mirror it diffuses, and a
-/// mirror neither adds the sky's average to its image nor loses more than the fit's error.
+/// Protects: a white furnace stays white: a matte surface reflects diffusely all that it does not
+/// mirror, and a mirror neither adds the sky's mean to its image nor loses more than the fit's
+/// error.
 #[test]
 fn a_white_furnace_stays_white() {
     for view in [DOWN, SLANTED] {
@@ -51,8 +52,8 @@ fn a_white_furnace_stays_white() {
     }
 }
 
-/// Protects: how much of the average a rough surface mirrors: (0.4524, −0.0024) for the roughest at
-/// normal incidence, and the published fit elsewhere.
+/// Protects: the share of the sky's mean that a rough surface mirrors: (0.4524, −0.0024) for the
+/// roughest at normal incidence, and the published fit elsewhere.
 #[test]
 fn rough_surfaces_mirror_the_average() {
     sees_within(
@@ -83,9 +84,9 @@ fn rough_surfaces_mirror_the_average() {
     }
 }
 
-/// Protects: all nine harmonics of the average, against the closed forms of skies of degree two and
-/// less: 2/3 of a linear part, 1/4 of a quadratic one without mean. Looked at along its normal, a
-/// white matte surface shows its average.
+/// Protects: all nine harmonics of the sky's mean, against the closed forms of skies up to degree
+/// two: 2/3 of a linear part, 1/4 of a quadratic one of mean zero. Viewed along its normal, a white
+/// matte surface shows the sky's mean.
 #[test]
 fn the_average_has_its_closed_forms() {
     let n = [2.0 / 7.0, 3.0 / 7.0, 6.0 / 7.0];
@@ -111,8 +112,7 @@ fn the_average_has_its_closed_forms() {
     }
 }
 
-/// Protects: what a rough surface mirrors is the average about the mirrored direction: 1 + 2/3 ·
-/// r.x.
+/// Protects: a rough surface mirrors the sky's mean about the mirror direction: 1 + 2/3 · r.x.
 #[test]
 fn the_mirrored_average_is_about_the_mirrored_direction() {
     let (scale, offset) = karis(0.5, 0.8);
@@ -125,8 +125,8 @@ fn the_mirrored_average_is_about_the_mirrored_direction() {
     );
 }
 
-/// Protects: a smooth metal mirrors by Schlick's F of its base colour, as far as its roughness is a
-/// mirror's and segments are left.
+/// Protects: a smooth metal mirrors by Schlick's F of its base colour, if its roughness is a
+/// mirror's and segments remain.
 #[test]
 fn smooth_metals_mirror_the_sky() {
     let metal = |roughness: f64| {
@@ -159,8 +159,8 @@ fn smooth_metals_mirror_the_sky() {
     );
 }
 
-/// Protects: clear material mirrors 4 % at normal incidence and passes the rest times its base
-/// colour and its transmission; what does not pass is diffused, and a metal passes nothing.
+/// Protects: a clear material mirrors 4 % at normal incidence and transmits the rest times its base
+/// colour and its transmission; the remainder is diffuse, and a metal transmits nothing.
 #[test]
 fn clear_materials_transmit() {
     let terms = |transmission: f64, metallic: f64| json!({ "base_colour": [1, 0.5, 0.25], "transmission": transmission, "metallic": metallic, "roughness": 0 });
@@ -175,14 +175,14 @@ fn clear_materials_transmit() {
     let diffused = |f0: f64| 1.0 - (f0 * scale + offset);
     let half = |b: f64| 0.04 + 0.96 * 0.5 * b + 0.5 * b * diffused(0.04);
     sees_within(&under(terms(0.5, 0.0), "1"), DOWN, base.map(half), 1e-4);
-    // Half a metal: half of the light finds glass, which leaves nothing to diffuse, and Whitted's
-    // rules go on by glass alone.
+    // Half a metal: half of the light hits glass, without a diffuse part, and Whitted's integrator
+    // continues through glass alone.
     let mixed = |b: f64| 0.5 * (0.04 + 0.96 * b);
     sees_within(&under(terms(1.0, 0.5), "1"), DOWN, base.map(mixed), 1e-4);
     sees_within(&under(terms(1.0, 1.0), "1"), DOWN, base, 1e-5);
 }
 
-/// Protects: without a sky there is no average, and classic materials take none.
+/// Protects: without a sky there is no sky light, and classic materials receive none.
 #[test]
 fn who_takes_no_sky_light() {
     sees(&floor(physical(json!({})), json!({})), DOWN, [0.0; 3]);

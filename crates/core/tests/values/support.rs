@@ -1,4 +1,4 @@
-//! From the parts of a scene to what one ray sees, in every precision.
+//! Helpers from the parts of a scene to the radiance of one ray, in every precision.
 
 use core::f64::consts::PI;
 
@@ -9,24 +9,24 @@ use raywright_core::settings::{PrecisionChoice, Sampling};
 use raywright_core::{Rendered, Settings, prepare, validate};
 use serde_json::{Value, json};
 
-/// An eye and what it looks at.
+/// An eye and its target.
 pub type View = [[f64; 3]; 2];
 
-/// Straight down onto the origin.
+/// A view straight down onto the origin.
 pub const DOWN: View = [[0.0, 2.0, 0.0], [0.0; 3]];
-/// Onto the origin along (−0.6, −0.8, 0): on a floor n·v = 0.8, and the mirrored direction is
+/// A view onto the origin along (−0.6, −0.8, 0): on a floor n·v = 0.8, and the mirror direction is
 /// (−0.6, 0.8, 0).
 pub const SLANTED: View = [[3.0, 4.0, 0.0], [0.0; 3]];
-/// Onto the origin from below along (−0.6, 0.8, 0).
+/// A view onto the origin from below along (−0.6, 0.8, 0).
 pub const FROM_BELOW: View = [[3.0, -4.0, 0.0], [0.0; 3]];
 
-/// Each precision, with the relative error that a value of a few operations may have in it.
+/// Each precision, with the relative tolerance for a value of a few operations.
 pub const PRECISIONS: [(PrecisionChoice, f64); 2] = [
     (PrecisionChoice::Reference, 2e-7),
     (PrecisionChoice::Robust, 1e-5),
 ];
 
-/// A sound scene of these parts.
+/// A valid scene of these parts.
 #[track_caller]
 pub fn scene(mut parts: Value) -> Scene {
     parts["format"] = json!(1);
@@ -69,7 +69,7 @@ pub fn physical(terms: Value) -> Value {
     json!({ "physical": terms })
 }
 
-/// A white light from far away in this direction.
+/// A white directional light.
 pub fn sun(to_light: [f64; 3]) -> Value {
     json!({ "kind": { "directional": { "to_light": to_light } }, "colour": 1 })
 }
@@ -79,9 +79,9 @@ pub fn ball(centre: [f64; 3], radius: f64, material: &str) -> Value {
     json!({ "shape": { "sphere": { "centre": centre, "radius": radius } }, "material": material })
 }
 
-/// What a surface of the metallic-roughness model sends back about a normal: its lobes alone, which
-/// closed forms and furnaces judge where they are written. Here they say what an integrator is to
-/// make of a base colour, metalness, roughness and reflectance at normal incidence.
+/// A metallic-roughness surface, evaluated by its lobes alone, which other tests check against
+/// closed forms and furnaces. It gives the expected result of an integrator for a base colour,
+/// metalness, roughness and reflectance at normal incidence.
 pub struct Surface {
     pub base: [f64; 3],
     pub metallic: f64,
@@ -100,8 +100,8 @@ impl Surface {
         }
     }
 
-    /// π times what it sends towards `v` of light from `l`, by the cosine; without highlights on
-    /// demand.
+    /// π times its reflection of light from `l` towards `v`, including the cosine; optionally
+    /// without highlights.
     pub fn sends(&self, [normal, l, v]: [DVec3; 3], highlights: bool) -> [f64; 3] {
         let &Self {
             base,
@@ -127,8 +127,8 @@ impl Surface {
     }
 }
 
-/// Settings for one ray, by Whitted's integrator where the scene asks for none: what it makes of
-/// physical materials has closed forms.
+/// Settings for one ray, with Whitted's integrator if the scene names none: its results for
+/// physical materials have closed forms.
 pub fn settings(scene: &Scene, [eye, target]: View) -> Settings {
     let upright = (eye[0] - target[0]).abs() + (eye[2] - target[2]).abs() > 1e-9;
     let up = if upright {
@@ -163,7 +163,7 @@ pub fn settings(scene: &Scene, [eye, target]: View) -> Settings {
     }
 }
 
-/// Renders what the settings ask for.
+/// Renders the scene with these settings.
 #[track_caller]
 pub fn rendered(scene: &Scene, settings: &Settings) -> Rendered {
     prepare(scene, settings, &())
@@ -171,19 +171,19 @@ pub fn rendered(scene: &Scene, settings: &Settings) -> Rendered {
         .render(&())
 }
 
-/// The first pixel.
+/// Colour of the first pixel.
 #[track_caller]
 pub fn pixel(scene: &Scene, settings: &Settings) -> [f64; 3] {
     rendered(scene, settings).picture.rgb[0].map(f64::from)
 }
 
-/// The ray sees this in every precision.
+/// Asserts the ray's radiance in every precision.
 #[track_caller]
 pub fn sees(scene: &Scene, view: View, expected: [f64; 3]) {
     sees_within(scene, view, expected, 0.0);
 }
 
-/// The ray sees this in every precision, up to a relative error of the expected value itself.
+/// Asserts the ray's radiance in every precision, within a relative error.
 #[track_caller]
 pub fn sees_within(scene: &Scene, view: View, expected: [f64; 3], error: f64) {
     for (precision, tolerance) in PRECISIONS {
@@ -203,7 +203,7 @@ pub fn sees_within(scene: &Scene, view: View, expected: [f64; 3], error: f64) {
     }
 }
 
-/// Numbers agree but for a relative error; near zero, for that of one.
+/// Asserts that numbers agree within a relative error, absolute below one.
 #[track_caller]
 pub fn near(found: [f64; 3], expected: [f64; 3], tolerance: f64, what: &str) {
     let close = |a: f64, b: f64| (a - b).abs() <= tolerance * b.abs().max(1.0);

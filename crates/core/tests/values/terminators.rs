@@ -1,4 +1,5 @@
-//! Where smooth normals say that light arrives and facets say that it does not.
+//! The shadow terminator: points lit by their shading normals, but unlit by their geometric
+//! normals.
 #![expect(clippy::print_stderr, reason = "a test says what it measured")]
 
 use glam::{DVec2, DVec3};
@@ -10,16 +11,17 @@ use serde_json::json;
 
 use crate::support::{classic, rendered, scene, sun};
 
-/// Pixels along each side; the ball fills nine tenths.
+/// Width and height in pixels; the ball fills nine tenths.
 const SIZE: u32 = 96;
 
-/// What smooth normals see of the light on facets that face away from it, at most, by the level of
-/// the mesh: while those are black, there are steps as large.
+/// Greatest irradiance by smooth normals on triangles that face away from the light, by the level
+/// of the mesh: as long as these triangles are black, steps are as large.
 const STEPS: [f64; 3] = [0.179, 0.117, 0.047];
 
-/// Protects: light that only smooth normals see passes no facet that faces away from it, and the
-/// steps that this makes at their edges are no larger than what is cut off there. (The bound of the
-/// case is 0.02, which no facet that stays black can keep: the list of hard cases says so.)
+/// Protects: light reaches no triangle that faces away from it, whatever the smooth normals, and
+/// the steps at these triangles' edges are no larger than the light cut off there. (The bound of
+/// the case is 0.02, which no renderer with black triangles there can keep, as the list of hard
+/// cases says.)
 #[test]
 fn s07_no_light_through_facets() {
     let to_light = DVec3::new(1.0, 0.2, 0.1).normalize();
@@ -38,7 +40,7 @@ fn s07_no_light_through_facets() {
             .iter()
             .map(|face| face.map(|i| ball.corners[i].as_dvec3()))
             .collect();
-        // The face that is seen there, and its smooth normal.
+        // The visible face at a point, and its smooth normal.
         let seen = |p: DVec2| {
             faces.iter().enumerate().find_map(|(index, [a, b, c])| {
                 let side =

@@ -1,4 +1,4 @@
-//! Uses of images: which coordinates they are read at, and what their texels multiply.
+//! Uses of images: their coordinates, and the inputs that their texels multiply.
 
 use std::sync::Arc;
 
@@ -9,9 +9,9 @@ use serde_json::{Value, json};
 
 use crate::support::{Surface, View, classic, near, physical, pixel, scene, sees, settings, sun};
 
-/// A mesh in the plane z = 0 with two sets of coordinates, of a material; `ramp` has its column in
+/// A mesh of a material in the plane z = 0 with two sets of coordinates. `ramp` holds its column in
 /// red and its row in green, in steps of a half and a quarter, and alpha 0.5 in its last row;
-/// `codes` is one texel of codes.
+/// `codes` is one texel of 8-bit codes.
 fn leaf(model: Value, two_sets: bool) -> Scene {
     let mut sets = vec![json!([[0.125, 0.125], [0.125, 0.125], [0.125, 0.125]])];
     if two_sets {
@@ -59,7 +59,7 @@ fn leaf(model: Value, two_sets: bool) -> Scene {
 
 const AT: View = [[0.25, 0.25, 2.0], [0.25, 0.25, 0.0]];
 
-/// What a classic surface of a use of a texture shows under ambient light.
+/// Asserts the radiance of a classic surface with a use of a texture under ambient light.
 fn shown(texture: Value, two_sets: bool, expected: [f64; 3]) {
     let mut scene = leaf(
         classic(json!({ "colour": { "texture": texture }, "ambient": 1 })),
@@ -69,8 +69,8 @@ fn shown(texture: Value, two_sets: bool, expected: [f64; 3]) {
     sees(&scene, AT, expected);
 }
 
-/// Protects: the set of coordinates; the second where there is none is the first, and so is any
-/// larger number.
+/// Protects: the set of coordinates is respected; a missing second set, or any larger number, falls
+/// back to the first.
 #[test]
 fn sets_of_coordinates() {
     shown(json!({ "name": "ramp" }), true, [0.0, 0.0, 1.0]);
@@ -91,8 +91,8 @@ fn sets_of_coordinates() {
     );
 }
 
-/// Protects: u' = a·u + b·v + c, v' = d·u + e·v + f; expressions replace the coordinates before
-/// that; the factor multiplies.
+/// Protects: texture coordinates are transformed by u' = a·u + b·v + c, v' = d·u + e·v + f;
+/// expressions replace the coordinates before that; the factor multiplies.
 #[test]
 fn transforms_and_expressions_of_coordinates() {
     shown(
@@ -117,9 +117,9 @@ fn transforms_and_expressions_of_coordinates() {
     );
 }
 
-/// Protects: maps of one material that lie differently are read each where it lies, in whichever
-/// order: by another set of coordinates, map of them, way to repeat, filter or size. Whoever looks
-/// up one place for several must ask for all of these.
+/// Protects: maps of one material with different lookups are each read at their own texels, in any
+/// order: with another set of coordinates, transform, wrapping, filter or size. A shared lookup
+/// must compare all of these.
 #[test]
 fn maps_of_one_material() {
     let moved = |name: &str, [u, v]: [f64; 2]| json!({ "name": name, "uv_transform": [[1, 0, u], [0, 1, v]] });
@@ -143,7 +143,8 @@ fn maps_of_one_material() {
     }
 }
 
-/// Protects: codes over 255, or decoded by the sRGB curve: 0.2 → ((0.2 + 0.055)/1.055)^2.4.
+/// Protects: codes are divided by 255, or decoded by the sRGB curve: 0.2 → ((0.2 +
+/// 0.055)/1.055)^2.4.
 #[test]
 fn codes_and_curves() {
     let decode = |c: f64| ((c + 0.055) / 1.055_f64).powf(2.4);
@@ -155,8 +156,8 @@ fn codes_and_curves() {
     );
 }
 
-/// Protects: what each texture of a physical material multiplies, its factor included: base colour
-/// and alpha, roughness by green and metalness by blue, emission.
+/// Protects: each texture of a physical material multiplies its input, the factor included: base
+/// colour and alpha, roughness by green and metalness by blue, emission.
 #[test]
 fn textures_of_physical_materials() {
     let unlit = |rest: Value| {
@@ -195,8 +196,8 @@ fn textures_of_physical_materials() {
     );
 }
 
-/// Protects: the image of a transmission multiplies it by its red channel, or by the one that is
-/// named; without the image its factor alone counts.
+/// Protects: the image of a transmission multiplies it by its red channel, or by the named one;
+/// without the image its factor alone applies.
 #[test]
 fn textures_of_transmission() {
     let seen = |terms: Value, has_image: bool| {
@@ -238,8 +239,8 @@ fn textures_of_transmission() {
     );
 }
 
-/// Protects: inputs that are read one after the other at a hit each have their own texel, of
-/// another image and of the same.
+/// Protects: inputs read one after the other at a hit each have their own texel, of different
+/// images and of the same one.
 #[test]
 fn every_input_reads_its_own_texture() {
     let at = |row: f64| json!({ "name": "ramp", "uv": [0.6, row] });
@@ -262,7 +263,7 @@ fn every_input_reads_its_own_texture() {
     both(at(0.9), [1.0, 0.75, 1.0]);
 }
 
-/// Protects: where an image is missing the factor alone counts.
+/// Protects: if an image is missing, the factor alone applies.
 #[test]
 fn missing_images_leave_the_factor() {
     let mut scene = leaf(
@@ -276,7 +277,7 @@ fn missing_images_leave_the_factor() {
     sees(&scene, AT, [0.5, 1.0, 2.0]);
 }
 
-/// Protects: what gives off light by a texture is seen and lights nothing; by a colour, every
+/// Protects: a surface with textured emission is visible but lights nothing; with a colour, every
 /// triangle lights others.
 #[test]
 fn textured_emission_lights_nothing() {

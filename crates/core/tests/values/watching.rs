@@ -1,4 +1,4 @@
-//! Whose threads do the work, and how it is stopped.
+//! Thread pools and cancellation.
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -15,7 +15,7 @@ use serde_json::{Value, json};
 
 use crate::support::{DOWN, ball, classic, floor, scene, settings, sun};
 
-/// Says stop from some question on, and counts the questions.
+/// Cancels from a given check on, and counts the checks.
 struct Impatient {
     asked: AtomicUsize,
     allowed: usize,
@@ -36,8 +36,8 @@ impl Observer for Impatient {
     }
 }
 
-/// `meshes` meshes of two triangles, each shown twice, `materials` materials in use and as many
-/// glowing balls, `balls` balls.
+/// `meshes` meshes of two triangles, each used twice, `materials` materials in use and as many
+/// emissive balls, and `balls` balls.
 fn made_of(meshes: usize, materials: usize, balls: u32) -> Scene {
     let square = json!({ "positions": [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]], "indices": [[0, 1, 2], [1, 3, 2]] });
     let mesh = |i: usize| json!({ "name": format!("mesh {i}"), "source": { "inline": square } });
@@ -56,9 +56,8 @@ fn made_of(meshes: usize, materials: usize, balls: u32) -> Scene {
     }))
 }
 
-/// Protects: preparation ends at whatever question it is stopped, with an error of its own; and it
-/// asks again for each mesh, each material and each few thousand objects, so that no user waits for
-/// them.
+/// Protects: preparation ends at any cancelled check, with its own error; and it checks for each
+/// mesh, each material and each few thousand objects, so that no user waits for them.
 #[test]
 fn preparation_can_be_stopped() {
     let questions = |scene: &Scene| {
@@ -79,15 +78,14 @@ fn preparation_can_be_stopped() {
     assert!(prepare(&small, &settings(&small, DOWN), &Impatient::after(asked)).is_ok());
     assert!(questions(&made_of(5, 1, 1)) >= asked + 4, "meshes");
     assert!(questions(&made_of(1, 5, 1)) >= asked + 4, "materials");
-    // Each thousand once for the geometry and once for the emitters: more than either alone could
-    // ask.
+    // Each thousand once for the geometry and once for the emitters: more checks than either alone.
     assert!(
         questions(&made_of(1, 1, 40_001)) >= asked + 2 * 30,
         "objects"
     );
 }
 
-/// Remembers the names of the threads that call it.
+/// Records the names of the threads that call it.
 #[derive(Default)]
 struct Roll(Mutex<Vec<Option<String>>>);
 
@@ -101,7 +99,7 @@ impl Observer for Roll {
     }
 }
 
-/// Protects: the work is done on the caller's own threads and on all of them.
+/// Protects: work runs on the caller's own threads, and on all of them.
 #[test]
 fn work_is_done_on_the_callers_pool() {
     let scene = made_of(2, 2, 100);
@@ -127,18 +125,18 @@ fn work_is_done_on_the_callers_pool() {
         seen.iter().flatten().all(|name| name.starts_with("mine ")) && !seen.contains(&None),
         "{seen:?}"
     );
-    // Whoever comes too late for a tile still asks once whether to go on.
+    // A thread without a tile still checks once for cancellation.
     seen.drain(..prepared);
     seen.sort_unstable();
     seen.dedup();
     assert!(!seen.is_empty() && seen.len() <= 3, "{seen:?}");
 }
 
-/// Protects: a picture needs no thread that its caller's pool has given to something else, even for
-/// as long as the picture takes.
+/// Protects: a render needs no thread of the caller's pool that is busy with other work, even if it
+/// is busy as long as the render takes.
 #[test]
 fn busy_threads_are_not_waited_for() {
-    /// By then a picture that does wait has failed.
+    /// Time after which a render that waits has failed.
     const LONG: Duration = Duration::from_secs(30);
     let scene = floor(
         classic(json!({})),
@@ -168,7 +166,7 @@ fn busy_threads_are_not_waited_for() {
             .render(&())
             .finished
     });
-    // Where the picture waited, nobody is left to hear this.
+    // If the render waited, no receiver is left.
     let heard = end.send(());
     assert!(finished && heard.is_ok() && was_told.recv() == Ok(true));
 }
