@@ -18,6 +18,7 @@
 //! assert!(wrong.to_string().contains("whitted"), "the message suggests the right name: {wrong}");
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
+//!
 //! Not supported yet: subsurface scattering and vendor extensions of glTF materials (each is listed
 //! in [`Scene::unread`](raywright_core::Scene::unread), and therefore an effect left out), points
 //! and lines (a warning).

@@ -1,5 +1,5 @@
-//! `accuracy`: what its table, JSON and CSV say, that its flags are those of `render`, and which
-//! mistakes it knows. No time is judged by its size.
+//! `accuracy`: contents of its table, JSON and CSV, equivalence of its flags with those of
+//! `render`, and its usage errors. No measured time is judged.
 
 use std::io::{BufRead, BufReader};
 use std::process::{Command, Stdio};
@@ -46,9 +46,9 @@ fn desk() -> Desk {
     desk
 }
 
-/// Protects: the answer and what is worth its time come first, then what was compared with what, on
-/// what; there is a row for each rung but those that are slower and worse; the rung in use is
-/// marked; and what the scene does not call for is named instead of measured.
+/// Protects: the summary and the settings worth their time come first, then the conditions of the
+/// comparison; each rung has a row, except those slower and worse; the current rung is marked;
+/// ladders without effect on the scene are named instead of measured.
 #[test]
 fn every_rung_has_a_row() {
     let desk = desk();
@@ -81,16 +81,16 @@ fn every_rung_has_a_row() {
             && place("worth their time") < place("measured as it"),
         "{text}"
     );
-    // What all commands have in common stands there once; how many rungs each names is for the
-    // clock to say.
+    // The common part of all commands appears once; the number of rungs in each depends on measured
+    // times.
     assert_eq!(
         text.matches("raywright render ball.scene.toml --size 16x12")
             .count(),
         1,
         "{text}"
     );
-    // How many rungs are slower and worse is for the clock to say, too: their list is as long as it
-    // is.
+    // The number of slower and worse rungs depends on measured times, too, and so does the length
+    // of their list.
     let is_list = |line: &str| line.starts_with("slower and worse than");
     let figures = |line: &str| {
         line.split(" --")
@@ -105,7 +105,7 @@ fn every_rung_has_a_row() {
     );
 }
 
-/// Protects: a report fits the width that a terminal says it has.
+/// Protects: a report fits the terminal's reported width.
 #[test]
 fn reports_fit_the_terminal() {
     let desk = desk();
@@ -128,8 +128,8 @@ fn reports_fit_the_terminal() {
     }
 }
 
-/// Protects: JSON and CSV hold the same figures; and each setting on the frontier can be rendered
-/// with the flags that stand there.
+/// Protects: JSON and CSV have the same figures; each setting on the frontier can be rendered with
+/// its listed flags.
 #[test]
 fn files_hold_the_figures() {
     let desk = desk();
@@ -192,7 +192,7 @@ fn files_hold_the_figures() {
                 figure(ladder, rung.as_str().expect("a name"), column),
                 value.as_f64().expect("a number"),
             );
-            // Whoever reads JSON may round the last digit another way.
+            // JSON parsers may differ in the rounding of the last digit.
             assert!(
                 found.is_some_and(|found| (found - told).abs() <= 1e-15 * told.abs()),
                 "{ladder} {rung}, {column}: {found:?}"
@@ -262,9 +262,9 @@ fn files_hold_the_figures() {
     }
 }
 
-/// Protects: the page needs nothing from elsewhere, shows every rung with its picture and the error
-/// of it, gives each setting on the frontier as a command, and survives names with characters of
-/// its own; the plot is the page's.
+/// Protects: the page is self-contained, shows every rung with its picture and error, gives each
+/// setting on the frontier as a command, and escapes special characters in names; its plot is the
+/// same as the separate one.
 #[test]
 fn the_page_stands_alone() {
     let desk = Desk::new();
@@ -292,7 +292,8 @@ fn the_page_stands_alone() {
     for from_elsewhere in ["src=\"http", "href=", "url(", "@import", "fetch("] {
         assert!(!page.contains(from_elsewhere), "{from_elsewhere}");
     }
-    // Ladders of 2, 2, 6, 4, 6, 3 and 2 rungs, one of each in use; the reference has no error.
+    // Ladders of 2, 2, 6, 4, 6, 3 and 2 rungs, with one current rung in each; the reference has no
+    // error.
     let (renders, errors) = (
         page.matches("data-kind=\"render\"").count(),
         page.matches("data-kind=\"error\"").count(),
@@ -304,8 +305,8 @@ fn the_page_stands_alone() {
             1 + 1 + 1 + 5 + 3 + 5 + 2 + 1
         )
     );
-    // What changes no picture is priced, and each effect with what it adds; a table's rows have one
-    // width.
+    // Ladders that change no picture have prices, each effect has its cost, and all rows of a table
+    // have the same width.
     for words in [
         "<p class=\"answer\">In use: error ",
         "<h2>What changes no picture</h2>",
@@ -334,8 +335,8 @@ fn the_page_stands_alone() {
     assert!(!svg.contains("NaN") && !svg.contains("inf"));
 }
 
-/// Protects: a reference is kept in a file, and the next run takes it; a film of another kind or
-/// scene is refused with its name, and stays.
+/// Protects: a reference is kept in a file and used by the next run; a film of another kind or
+/// scene is refused by name, and left unchanged.
 #[test]
 fn a_reference_is_kept() {
     let desk = desk();
@@ -396,7 +397,8 @@ fn a_reference_is_kept() {
     assert!(run.stderr.contains("it is no reference"), "{}", run.stderr);
 }
 
-/// Protects: what can't be written, read or measured is said before anything is rendered.
+/// Protects: an unwritable output, an unreadable input and an unmeasurable setting are reported
+/// before any render.
 #[test]
 fn mistakes_are_said_at_once() {
     let desk = desk();
@@ -430,7 +432,7 @@ fn mistakes_are_said_at_once() {
     );
 }
 
-/// A rough ball of glass on a floor, with more samples than there is time for.
+/// A rough glass ball on a floor, with more samples than the budget allows.
 const SLOW: &str = r#"
 format = 1
 render = { size = [640, 480], samples = 64, max_depth = 16 }
@@ -443,9 +445,9 @@ objects = [
 ]
 "#;
 
-/// Protects: a budget that is too small for everything, on all but the fastest machines, gives a
-/// report all the same, with the scene's own picture and rungs of the ladder that says most. That
-/// the time ends it is tested by a clock that can be set.
+/// Protects: a budget too small for everything, on all but the fastest machines, still gives a
+/// report, with the scene's own picture and rungs of the most informative ladder. The end of the
+/// budget itself is tested elsewhere with an artificial clock.
 #[test]
 fn a_short_budget_is_kept_and_gives_a_report() {
     let desk = Desk::new();
@@ -478,8 +480,8 @@ fn a_short_budget_is_kept_and_gives_a_report() {
     );
 }
 
-/// Protects: Ctrl-C ends a measurement with what it has: printed, and in a file whose name says
-/// that it is a part.
+/// Protects: Ctrl-C ends a measurement with a report of its figures so far: printed, and in a file
+/// whose name marks it as partial.
 #[cfg(unix)]
 #[test]
 fn an_interrupted_measurement_keeps_what_it_has() {

@@ -1,11 +1,11 @@
-//! `--background`: colours that have exactly their codes, coverage, and shadows as coverage.
-//! `--backdrop`: what the studio has behind models.
+//! `--background`: colours with exact codes, coverage, and shadows as coverage. `--backdrop`: the
+//! backdrop of a studio behind models.
 
 use raywright::core::picture::Picture;
 
 use crate::support::Desk;
 
-/// A block that stands on the ground, as a model, so that a studio is put up around it.
+/// A block on the ground, as a model, so that it gets a studio.
 pub const BLOCK: &str = "mtllib b.mtl\nusemtl m\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n\
                      f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 3 4 8 7\nf 1 5 8 4\nf 2 3 7 6\n";
 
@@ -17,7 +17,7 @@ pub fn block() -> Desk {
     desk
 }
 
-/// Renders the block, seen from above so that the ground is behind it, with these words.
+/// Renders the block with these flags, from above so that the ground is behind it.
 #[track_caller]
 fn render(desk: &Desk, more: &str) {
     let line = format!("render b.obj --view 30,30 -s 48x36 --spp 16 --zoom 0.6 -q {more}");
@@ -44,9 +44,9 @@ fn apart(a: &[[u8; 3]], b: &[[u8; 3]]) -> u8 {
         .unwrap_or(0)
 }
 
-/// Protects: a colour has exactly its codes where nothing is before it, in each format that has
-/// codes, whatever exposure, tone map and curve are, denoised or not; an OpenEXR file has its
-/// linear value there, and no coverage.
+/// Protects: a background colour keeps its exact codes where it is visible, in each format with
+/// codes, for any exposure, tone map and curve, denoised or not; an OpenEXR file has its linear
+/// value there, and no coverage.
 #[test]
 fn a_colour_has_exactly_its_codes() {
     let desk = block();
@@ -94,9 +94,9 @@ fn a_colour_has_exactly_its_codes() {
     assert_eq!([r, g, b], [230, 178, 25].map(|code| 257 * code));
 }
 
-/// Protects: a page that lays a transparent picture over its colour shows what a background of that
-/// colour shows, within two codes, shadow and edges included, from PNG and WebP; the linear numbers
-/// of an OpenEXR file, premultiplied, give the linear picture of a colour.
+/// Protects: a transparent picture over a page's colour equals a render with that background,
+/// within two codes, shadow and edges included, from PNG and WebP; the premultiplied values of an
+/// OpenEXR file over a linear colour give the linear picture.
 #[test]
 fn pages_show_what_backgrounds_show() {
     let desk = block();
@@ -155,9 +155,9 @@ fn pages_show_what_backgrounds_show() {
     }
 }
 
-/// Protects: a film knows its background and its shadows: gone on with, in parts that are merged,
-/// and denoised later it gives the picture of one run; a sheet, a film of moments and a picture of
-/// one pixel have the colour too.
+/// Protects: a film keeps its background and its shadows: resumed, merged from parts, and denoised
+/// later it gives the picture of a single run; a sheet, an animation and a picture of one pixel
+/// have the colour too.
 #[test]
 fn films_know_their_background() {
     let desk = block();
@@ -181,7 +181,7 @@ fn films_know_their_background() {
     desk.run(&["denoise", "d.film", "-o", "later.png", "-q"])
         .exits_with(0);
     assert!(desk.picture("later.png") == desk.picture("denoised.png"));
-    // Another colour before the same film is another picture of the same samples.
+    // Another background over the same film is another picture of the same samples.
     render(
         &desk,
         "--background white --spp 16 --denoise --resume d.film -o white.png",
@@ -204,7 +204,7 @@ fn films_know_their_background() {
     assert_eq!(codes(&desk.picture("one.png")), [[230, 178, 25]]);
 }
 
-/// Protects: a denoised shadow is smoother than a noisy one, by coverage as by colour: far from
+/// Protects: a denoised shadow is smoother than a noisy one, as coverage and as colour: away from
 /// edges its pixels differ less from their neighbours.
 #[test]
 fn shadows_are_denoised() {
@@ -228,9 +228,9 @@ fn shadows_are_denoised() {
     assert!(denoised < 0.6 * noisy, "{denoised} {noisy}");
 }
 
-/// Protects: all pictures of a run have one backdrop, which its first model decides, or the flag
-/// does; a picture alone has the one that sets it off, and what a run's others have is that of no
-/// other camera or moment.
+/// Protects: all pictures of a run have the same backdrop, chosen by its first model or the flag; a
+/// single picture has the backdrop that contrasts with it, and in a run neither camera nor time
+/// changes the choice.
 #[test]
 fn runs_have_one_backdrop() {
     let desk = block();

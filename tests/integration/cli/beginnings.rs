@@ -1,5 +1,5 @@
-//! The time before there is a picture: memory that nobody asked about beforehand, threads that the
-//! system does not give, and ends that come while a scene is read.
+//! The early stage of a run: memory beyond the limit, refused threads, and interruptions while a
+//! scene is loaded.
 
 use std::process::{Child, Command, Output, Stdio};
 
@@ -7,13 +7,13 @@ use serde_json::json;
 
 use crate::support::Desk;
 
-/// So many of some text, numbered, one after the other.
+/// Concatenates `count` numbered texts.
 fn many(count: usize, one: impl Fn(usize) -> String) -> String {
     (0..count).map(one).collect()
 }
 
-/// Runs the program with addresses for so many kibibytes; none where the system does not limit
-/// them.
+/// Runs the program with an address space of this many kibibytes; `None` where the system cannot
+/// limit it.
 #[cfg(unix)]
 fn within(desk: &Desk, kibibytes: usize, words: &str) -> Option<Output> {
     let script = format!("ulimit -v {kibibytes} || exit 77; exec \"$0\" {words}");
@@ -29,9 +29,9 @@ fn within(desk: &Desk, kibibytes: usize, words: &str) -> Option<Output> {
     Some(run)
 }
 
-/// Protects: whatever a file has very many of, used or not, counts against `--max-memory`:
-/// materials, objects, generators, lights, cameras, parameters, images, textures and names, in each
-/// notation and format, and the end is one message and the code of limits.
+/// Protects: large numbers of any item, used or not, count against `--max-memory`: materials,
+/// objects, generators, lights, cameras, parameters, images, textures and names, in each notation
+/// and format; the run ends with one message and the exit code of limits.
 #[test]
 fn lists_of_every_kind_are_counted() {
     const COUNT: usize = 40_000;
@@ -132,7 +132,7 @@ fn lists_of_every_kind_are_counted() {
     assert!(!desk.path("a.png").exists());
 }
 
-/// Protects: the view of a whole scene takes no memory to speak of, however many objects it has.
+/// Protects: framing a whole scene takes little memory, however many objects the scene has.
 #[cfg(unix)]
 #[test]
 fn framing_takes_little_memory() {
@@ -158,8 +158,8 @@ fn framing_takes_little_memory() {
     );
 }
 
-/// Protects: memory that runs out anywhere while a scene is read, and threads that the system does
-/// not give, are one message and the code of limits, and no abort.
+/// Protects: memory exhausted anywhere during a load, and threads refused by the system, give one
+/// message and the exit code of limits, and no abort.
 #[cfg(unix)]
 #[test]
 fn what_the_system_refuses_is_told() {
@@ -203,7 +203,7 @@ fn what_the_system_refuses_is_told() {
     assert_eq!(desk.names(), ["a.scene.toml"]);
 }
 
-/// A run that waits for a scene that never comes to its end.
+/// Starts a run that waits for a scene whose text never ends.
 fn waiting(desk: &Desk, words: &[&str]) -> Child {
     let words = [&["render", "-", "-s", "8x8"], words].concat();
     desk.command(&words)
@@ -213,7 +213,7 @@ fn waiting(desk: &Desk, words: &[&str]) -> Child {
         .expect("starts")
 }
 
-/// Waits until a run handles Ctrl-C; before that the signal ends it by itself.
+/// Waits until a run handles Ctrl-C; before that the signal kills the process.
 #[cfg(unix)]
 fn wait_for_handler(child: &Child) {
     const INTERRUPT: u64 = 1 << 1;
@@ -225,7 +225,7 @@ fn wait_for_handler(child: &Child) {
         Some(u64::from_str_radix(mask.trim(), 16).expect("a mask of signals") & INTERRUPT != 0)
     };
     let pause = |milliseconds| std::thread::sleep(std::time::Duration::from_millis(milliseconds));
-    // A system that does not say it is given time.
+    // Without that information from the system, a fixed pause is used.
     while !handles().unwrap_or_else(|| {
         pause(3000);
         true
@@ -234,8 +234,8 @@ fn wait_for_handler(child: &Child) {
     }
 }
 
-/// Protects: the first Ctrl-C ends a run that is still reading, with its code and words, whatever
-/// keeps it from asking whether to go on.
+/// Protects: the first Ctrl-C ends a run during the load, with its exit code and message, whatever
+/// blocks its cancellation checks.
 #[cfg(unix)]
 #[test]
 fn reading_is_interrupted() {
@@ -265,8 +265,7 @@ fn reading_is_interrupted() {
     }
 }
 
-/// Protects: a run waits for its scene for as long as its budget says, and not for the least that a
-/// budget may be.
+/// Protects: a run waits for its scene until the end of its budget, not only for the least budget.
 #[test]
 fn reading_has_all_of_the_budget() {
     use std::io::Write as _;
@@ -287,7 +286,7 @@ fn reading_has_all_of_the_budget() {
     );
 }
 
-/// Protects: a budget ends a run that has no picture to begin, with one message and the code of
+/// Protects: the budget ends a run that has no picture yet, with one message and the exit code of
 /// limits.
 #[test]
 fn reading_ends_with_the_budget() {

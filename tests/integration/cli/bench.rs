@@ -1,5 +1,5 @@
-//! `bench`: what its table, JSON, Markdown and plot say, and which mistakes it knows. No figure is
-//! judged by its size.
+//! `bench`: contents of its table, JSON, Markdown and plot, and its usage errors. No figure is
+//! judged.
 
 use serde_json::Value;
 
@@ -16,7 +16,7 @@ objects = [
 ]
 "#;
 
-/// A quick run: every row is measured, if badly.
+/// A quick run: every row is measured, with low accuracy.
 fn quick(more: &[&'static str]) -> Vec<&'static str> {
     [
         &[
@@ -35,7 +35,7 @@ fn quick(more: &[&'static str]) -> Vec<&'static str> {
     .concat()
 }
 
-/// Protects: the table has a row for every N and says how it was measured and what it found.
+/// Protects: the table has a row for every N, its conditions and its results.
 #[test]
 fn table_has_a_row_for_each_size() {
     let desk = Desk::new();
@@ -57,11 +57,11 @@ fn table_has_a_row_for_each_size() {
         .filter_map(|line| line.split_whitespace().next())
         .filter(|w| w.parse::<u32>().is_ok())
         .collect();
-    // Once with its times, once with build and memory.
+    // Once with times, once with build time and memory.
     assert_eq!(sizes, ["1", "2", "4", "8", "16", "20"].repeat(2), "{text}");
 }
 
-/// Protects: JSON has what a script compares runs by; what was not fitted is null.
+/// Protects: JSON has all figures for comparing runs; missing fits are null.
 #[test]
 fn json_has_every_figure() {
     let desk = Desk::new();
@@ -107,7 +107,7 @@ fn json_has_every_figure() {
     );
 }
 
-/// Protects: Markdown is a table that renders: as many cells in each line as in its head.
+/// Protects: Markdown output is a valid table: every line has as many cells as the head.
 #[test]
 fn markdown_is_a_table() {
     let desk = Desk::new();
@@ -122,8 +122,8 @@ fn markdown_is_a_table() {
     assert_eq!(cells, [[8; 8], [6; 8]].concat(), "{}", run.text());
 }
 
-/// Protects: the plot is written beside the table and is one whole SVG; another kind of file is
-/// refused before anything is measured.
+/// Protects: the plot is written beside the table as a complete SVG; another file format is refused
+/// before any measurement.
 #[test]
 fn plot_is_an_svg_file() {
     let desk = Desk::new();
@@ -146,8 +146,8 @@ fn plot_is_an_svg_file() {
     desk.run(&quick(&["-q", "-o", "no/n.svg"])).exits_with(4);
 }
 
-/// Protects: a scene of one's own: camera rays and bounces, and the changes that a scene can be
-/// given.
+/// Protects: a given scene is measured with camera rays and bounces, and with the changes of its
+/// flags.
 #[test]
 fn given_scenes_are_measured() {
     let desk = Desk::new();
@@ -194,7 +194,7 @@ fn given_scenes_are_measured() {
         .exits_with(2);
 }
 
-/// Protects: each mistake ends with the code that the command line promises.
+/// Protects: each usage error has its promised exit code.
 #[test]
 fn mistakes_have_their_codes() {
     let desk = Desk::new();
@@ -212,9 +212,9 @@ fn mistakes_have_their_codes() {
         .says("error: empty.scene.toml: the scene has no object that a ray could hit");
 }
 
-/// Protects: the tree is built as `--build` says, and the report names it; a rung that there is not
-/// is told with those that there are. Sizes of the triangles differ by up to three hundred times,
-/// since a tree over even ones is the same in each quality.
+/// Protects: the tree is built as `--build` says, and the report names it; an unknown rung is
+/// refused with the known ones. Sizes of the triangles differ by up to three hundred times, because
+/// a tree over even ones is the same in each quality.
 #[test]
 fn the_tree_is_built_as_asked() {
     let desk = Desk::new();

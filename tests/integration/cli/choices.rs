@@ -1,10 +1,9 @@
-//! `--rung` and `--without`: from the command line to the picture and to what the picture says of
-//! itself.
+//! `--rung` and `--without`: from the command line to the picture and its metadata.
 
 use crate::support::Desk;
 
-/// A white floor under the sun, a ball in between, and the lit floor of the shadow's place in
-/// sight.
+/// A white floor under the sun, with a ball between them, and a view of the floor in the ball's
+/// shadow.
 const SCENE: &str = r#"
 format = 1
 render = { size = [8, 8], samples = 1, max_depth = 3 }
@@ -17,9 +16,9 @@ objects = [
 ]
 "#;
 
-/// Protects: an effect that is switched off on the command line, by either word, is off in the
-/// picture; a rung of samples is as many samples; and the picture's file names what was chosen, so
-/// that it can be made again.
+/// Protects: an effect switched off by either flag is absent from the picture; a rung of samples
+/// sets their number; the metadata of the file list the choices, so that the picture can be
+/// rendered again.
 #[test]
 fn choices_reach_picture_and_file() {
     let desk = Desk::new();
@@ -79,9 +78,9 @@ fn choices_reach_picture_and_file() {
     );
 }
 
-/// Protects: the kind of output reaches the file: 16 bits and dithered codes in PNGs that are read
-/// as they were written, floats in an EXR that is called after the scene, and a PNG for floats is
-/// refused; the linear picture is the same in all, and its film goes on with another kind.
+/// Protects: the output rung decides the file: PNGs of 16 bits or with dithered codes, read back as
+/// written, and floats in an EXR named after the scene, while a PNG for floats is refused; the
+/// linear picture is the same for all, and its film can be resumed with another output.
 #[test]
 fn outputs_are_what_was_asked_for() {
     let desk = Desk::new();
@@ -116,7 +115,7 @@ fn outputs_are_what_was_asked_for() {
         .exits_with(0)
         .says("");
     }
-    // The last but one byte of a PNG's header but three says how many bits there are.
+    // This byte of a PNG's header is the bit depth.
     let bits = |name: &str| std::fs::read(desk.path(name)).expect("a picture")[24];
     assert_eq!((bits("8.png"), bits("d.png"), bits("16.png")), (8, 8, 16));
     let value = 2.0_f64.powf(-0.7);

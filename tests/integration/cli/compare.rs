@@ -4,7 +4,7 @@ use serde_json::Value;
 
 use crate::support::{Desk, carried};
 
-/// Two pictures of the preset that differ in their light paths.
+/// Two pictures of the preset with different path depths.
 fn desk_with_pictures() -> Option<Desk> {
     if !carried("whitted") {
         return None;
@@ -24,7 +24,7 @@ fn desk_with_pictures() -> Option<Desk> {
     Some(desk)
 }
 
-/// Protects: a picture against itself is identical, in both kinds, and passes the strictest
+/// Protects: a picture is identical to itself, in both formats, and passes the strictest
 /// thresholds.
 #[test]
 fn the_same_picture_is_identical() {
@@ -54,7 +54,8 @@ fn the_same_picture_is_identical() {
     }
 }
 
-/// Protects: a figure beyond its threshold ends with 1 and is named; within, with 0.
+/// Protects: a value beyond its threshold gives exit code 1 and is named; within the threshold, the
+/// code is 0.
 #[test]
 fn thresholds_decide_the_exit_code() {
     let Some(desk) = desk_with_pictures() else {
@@ -121,8 +122,7 @@ fn thresholds_decide_the_exit_code() {
     .exits_with(1);
 }
 
-/// Protects: the difference picture has the pictures' size and is written also where a threshold is
-/// passed.
+/// Protects: the difference picture has the pictures' size, and is written even beyond a threshold.
 #[test]
 fn the_difference_is_shown() {
     let Some(desk) = desk_with_pictures() else {
@@ -146,15 +146,15 @@ fn the_difference_is_shown() {
     assert!(none.rgb.iter().all(|pixel| *pixel == none.rgb[0]) && none.rgb != difference.rgb);
 }
 
-/// Protects: a linear picture and a display picture meet as display values, through the display
-/// that the flags describe.
+/// Protects: a linear picture and a display picture are compared as display values, with the
+/// display of the flags.
 #[test]
 fn unlike_kinds_meet_as_display_values() {
     let Some(desk) = desk_with_pictures() else {
         return;
     };
     let display = ["--tonemap", "aces", "--gamma", "2.2"];
-    // The PNG is rounded to codes, half a code at most.
+    // Codes of a PNG are rounded, by half a code at most.
     desk.run(
         &[
             &["compare", "a.exr", "a.png", "--max-rmse", "0.002"],
@@ -189,8 +189,8 @@ fn unlike_kinds_meet_as_display_values() {
     desk.run(&brighter).exits_with(1);
 }
 
-/// Protects: linear pictures are shown as files say that they are, those of display values first,
-/// and it is told who says so, or that nobody does; flags go before.
+/// Protects: linear pictures are displayed as recorded in the files, first in those of display
+/// values; the report names the source of the settings, or its absence; flags take precedence.
 #[test]
 fn the_display_is_the_files_own() {
     let desk = Desk::new();
@@ -262,8 +262,7 @@ fn the_display_is_the_files_own() {
     assert_eq!(shown(["a.png", "bare.png"], &[]), "");
 }
 
-/// Protects: coverage counts in each threshold, by figures of its own; where it is alike it changes
-/// nothing.
+/// Protects: coverage has figures and thresholds of its own; equal coverage changes nothing.
 #[test]
 fn coverage_is_beyond_thresholds() {
     use raywright::core::display::Display;
@@ -301,7 +300,7 @@ fn coverage_is_beyond_thresholds() {
             desk.run(&["compare", &filled, &opaque, threshold[0], threshold[1]])
                 .exits_with(0);
         }
-        // A quarter of the pixels is off by 1.
+        // A quarter of the pixels differs by 1.
         desk.run(&["compare", &cut, &filled, "--max-rmse", "0.51"])
             .exits_with(0);
         let run = desk.run(&["compare", &cut, &filled]);
@@ -314,8 +313,8 @@ fn coverage_is_beyond_thresholds() {
     }
 }
 
-/// Protects: a linear picture, whose colours are multiplied by its coverage, equals its own display
-/// picture, whose colours are not, also where pixels are partly covered.
+/// Protects: a linear picture with premultiplied alpha equals its own display picture with straight
+/// alpha, even in partly covered pixels.
 #[test]
 fn partly_covered_pictures_are_their_own_display_pictures() {
     use raywright::core::display::Display;
@@ -333,7 +332,7 @@ fn partly_covered_pictures_are_their_own_display_pictures() {
         &Metadata::default(),
     )
     .expect("a picture");
-    // Colours are rounded to codes, half a code at most.
+    // Codes are rounded, by half a code at most.
     let flags = [
         "--max-rmse",
         "0.002",
@@ -348,9 +347,9 @@ fn partly_covered_pictures_are_their_own_display_pictures() {
     }
 }
 
-/// Protects: an EXR picture of a crop says where it lies in the whole, as OpenEXR's windows do,
-/// with its layers, denoised, and from a film whose parts are joined; it is read back with its
-/// place, and crops of other places are not compared.
+/// Protects: an EXR picture of a crop records its window in the whole as OpenEXR's data window,
+/// with its layers, denoised, and from merged films; the window is read back, and crops with
+/// different windows are not compared.
 #[test]
 fn crops_keep_their_place() {
     use raywright::core::picture::DataWindow;
@@ -435,8 +434,8 @@ fn crops_keep_their_place() {
     );
 }
 
-/// Protects: what cannot be compared: another size, no picture, no file, a difference picture
-/// nowhere.
+/// Protects: pictures of different sizes, files that are no picture, missing files and unwritable
+/// difference pictures are refused with an explanation.
 #[test]
 fn what_cannot_be_compared_is_explained() {
     let Some(desk) = desk_with_pictures() else {
@@ -471,8 +470,8 @@ fn what_cannot_be_compared_is_explained() {
         .exits_with(2);
 }
 
-/// Protects: a pixel that is no number is beyond any threshold, though no figure can count it;
-/// without a threshold it is told.
+/// Protects: a NaN pixel is beyond any threshold, although no figure includes it; without a
+/// threshold it is reported.
 #[test]
 fn numbers_that_are_none_pass_no_threshold() {
     use raywright::core::picture::Picture;
@@ -500,9 +499,9 @@ fn numbers_that_are_none_pass_no_threshold() {
     }
 }
 
-/// Protects: the figures of the printed table by hand: of eight pixels one is off by 51/255 in a
-/// channel and one by 3/255, so that the squares of these are all that there is in 24 numbers; the
-/// shares are percent of all pixels.
+/// Protects: the figures of the printed table, computed by hand: of eight pixels one differs by
+/// 51/255 in a channel and one by 3/255, so that their squares are the only terms among 24 numbers;
+/// shares are in percent of all pixels.
 #[test]
 fn the_table_has_the_figures() {
     use raywright::core::display::Display;

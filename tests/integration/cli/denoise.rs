@@ -1,5 +1,5 @@
-//! Denoised pictures: the same bits whichever way a render goes, a claim of their own, and a clear
-//! word where there can be none.
+//! Denoised pictures: the same bits for every kind of run, an error estimate of their own, and
+//! clear errors where denoising is impossible.
 
 use serde_json::Value;
 
@@ -15,9 +15,9 @@ fn layers(desk: &Desk, name: &str) -> Vec<String> {
         .collect()
 }
 
-/// Protects: a denoised picture has the same bits at once, by other threads, gone on with, in
-/// parts, and from a film afterwards. PNG shows it; EXR has the noisy picture's bits and both as
-/// layers.
+/// Protects: a denoised picture has the same bits from a single run, with other threads, resumed,
+/// from merged parts, and from a film afterwards. PNG shows it; EXR keeps the bits of the noisy
+/// picture and gains layers.
 #[test]
 fn denoised_pictures_have_the_bits_of_one_run() {
     let desk = desk();
@@ -62,7 +62,7 @@ fn denoised_pictures_have_the_bits_of_one_run() {
     let mut found = layers(&desk, "once.exr");
     found.sort();
     assert_eq!(found, names);
-    // From 64 samples on a picture has the same replicates, denoised or not.
+    // From 64 samples on, a picture has the same replicates with and without denoising.
     render(&desk, "--spp 64 --denoise -o dear.exr -o dear.png").exits_with(0);
     render(&desk, "--spp 64 -o plain.exr -o plain.png").exits_with(0);
     assert_eq!(
@@ -75,8 +75,8 @@ fn denoised_pictures_have_the_bits_of_one_run() {
     );
 }
 
-/// Protects: what is claimed of a denoised picture is in the statistics under the names of the
-/// noisy one's error, and what is asked for with `--max-error` is judged by it.
+/// Protects: the error of a denoised picture is in the statistics under the names of the noisy
+/// one's, and `--max-error` applies to it.
 #[test]
 fn denoised_pictures_have_a_claim_of_their_own() {
     let desk = desk();
@@ -108,8 +108,8 @@ fn denoised_pictures_have_a_claim_of_their_own() {
     assert!(fewer <= plain, "{fewer} with denoising, {plain} without");
 }
 
-/// Protects: a crop is denoised as the picture that it is, and what nothing covers stays
-/// transparent and black, with numbers throughout.
+/// Protects: a crop is denoised as a picture of its own, and uncovered pixels stay transparent and
+/// black, with finite values everywhere.
 #[test]
 fn crops_and_transparent_pictures_are_denoised() {
     let desk = desk();
@@ -147,7 +147,7 @@ fn crops_and_transparent_pictures_are_denoised() {
     );
 }
 
-/// Protects: denoised pictures of either integrator say how near they are.
+/// Protects: denoised pictures of either integrator have an error estimate.
 #[test]
 fn denoised_pictures_by_rays_alone_say_their_error() {
     let words = "render preset:whitted --size 33x21 --spp 16 --denoise -o a.png";
@@ -157,8 +157,8 @@ fn denoised_pictures_by_rays_alone_say_their_error() {
         .says_like("(33x21, 16 samples, denoised (biased), error ");
 }
 
-/// Protects: where there is no denoised picture it is said why, before anything is rendered where
-/// that can be; a first look is one in any case.
+/// Protects: impossible denoising is refused with a reason, before the render where possible; a
+/// quick preview is made without it.
 #[test]
 fn what_can_not_be_denoised_says_why() {
     let desk = desk();

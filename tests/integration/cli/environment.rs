@@ -18,9 +18,8 @@ sky = { constant = [0.1, 0.2, 0.4] }
 cameras = [{ pose.look_at = { eye = [0, 1, 4], target = [0, 0, 0] }, projection.pinhole = { vertical_fov = 5 } }]
 "#;
 
-/// Protects: a floor under another sky has its light, as much as is asked for; none is none; what
-/// can't be done is said with its kind of error, and the environment's own file is not written
-/// over.
+/// Protects: a floor under another sky has that light, scaled as requested; `none` means no light;
+/// errors have their kind, and the environment's own file is never overwritten.
 #[test]
 fn another_sky() {
     let desk = Desk::new();
@@ -56,7 +55,7 @@ fn another_sky() {
         ]),
         [0.15, 0.3, 0.6],
     );
-    // Linear from 1 above to 0.4 below: 0.7 + 0.3 · ⅔ on what faces up.
+    // Linear from 1 above to 0.4 below: 0.7 + 0.3 · ⅔ on a surface that faces up.
     near(floor(&["--env", "default"]), [0.45; 3]);
     near(floor(&["--env", "none"]), [0.0; 3]);
     for (flags, code, words) in [

@@ -1,5 +1,4 @@
-//! What a kept film is refused for: each reason by its words and its exit code, and no file is left
-//! behind.
+//! Refusals of a film file: each reason by its message and exit code, without any file left behind.
 
 use std::fs;
 
@@ -55,8 +54,8 @@ fn merge(desk: &Desk, words: &str) -> Run {
     )
 }
 
-/// Protects: a film is read where the limit is what it and its picture take, and refused one byte
-/// below, by name and amount; by every command that reads one.
+/// Protects: a film is read under a limit equal to the memory of the film and its picture, and
+/// refused one byte below with name and amount, by every command that reads films.
 #[test]
 fn a_film_over_the_limit_is_refused() {
     let desk = desk();
@@ -94,9 +93,9 @@ fn a_film_over_the_limit_is_refused() {
     assert_eq!(desk.names(), before);
 }
 
-/// Protects: every way in which a file is no film of this program says so in its own words, with
-/// the exit code of bad input, and writes nothing: other files, other versions, headers and films
-/// that are cut off, changed, or too long.
+/// Protects: every kind of invalid film has its own message, with the exit code of wrong input and
+/// no output: other files, other versions, headers and films that are truncated, changed, or too
+/// long.
 #[test]
 fn what_is_no_film_says_why() {
     let desk = desk();
@@ -167,8 +166,8 @@ fn what_is_no_film_says_why() {
     }
 }
 
-/// Protects: a film that another version of the program made is not gone on from, merged or
-/// replayed: its samples may be others.
+/// Protects: a film of another program version is not resumed, merged or replayed, because its
+/// samples may differ.
 #[test]
 fn a_film_of_another_version_is_refused() {
     let desk = desk();

@@ -1,5 +1,5 @@
-//! Renders of more than one run: kept and gone on with, divided and merged, ended by time. What
-//! must come out are the bits of one run, and no file may do harm.
+//! Renders of several runs: checkpointed and resumed, divided and merged, ended by a budget. The
+//! result must have the bits of a single run, and no film file may do harm.
 
 use std::fs;
 use std::process::Command;
@@ -8,8 +8,8 @@ use raywright::core::picture::Picture;
 
 use crate::support::Desk;
 
-/// A lamp, a ball of glass, a rough floor and a lens: everything that draws numbers, in 70 × 50
-/// pixels, which are six tiles.
+/// A lamp, a glass ball, a rough floor and a lens: every use of random numbers, in 70 × 50 pixels,
+/// which are six tiles.
 const SCENE: &str = r#"
 format = 1
 render = { size = [70, 50], samples = 6 }
@@ -45,7 +45,7 @@ pub(super) fn desk() -> Desk {
     desk
 }
 
-/// Renders the scene with these further words.
+/// Renders the scene with these further flags.
 pub(super) fn render(desk: &Desk, words: &str) -> crate::support::Run {
     let first = [
         "render",
@@ -71,7 +71,7 @@ pub(super) fn merge(desk: &Desk, words: &str) -> crate::support::Run {
     )
 }
 
-/// Colours and layers by name, to the bit.
+/// Bits of colours and layers, by name.
 pub(super) fn bits(picture: &Picture) -> Vec<(String, Vec<u32>)> {
     let colour = (
         "colour".to_owned(),
@@ -108,9 +108,9 @@ pub(super) fn same_bits(desk: &Desk, one: &str, other: &str) {
     }
 }
 
-/// Protects: a render that is gone on with, twice and with more samples each time, by other threads
-/// and another accelerator, has the bits of one run, layers and errors included; what is gone on
-/// from may be what is kept.
+/// Protects: a render resumed twice, with more samples each time, other threads and another
+/// accelerator, has the bits of a single run, layers and errors included; the resumed file may be
+/// the checkpoint.
 #[test]
 fn more_samples_later_have_the_bits_of_one_run() {
     let desk = desk();
@@ -145,9 +145,9 @@ fn more_samples_later_have_the_bits_of_one_run() {
     );
 }
 
-/// Protects: parts of a picture, each rendered by a run of its own, merge to the bits of one run,
-/// in any order and in two steps, and a crop is divided as a picture is. A merge shows them as they
-/// were asked for, or otherwise.
+/// Protects: parts of a picture, each rendered by its own run, merge to the bits of a single run,
+/// in any order and in two steps, and so do parts of a crop. A merge displays them with the
+/// original or other settings.
 #[test]
 fn parts_have_the_bits_of_one_run() {
     let desk = desk();
@@ -164,7 +164,7 @@ fn parts_have_the_bits_of_one_run() {
     merge(&desk, "2.film 4.film --checkpoint even.film").exits_with(0);
     merge(&desk, "1.film even.film 3.film -o steps.exr").exits_with(0);
     same_bits(&desk, "steps.exr", "once.exr");
-    // A union is what one run can go on from.
+    // The union of parts can be resumed by a single run.
     merge(&desk, "1.film 3.film even.film --checkpoint whole.film").exits_with(0);
     render(
         &desk,
@@ -185,8 +185,8 @@ fn parts_have_the_bits_of_one_run() {
     assert!(sum("dark.png") < 0.5 * sum("once.png"));
 }
 
-/// Protects: what is missing, there twice, of another picture or none of ours is refused with the
-/// file's name, and no picture is made of it.
+/// Protects: a missing part, a duplicate, a part of another picture and a foreign file are refused
+/// by name, without a picture.
 #[test]
 fn what_is_no_part_is_refused() {
     let desk = desk();
@@ -244,8 +244,9 @@ fn what_is_no_part_is_refused() {
     assert!(desk.picture("some.png").rgb.contains(&[0.0; 3]));
 }
 
-/// Protects: a film of another scene, file content or flag, or with more samples than asked for, is
-/// not gone on from, and it is said what differs. Only what changes no sample may differ.
+/// Protects: a film of another scene, file content or flag, or with more samples than requested, is
+/// not resumed, and the message names the difference. Only settings without effect on samples may
+/// differ.
 #[test]
 fn another_picture_is_not_gone_on_from() {
     let desk = desk();
@@ -290,8 +291,8 @@ fn another_picture_is_not_gone_on_from() {
     .says_like("cannot write room.scene.toml");
 }
 
-/// Protects: a film that was cut off, changed in any byte or made up ends with a message and takes
-/// no memory that it does not have: every length, every bit of a header, and numbers at random.
+/// Protects: a film that is truncated, changed in any byte or invented gives a message without
+/// large allocations: every length, every bit of a header, and random numbers.
 #[test]
 fn damaged_films_do_no_harm() {
     let desk = desk();
@@ -323,7 +324,7 @@ fn damaged_films_do_no_harm() {
             .contains("something follows its end")
     );
     merge(&desk, "b.film -o b.png").exits_with(3);
-    // As large as numbers can say, in a file of a few hundred bytes.
+    // The largest claimed size, in a file of a few hundred bytes.
     let text = String::from_utf8_lossy(&whole[28..]).into_owned();
     let header = &text[..text.rfind('}').expect("a header") + 1];
     for (old, new) in [
@@ -357,9 +358,9 @@ fn damaged_films_do_no_harm() {
     }
 }
 
-/// Protects: an error that is asked for is reached, by the interval that the report states, with
-/// more samples where they are needed; threads and another accelerator give the same bits; what an
-/// end by budget or by the most samples leaves is said.
+/// Protects: a target error is reached, by the reported interval, with additional samples where
+/// needed; threads and accelerator do not change the bits; an end by budget or by the largest
+/// sample count is reported.
 #[test]
 fn an_error_is_reached() {
     let desk = desk();
@@ -393,8 +394,8 @@ fn an_error_is_reached() {
     render(&desk, "--max-error 0 -o d.exr").exits_with(2);
 }
 
-/// Protects: why samples were added after the error that was asked for seemed to be reached is
-/// said, with how many there were by then.
+/// Protects: a render that continued after its target error first seemed reached reports the
+/// reason, and the sample count at that time.
 #[test]
 fn going_on_is_explained() {
     if !crate::support::carried("cornell") {
@@ -416,8 +417,8 @@ fn going_on_is_explained() {
         .says_like("below the 0.08 asked for");
 }
 
-/// Protects: the film of a render that its budget ended is a map of samples, by which another
-/// render has its bits, whether samples went where the error is or not; the film of other settings
+/// Protects: the film of a render ended by its budget serves as a map of sample counts, from which
+/// another render gets the same bits, with adaptive sampling or without; a film of other settings
 /// is refused.
 #[test]
 fn what_a_budget_ended_is_replayed() {
@@ -446,12 +447,12 @@ fn what_a_budget_ended_is_replayed() {
         .says_like("maximum error");
 }
 
-/// Protects: a time that is too short for anything still gives every pixel the samples of one pass,
-/// which is said, and what it made can be gone on from to the bits of one run.
+/// Protects: a budget that is too short still gives every pixel the samples of one pass, with a
+/// message, and the film can be resumed to the bits of a single run.
 #[test]
 fn a_budget_ends_after_a_pass() {
     let desk = desk();
-    // Longer than a second: 65,536 samples of 60,000 pixels.
+    // More than a second of work: 65,536 samples of 60,000 pixels.
     let all = "--size 300x200 --aov samples";
     let run = render(
         &desk,
@@ -481,7 +482,7 @@ fn a_budget_ends_after_a_pass() {
             .any(|(_, text)| text.contains(&format!("taken='{told}'"))),
         "{told}"
     );
-    // A scene's fixed pattern is one pass.
+    // The fixed pattern of a scene is a single pass.
     let pattern = desk.run(&[
         "render",
         "preset:whitted",
@@ -495,8 +496,8 @@ fn a_budget_ends_after_a_pass() {
     pattern.exits_with(0).says_like("64x36, 4 samples");
 }
 
-/// Protects: a render that is interrupted is kept, says how it goes on, and goes on to the bits of
-/// one run.
+/// Protects: an interrupted render writes its checkpoint, prints the command to resume, and resumes
+/// to the bits of a single run.
 #[cfg(unix)]
 #[test]
 fn an_interrupted_render_goes_on() {
@@ -548,8 +549,8 @@ fn an_interrupted_render_goes_on() {
     same_bits(&desk, "a.exr", "once.exr");
 }
 
-/// Protects: the farm of docs/farm.md that GNU parallel runs makes the picture of one run; where it
-/// is installed.
+/// Protects: the render farm of docs/farm.md with GNU parallel gives the picture of a single run,
+/// where it is installed.
 #[test]
 fn gnu_parallel_is_a_farm() {
     let installed = Command::new("parallel")
@@ -591,16 +592,16 @@ fn gnu_parallel_is_a_farm() {
     same_bits(&desk, "room.png", "once.png");
 }
 
-/// Protects: a film that can't be kept costs no picture, neither of `render` nor of `merge`: it is
-/// written, the failure is told, and the exit code is that of files. The limit on the length of
-/// files is met by the film alone, which is many times as long as the picture.
+/// Protects: a film that cannot be written costs no picture, of `render` or of `merge`: the picture
+/// is written, the failure is reported, and the exit code is that of files. Only the film, which is
+/// many times as long as the picture, exceeds the limit on file length.
 #[cfg(unix)]
 #[test]
 fn a_film_that_cannot_be_kept_costs_no_picture() {
     let desk = Desk::new();
     desk.write("room.scene.toml", SCENE);
     let limited = |words: &str| {
-        // A signal is how the system says it to programs that don't ignore it.
+        // The system sends a signal to programs that do not ignore it.
         let script = format!("trap '' XFSZ; ulimit -f 64 || exit 77; exec \"$0\" {words}");
         let run = Command::new("sh")
             .args(["-c", &script, env!("CARGO_BIN_EXE_raywright")])

@@ -1,11 +1,11 @@
-//! Help, manual pages and completion scripts: everything that describes the program.
+//! Help, manual pages and completion scripts: all descriptions of the program.
 
 use std::io::Read;
 use std::process::Stdio;
 
 use crate::support::Desk;
 
-/// Protects: `--help` and `--version` go to standard output and are no failure.
+/// Protects: `--help` and `--version` print to standard output and succeed.
 #[test]
 fn help_and_version_are_results() {
     let desk = Desk::new();
@@ -20,8 +20,8 @@ fn help_and_version_are_results() {
     );
 }
 
-/// Protects: every command explains itself, by `--help` and by `help`, and its summary fits into
-/// one line of the list.
+/// Protects: every command has a help text, by `--help` and by `help`, and its summary fits one
+/// line of the list.
 #[test]
 fn every_command_has_help() {
     let desk = Desk::new();
@@ -48,8 +48,8 @@ fn every_command_has_help() {
     }
 }
 
-/// Protects: texts fit the terminal, and are broken where it ends and nowhere else. Lines that are
-/// indented are tables and examples.
+/// Protects: help texts fit the terminal, and are wrapped only at its width. Indented lines are
+/// tables and examples.
 #[test]
 fn help_is_wrapped_by_the_width_of_the_terminal() {
     let desk = Desk::new();
@@ -113,7 +113,7 @@ fn completions_are_written_for_each_shell() {
 }
 
 /// Protects: the manual has a page for the program and for each command, under the name that `man`
-/// looks for.
+/// expects.
 #[test]
 fn manual_pages_carry_their_names() {
     let desk = Desk::new();
@@ -135,8 +135,8 @@ fn manual_pages_carry_their_names() {
     }
 }
 
-/// Protects: a reader that has seen enough of a text is no failure (`raywright schema | head -0`),
-/// and a picture that nobody reads is one.
+/// Protects: a pipe that closes early is no failure for a text (`raywright schema | head -0`), and
+/// is one for a picture.
 #[test]
 fn closed_pipes_lose_pictures_and_no_texts() {
     let desk = Desk::new();
@@ -188,8 +188,8 @@ fn closed_pipes_lose_pictures_and_no_texts() {
     );
 }
 
-/// Protects: the help of `--without` names each effect that can be switched off and no other, as
-/// the command line takes them.
+/// Protects: the help of `--without` lists exactly the effects that can be switched off, in the
+/// notation of the command line.
 #[test]
 fn help_names_the_effects() {
     let desk = Desk::new();

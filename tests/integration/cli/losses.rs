@@ -1,11 +1,11 @@
-//! What is not in a picture though it was to be: samples that are no numbers and rays that are cut
-//! short are told, wherever the picture is made of what has them.
+//! Losses of a picture: non-finite samples and truncated paths are reported by every command that
+//! makes a picture from them.
 
 use serde_json::Value;
 
 use crate::support::Desk;
 
-/// A sky that is no number on one side.
+/// A sky that is NaN on one side.
 const HALF: &str = r#"
 format = 1
 render = { size = [64, 8], samples = 4 }
@@ -15,7 +15,7 @@ pose.look_at = { eye = [0, 0, 2], target = [0, 0, 0] }
 projection.pinhole = { vertical_fov = 10 }
 "#;
 
-/// More absent surfaces than a ray passes.
+/// More invisible surfaces than a ray may cross.
 const LAYERS: &str = r#"
 format = 1
 render = { size = [2, 1], samples = 1 }
@@ -34,9 +34,8 @@ fn stats(desk: &Desk, name: &str) -> Value {
     serde_json::from_str(&std::fs::read_to_string(desk.path(name)).expect("a file")).expect("JSON")
 }
 
-/// Protects: samples that are dropped are counted in the statistics and warned of, there and on
-/// standard error, by both integrators; also of a film that is gone on with, of parts that are
-/// merged, and of one that is denoised.
+/// Protects: dropped samples are counted in the statistics, with a warning there and on standard
+/// error, for both integrators; also for a resumed film, for merged parts, and for a denoised film.
 #[test]
 fn dropped_samples_are_told() {
     let desk = Desk::new();
@@ -117,8 +116,8 @@ fn dropped_samples_are_told() {
     assert_eq!(stats(&desk, "d.json")["dropped"], 4096);
 }
 
-/// Protects: rays that end at the limit of surfaces that are passed are counted and warned of, by
-/// both integrators.
+/// Protects: rays that end at the limit of crossed surfaces are counted with a warning, for both
+/// integrators.
 #[test]
 fn rays_that_are_cut_short_are_told() {
     let desk = Desk::new();

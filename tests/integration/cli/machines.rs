@@ -1,5 +1,5 @@
-//! What scripts rely on: verdicts on many files, JSON of documented layouts, progress in JSON,
-//! hashes, and comparisons that know noise.
+//! Interfaces for scripts: results for many files, JSON of documented layouts, progress in JSON,
+//! hashes, and comparisons that account for noise.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -18,9 +18,8 @@ fn json(run: &Run) -> Value {
     serde_json::from_str(run.text()).expect("JSON")
 }
 
-/// Protects: each of many files gets its verdict, for people and for scripts, and the first wrong
-/// one decides the exit code; warnings are errors on request, and a scene with nothing in it is
-/// warned of.
+/// Protects: each of many files gets its result, for people and for scripts, and the first faulty
+/// one decides the exit code; warnings are errors on request, and an empty scene gives a warning.
 #[test]
 fn many_files_are_checked() {
     let desk = Desk::new();
@@ -72,7 +71,7 @@ fn many_files_are_checked() {
     desk.run(&[&both[..], &["--deny-warnings", "--allow", "nothing"]].concat())
         .exits_with(2)
         .says_like("there is no such code");
-    // What rests and could move is no problem of a picture.
+    // An animation shown at rest is no problem of a picture.
     desk.write("model.gltf", super::models::model());
     desk.run(&["check", "model.gltf", "--deny-warnings"])
         .exits_with(0)
@@ -90,11 +89,11 @@ fn many_files_are_checked() {
     );
 }
 
-/// Keys that are always there, and those that are there sometimes.
+/// Keys that are always present, and optional keys.
 type Keys = [BTreeSet<String>; 2];
 
-/// What docs/machines.md says of a kind of JSON: its version, its keys, and those of the objects
-/// within, by where these are.
+/// Description of a kind of JSON in docs/machines.md: its version, its keys, and the keys of nested
+/// objects by path.
 struct Layout {
     version: u64,
     keys: Keys,
@@ -102,7 +101,7 @@ struct Layout {
 }
 
 impl Layout {
-    /// The row for an object within: that of its place, or of its last key anywhere.
+    /// Row of a nested object: by its path, or by its last key anywhere.
     fn within(&self, at: &str) -> Option<(&String, &Keys)> {
         let last = at.rsplit_once('.').map_or(at, |(_, last)| last);
         self.within
@@ -111,12 +110,12 @@ impl Layout {
     }
 }
 
-/// Names in code in a cell of a table.
+/// Names in code marks in a table cell.
 fn names(cell: &str) -> impl Iterator<Item = String> {
     cell.split('`').skip(1).step_by(2).map(str::to_owned)
 }
 
-/// Those of a cell, of which the ones in brackets are not always there.
+/// Keys of a cell, where those in brackets are optional.
 fn keys(cell: &str) -> Keys {
     let (always, sometimes) = cell.split_once(" [").unwrap_or((cell, ""));
     [always, sometimes].map(|cell| names(cell).collect())
@@ -149,7 +148,7 @@ fn documented(from: &str) -> Layout {
     }
 }
 
-/// Every object of some JSON with where it is: `a.b[].c`.
+/// Every object of a JSON value with its path: `a.b[].c`.
 fn objects<'a>(at: &str, found: &'a Value, all: &mut Vec<(String, &'a Value)>) {
     match found {
         Value::Array(list) => list
@@ -165,7 +164,7 @@ fn objects<'a>(at: &str, found: &'a Value, all: &mut Vec<(String, &'a Value)>) {
     }
 }
 
-/// Whether all of it is as the page says; where the objects are.
+/// Asserts that a JSON value matches the page; returns the paths of its objects.
 #[track_caller]
 fn has_the_documented_keys(from: &str, found: &Value) -> BTreeSet<String> {
     let layout = documented(from);
@@ -201,7 +200,7 @@ fn has_the_documented_keys(from: &str, found: &Value) -> BTreeSet<String> {
         .collect()
 }
 
-/// A lamp over a floor, seen by paths, so that everything that can be told is.
+/// A lamp over a floor, path traced, so that every figure exists.
 const LAMP: &str = r#"format = 1
 render = { size = [24, 18], samples = 32, integrator = "path" }
 cameras = [{ pose.look_at = { eye = [0, 1, 5], target = [0, 0, 0] }, projection.pinhole = { vertical_fov = 40 } }]
@@ -211,8 +210,8 @@ objects = [{ shape.plane = { point = [0, -1, 0], normal = [0, 1, 0] }, material 
   { shape.sphere = { centre = [0, 2, 0], radius = 0.5 }, material = "l" }]
 "#;
 
-/// Protects: every JSON has the keys that its page documents, in every object within, no more and
-/// no fewer, and the version; and what the page documents is there.
+/// Protects: every JSON has exactly the keys documented on its page, in every nested object, and
+/// the version; every documented object occurs.
 #[test]
 fn layouts_are_those_of_the_page() {
     let desk = Desk::new();
@@ -234,8 +233,8 @@ fn layouts_are_those_of_the_page() {
         &serde_json::from_str(&stats).expect("JSON"),
     );
     let complete = |from: &str, seen: &BTreeSet<String>| {
-        // Of places with the same keys one is enough: not every scene has an answer to everything.
-        // Whether tree and scan change places is for the clock to say.
+        // One of several objects with the same keys is enough, because not every scene has each of
+        // them. Whether tree and scan cross over depends on measured times.
         let within = documented(from).within;
         let is_seen = |keys: &Keys| seen.iter().any(|at| within.get(at) == Some(keys));
         let is_timed = |at: &str| at == "generated[].crossover";
@@ -310,8 +309,8 @@ fn layouts_are_those_of_the_page() {
     }
 }
 
-/// Protects: progress in JSON is a line after each picture at least, with the samples that there
-/// are and the error that the statistics have; it changes no bit.
+/// Protects: JSON progress has at least a line after each picture, with the current sample counts
+/// and the error of the statistics; it changes no bit.
 #[test]
 fn progress_is_told_in_json() {
     let desk = room();
@@ -344,8 +343,8 @@ fn progress_is_told_in_json() {
     assert!(desk.picture("a.exr").rgb == desk.picture("b.exr").rgb);
 }
 
-/// Protects: the hash is that of the pixels alone, one line a file; without metadata equal pixels
-/// are equal files, whatever made them.
+/// Protects: the hash depends on the pixels alone, one line per file; without metadata equal pixels
+/// are equal files, from any command.
 #[test]
 fn equal_pixels_have_equal_hashes_and_files() {
     let desk = room();
@@ -389,8 +388,8 @@ fn equal_pixels_have_equal_hashes_and_files() {
         .says_like("-o - and --hash both write to standard output");
 }
 
-/// Protects: pictures that differ by noise pass, by their layers or a film, and those that differ
-/// by more do not, which is said with its place; what tells no noise is refused.
+/// Protects: pictures that differ by noise pass, with noise from layers or a film; larger
+/// differences fail, with their position; pictures without noise data are refused.
 #[test]
 fn comparisons_know_noise() {
     let desk = room();

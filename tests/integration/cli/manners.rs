@@ -1,5 +1,5 @@
-//! The command line as people's hands know it: flags anywhere, the last one counts, colours where
-//! they are wanted, one line a render, tables that fit, and messages in the reader's words.
+//! Conventions of the command line: flags in any position, the last of repeated flags in force,
+//! optional colours, one line per render, tables that fit, and helpful messages.
 
 use crate::support::{Desk, Run};
 
@@ -18,8 +18,8 @@ fn words(line: &str) -> Vec<&str> {
     line.split_whitespace().collect()
 }
 
-/// Protects: the last of repeated flags counts, `-q` and `-v` stand before or after a command, and
-/// the later of them counts.
+/// Protects: the last of repeated flags is in force, `-q` and `-v` may precede or follow a command,
+/// and the later of them is in force.
 #[test]
 fn the_last_flag_counts() {
     let desk = desk();
@@ -39,8 +39,8 @@ fn the_last_flag_counts() {
     run("-q info ball.scene.toml").exits_with(0).says("");
 }
 
-/// Protects: messages are coloured on request or where CLICOLOR_FORCE asks for it, and else,
-/// NO_COLOR above all, not where no terminal is; their text is the same.
+/// Protects: messages are coloured on request or by CLICOLOR_FORCE, otherwise never without a
+/// terminal, and NO_COLOR takes precedence; their text is the same.
 #[test]
 fn colours_are_for_those_who_want_them() {
     let desk = desk();
@@ -79,8 +79,8 @@ fn colours_are_for_those_who_want_them() {
     );
 }
 
-/// Protects: a render says one line of what it made and at most one of what there is to know, in
-/// which its file is named once; `-v` says each.
+/// Protects: a render prints one line about its picture and at most one line of warnings, in which
+/// the file is named once; `-v` prints each.
 #[test]
 fn a_render_says_two_lines() {
     let desk = desk();
@@ -135,9 +135,8 @@ fn a_render_says_two_lines() {
     );
 }
 
-/// Protects: every line of `explain` and `bench` fits a terminal of 60, 80 and 120 columns, though
-/// nothing is left out, and none is broken where a program reads it. What is absent is one line
-/// unless more is asked for.
+/// Protects: every line of `explain` and `bench` fits a terminal of 60, 80 and 120 columns without
+/// omissions, and none is wrapped in a pipe. Absent effects take one line unless more is requested.
 #[test]
 fn tables_fit_the_terminal() {
     let desk = desk();
@@ -172,7 +171,7 @@ fn tables_fit_the_terminal() {
                 widest.chars().count() <= width.parse().expect("a number"),
                 "{line} in {width}: {widest}\n{fitted}"
             );
-            // Times differ from run to run, and a first column may come twice.
+            // Times differ from run to run, and a first column may be repeated.
             assert!(letters(&fitted) * 10 > letters(&whole) * 9, "{fitted}");
         }
     }
@@ -193,8 +192,8 @@ fn tables_fit_the_terminal() {
     );
 }
 
-/// Protects: a misspelled file is answered with its neighbour, a folder with what is in it, and a
-/// value with those that there are.
+/// Protects: a misspelled file is answered with the closest name, a folder with its contents, and a
+/// value with the allowed ones.
 #[test]
 fn messages_are_in_the_readers_words() {
     let desk = desk();
@@ -249,8 +248,8 @@ fn messages_are_in_the_readers_words() {
     );
 }
 
-/// Protects: a colour in the notations of the web is the same one in linear numbers, in scenes and
-/// on the command line; an array of codes is warned of with what to write.
+/// Protects: CSS colour notations give the same linear colour in scenes and on the command line; an
+/// array of codes gives a warning with the right notation.
 #[test]
 fn colours_have_their_usual_names() {
     let desk = desk();
@@ -280,8 +279,8 @@ fn colours_have_their_usual_names() {
     desk.run(&["check", "c.scene.toml"]).exits_with(3);
 }
 
-/// Protects: a number below zero is told as what it is, not as a flag that there isn't, and where
-/// it may be below zero it is taken.
+/// Protects: a negative number is reported as such, not as an unknown flag, and is accepted where
+/// allowed.
 #[test]
 fn numbers_below_zero_are_no_flags() {
     let desk = desk();
@@ -313,8 +312,8 @@ fn numbers_below_zero_are_no_flags() {
         .exits_with(0);
 }
 
-/// Protects: the help names every effect that can be switched off, and a file that isn't named is
-/// no film before anything is rendered.
+/// Protects: the help lists every effect that can be switched off, and a flag for films without a
+/// file name is refused before the render.
 #[test]
 fn help_names_every_effect() {
     let desk = desk();

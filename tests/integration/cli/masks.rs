@@ -1,17 +1,15 @@
-//! Names come out of files that anybody may have made: whatever stands in them, a terminal that
-//! shows them obeys nothing.
+//! Names in untrusted files: no name can control the terminal that displays it.
 
 use serde_json::{Value, json};
 
 use crate::support::{Desk, Run};
 
-/// An escape sequence, a bell, one in a single character, a deletion, a turn of direction,
-/// separators of lines and paragraphs, what cannot be seen, and a line that looks like the
-/// program's.
+/// An escape sequence, a bell, a one-character escape, a deletion, a direction override, line and
+/// paragraph separators, invisible characters, and a line that imitates the program's.
 const EVIL: &str =
     "n\u{1b}[31m\u{7}\u{9b}2J\u{7f}\u{202e}\u{2028}\u{2029}\u{200b}\u{feff}\r\nwarning: x";
 
-/// A model whose every name steers the terminal, without a light.
+/// A model whose names all contain control characters, without a light.
 fn model() -> String {
     let variants = json!({ "KHR_materials_variants": { "variants": [{ "name": EVIL }] } });
     let triangle =
@@ -31,7 +29,7 @@ fn model() -> String {
     model.to_string()
 }
 
-/// A scene whose every name does, with a lamp that nothing is lit by.
+/// A scene whose names all contain them, with a lamp that lights nothing.
 fn scene() -> String {
     let (up, o) = ([0, 1, 0], [0, 0, 0]);
     let ball = |radius: f64| json!({ "name": EVIL, "shape": { "sphere": { "centre": o, "radius": radius } }, "material": EVIL });
@@ -44,8 +42,8 @@ fn scene() -> String {
     scene.to_string()
 }
 
-/// What a terminal obeys: control characters but line breaks and tabs, separators of lines, turns
-/// of direction, and what cannot be seen.
+/// Control characters except line breaks and tabs, line separators, direction overrides, and
+/// invisible characters.
 fn steers(c: char) -> bool {
     c.is_control() && !matches!(c, '\n' | '\t')
         || matches!(c, '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}' | '\u{200b}' | '\u{feff}')
@@ -70,8 +68,8 @@ fn is_harmless(run: &Run, words: &[&str]) {
     }
 }
 
-/// Protects: no command passes on what a terminal would obey, from no name of a model or a scene,
-/// in results, warnings, notes or errors; JSON stays JSON, with the names as they are.
+/// Protects: no command prints a control character from a name of a model or a scene, in results,
+/// warnings, notes or errors; JSON stays valid, with the names unchanged.
 #[test]
 fn names_do_nothing_to_a_terminal() {
     let desk = Desk::new();

@@ -1,11 +1,11 @@
-//! Typical mistakes and what the program says about each: the whole message, because the message is
+//! Typical mistakes and the program's messages about them, tested in full because the message is
 //! the product.
 
 use std::process::Command;
 
 use crate::support::{Desk, carried};
 
-/// Protects: command lines that ask for something that does not exist.
+/// Protects: messages for command lines that name something nonexistent.
 #[test]
 fn wrong_use_is_explained() {
     let desk = Desk::new();
@@ -104,7 +104,7 @@ fn wrong_use_is_explained() {
     assert!(desk.names().is_empty(), "nothing is written");
 }
 
-/// Protects: files that cannot be read or written.
+/// Protects: messages for unreadable and unwritable files.
 #[test]
 fn files_out_of_reach_are_explained() {
     let desk = Desk::new();
@@ -124,9 +124,9 @@ fn files_out_of_reach_are_explained() {
         .says("error: cannot write renders/a.png: no such file or folder\nhelp: create the folder first: mkdir -p renders");
 }
 
-/// Protects: what other programs write is named, with what makes of it a model that is read;
-/// addresses, and patterns that no file fits, are told from names that are spelled wrong; and flags
-/// of other programs lead to ours.
+/// Protects: formats of other programs are named, with a converter to a supported one; URLs and
+/// unmatched patterns are distinguished from misspelled names; flags of other programs lead to the
+/// equivalent ones.
 #[test]
 fn habits_from_elsewhere_are_understood() {
     let desk = Desk::new();
@@ -164,7 +164,7 @@ fn habits_from_elsewhere_are_understood() {
         .says("error: there is no `--samples`\nhelp: samples a pixel are --spp N");
 }
 
-/// Protects: more than the machine may spend.
+/// Protects: messages for work beyond the limits.
 #[test]
 fn limits_are_explained() {
     if !carried("whitted") {
@@ -187,8 +187,8 @@ fn limits_are_explained() {
     );
 }
 
-/// Protects: `--max-memory` bounds what loading takes too: 4 bytes for each of 4096 pixels are more
-/// than 10 KiB, and it is the texture that the message names.
+/// Protects: `--max-memory` bounds the load too: 4 bytes for each of 4096 pixels are more than 10
+/// KiB, and the message names the texture.
 #[test]
 fn the_limit_holds_for_loading() {
     let desk = Desk::new();
@@ -209,8 +209,8 @@ fn the_limit_holds_for_loading() {
     );
 }
 
-/// Protects: memory that the system refuses is a message and the exit code of limits for what takes
-/// most of it: the film, geometry, and pictures. The limit is one on the program's addresses, as in
+/// Protects: memory refused by the system gives a message and the exit code of limits, for the
+/// film, for geometry, and for pictures. The limit is on the program's address space, as in
 /// containers and on shared machines.
 #[cfg(unix)]
 #[test]

@@ -1,5 +1,4 @@
-//! The command line: what each command prints, which exit code it ends with, what it says about
-//! mistakes.
+//! The command line: output, exit code and error messages of each command.
 
 mod accuracy;
 mod backgrounds;

@@ -1,4 +1,4 @@
-//! Scenes, looks and moments of a model on the command line, and motion in a scene: from the flags
+//! Scenes, variants and times of a model on the command line, and motion in a scene: from the flags
 //! to picture, report and file.
 
 use raywright::core::settings::Sampling;
@@ -6,8 +6,9 @@ use raywright::prelude::*;
 
 use crate::support::Desk;
 
-/// A white wall across the view in its first scene, nothing in sight in its second; red or blue;
-/// from the left edge of the picture to beyond its right one within a second.
+/// A model with a white wall across the view in its first scene and nothing visible in its second;
+/// red or blue by variant; animated from the left edge of the picture to beyond its right edge
+/// within a second.
 pub fn model() -> String {
     let floats = |numbers: &[f32]| {
         numbers
@@ -50,8 +51,8 @@ pub fn model() -> String {
     )
 }
 
-/// Protects: `--scene`, `--variant` and `--at` choose what is seen of a model, and `info` lists
-/// what there is to choose from.
+/// Protects: `--scene`, `--variant` and `--at` select the visible part of a model, and `info` lists
+/// the choices.
 #[test]
 fn parts_of_a_model_are_chosen() {
     let desk = Desk::new();
@@ -103,8 +104,8 @@ fn parts_of_a_model_are_chosen() {
     }
 }
 
-/// Protects: what a model has not is wrong use and one message that lists what it has; so is any
-/// choice where there is none.
+/// Protects: an unknown choice is a usage error with one message that lists the known ones; so is
+/// any choice for a file without choices.
 #[test]
 fn unknown_parts_are_listed() {
     let desk = Desk::new();
@@ -126,8 +127,8 @@ fn unknown_parts_are_listed() {
     assert_eq!(said(&["flat.obj", "--scene", "0"]), none);
 }
 
-/// Protects: a scene's motion is an effect that `explain` names, that a shutter calls for, and that
-/// can be switched off; a way that can't be is a problem of the scene, at its line.
+/// Protects: motion is an effect that `explain` names, that a shutter enables, and that can be
+/// switched off; an invalid motion is a problem of the scene, at its line.
 #[test]
 fn motion_is_explained_switched_off_and_checked() {
     let desk = Desk::new();
@@ -192,8 +193,8 @@ fn motion_is_explained_switched_off_and_checked() {
     );
 }
 
-/// Protects: `--frames all` has the moments of the whole animation, or of the one that is chosen,
-/// and says where there is none.
+/// Protects: `--frames all` covers the whole animation, or the chosen one, and fails with a message
+/// without any.
 #[test]
 fn films_last_as_long_as_animations() {
     let desk = Desk::new();
@@ -231,8 +232,7 @@ fn films_last_as_long_as_animations() {
         .says_like("--frames all is of one model");
 }
 
-/// Protects: what `info` tells is JSON, too: counts, names, what there is to choose from, which
-/// extensions are read, where the model is and what it takes.
+/// Protects: `info` as JSON: counts, names, choices, supported extensions, bounds and memory.
 #[test]
 fn models_are_told_as_json() {
     let desk = Desk::new();
@@ -267,8 +267,8 @@ fn models_are_told_as_json() {
     );
 }
 
-/// Protects: files outside the scene's folder are read with `--allow-outside` alone, whose name the
-/// refusal tells.
+/// Protects: files outside the scene's folder are read only with `--allow-outside`, which the
+/// refusal names.
 #[test]
 fn files_outside_are_read_where_allowed() {
     let desk = Desk::new();
@@ -288,9 +288,9 @@ fn files_outside_are_read_where_allowed() {
         .exits_with(0);
 }
 
-/// Protects: a picture in which nothing was met says where the scene is; one in which something was
-/// says nothing. A model that brings no lights stands in the studio, whatever glows in it, and is
-/// told so; a scene that is dark on purpose stays dark.
+/// Protects: a picture without any hit reports the scene's position; a picture with hits does not.
+/// A model without lights gets the studio, whatever emits in it, with a note; a deliberately dark
+/// scene stays dark.
 #[test]
 fn nothing_to_be_seen_is_told() {
     let desk = Desk::new();
@@ -345,11 +345,11 @@ fn nothing_to_be_seen_is_told() {
     desk.run(&[&flags[..], &["--allow-empty", "-o", "a.png"]].concat())
         .exits_with(0)
         .says_like(said);
-    // A part of a picture may well be empty.
+    // A crop may well be empty.
     desk.run(&[&flags[..], &["--crop", "0,0,2,2", "-o", "a.png"]].concat())
         .exits_with(0)
         .says_like(said);
-    // Of several pictures of a scene, one that shows something is enough.
+    // A single non-empty picture of a scene is enough.
     desk.run(&[
         "render",
         "a.obj",
@@ -393,9 +393,9 @@ fn nothing_to_be_seen_is_told() {
     assert!(!dim.contains("sky") && !dim.contains("studio"), "{dim}");
 }
 
-/// Protects: a library that loads, prepares and renders gets the command line's picture, bit for
-/// bit, of models and scenes without light too, and is told what was added; no environment means
-/// none for both.
+/// Protects: loading, preparing and rendering by the library gives the command line's picture, bit
+/// for bit, also for models and scenes without light, with a report of added light; no environment
+/// means none for both.
 #[test]
 fn the_library_completes_what_the_program_completes() {
     let desk = Desk::new();
@@ -458,12 +458,12 @@ fn the_library_completes_what_the_program_completes() {
     }
 }
 
-/// Protects: a model whose own up is z stands upright from every side, on the studio's ground: an
-/// STL by default, others where that is asked for. It looks as one that was written with y up; and
-/// a camera can still be turned alone, but not where views choose their own.
+/// Protects: a model with up axis z is upright from every side, on the studio's ground: STL by
+/// default, others on request. It looks like one written with y up; the camera alone can still be
+/// rotated, except in views that choose their own up vector.
 #[test]
 fn models_stand_upright() {
-    // A wedge, which looks another way from each side.
+    // A wedge, which looks different from each side.
     let corners = [
         [0.0, 0.0, 0.0],
         [1.0, 0.0, 0.0],
@@ -568,8 +568,8 @@ fn square() -> [(&'static str, &'static str); 3] {
 }
 
 /// Protects: every command that reads a model reads all formats, from a file and through a pipe,
-/// and each shows the same picture; a picture of a pipe is named after it, and what names other
-/// files is told that they are not to be had.
+/// with the same picture; a picture of a pipe gets a default name, and a piped model that names
+/// other files gets a message that they are unavailable.
 #[test]
 fn formats_and_pipes() {
     let desk = Desk::new();

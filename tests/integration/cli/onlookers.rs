@@ -1,5 +1,5 @@
-//! Pictures that are shown while they are rendered: in a file that grows, and in tev, for which a
-//! server stands here that reads its packets.
+//! Live previews: in a file that is updated, and in tev, replaced here by a server that decodes its
+//! packets.
 
 use std::collections::{BTreeMap, HashSet};
 use std::io::Read;
@@ -12,7 +12,7 @@ use raywright::io::output::read_picture;
 
 use crate::support::Desk;
 
-/// A ball on the ground in the grey sky, whose light is found by chance.
+/// A ball on the ground under the grey sky, with random light samples.
 const SCENE: &str = r#"
 format = 1
 render = { size = [48, 32], samples = 256, integrator = "path" }
@@ -28,7 +28,7 @@ material = "m"
 shape.quad = { corner = [-2, 0, 2], edge_u = [4, 0, 0], edge_v = [0, 0, -4] }
 "#;
 
-/// What came of a picture: its size, and the values of each of its channels, as often as they came.
+/// A received picture: its size, and each update of its channels' values.
 #[derive(Default)]
 struct Shown {
     size: [u32; 2],
@@ -37,7 +37,7 @@ struct Shown {
     updated: usize,
 }
 
-/// A packet that is read from its beginning.
+/// A packet that is decoded from its beginning.
 struct Reader<'a>(&'a [u8]);
 
 impl Reader<'_> {
@@ -64,7 +64,7 @@ impl Reader<'_> {
 }
 
 impl Shown {
-    /// Takes a packet as tev does (its `Ipc.cpp`): pictures are created, and then get values by
+    /// Decodes a packet as tev does (its `Ipc.cpp`): pictures are created, and then updated by
     /// offsets and strides.
     fn take(&mut self, packet: &[u8]) {
         let mut reader = Reader(packet);
@@ -115,9 +115,9 @@ impl Shown {
     }
 }
 
-/// Protects: tev is told of a picture, of each doubling of its samples and of its end by packets
-/// that it can read, with the layers that are known by then; what it shows in the end is what is
-/// written, and the picture's bits are those of a render that nobody looks on at.
+/// Protects: tev receives a picture, its update at each doubling of its samples, and its end, in
+/// valid packets with the layers available at the time; its last picture equals the file, and the
+/// bits equal those of a render without previews.
 #[test]
 fn tev_is_shown_each_stage() {
     let desk = Desk::new();
@@ -201,7 +201,7 @@ fn tev_is_shown_each_stage() {
     assert!(alone.exits_with(0).text().starts_with(&hash));
 }
 
-/// Protects: who asks for a viewer that is not there hears so before anything is rendered.
+/// Protects: an unreachable viewer is reported before the render.
 #[test]
 fn a_viewer_that_is_not_there_is_told() {
     let desk = Desk::new();
@@ -220,8 +220,8 @@ fn a_viewer_that_is_not_there_is_told() {
     assert_eq!(desk.names(), ["ball.scene.toml"]);
 }
 
-/// Protects: a preview is a whole picture whenever it is looked at, other ones on its way than in
-/// its end, which is the picture; it takes no place of an input, and is of one picture.
+/// Protects: a preview file is a complete picture at any time, differs during the render, and ends
+/// as the final picture; it replaces no input, and applies to a single picture.
 #[test]
 fn a_preview_grows() {
     let desk = Desk::new();

@@ -1,11 +1,11 @@
-//! What no output replaces: the files that a run reads or its scene names, and, where the user
-//! named nothing, anybody's files but our own pictures.
+//! Files that no output replaces: inputs of the run, files named by its scene, and, under default
+//! names, all files except pictures of this program.
 
 use std::fs;
 
 use crate::support::Desk;
 
-/// A pixel by another program, as every texture here.
+/// A pixel written by another program, as for every texture here.
 fn pixel() -> Vec<u8> {
     let mut file = std::io::Cursor::new(Vec::new());
     image::RgbImage::new(1, 1)
@@ -16,7 +16,7 @@ fn pixel() -> Vec<u8> {
 
 const SMALL: [&str; 5] = ["--size", "4x4", "--spp", "1", "-q"];
 
-/// A scene with a texture that is there and one that is not, and an OBJ model with two libraries.
+/// A scene with an existing and a missing texture, and an OBJ model with two libraries.
 fn desk() -> Desk {
     let desk = Desk::new();
     desk.write("wood.png", pixel());
@@ -47,8 +47,8 @@ fn everything(desk: &Desk) -> Vec<(String, Vec<u8>)> {
         .collect()
 }
 
-/// Protects: an output that is an input of the run, or that the scene names, is refused before the
-/// render, under every name of that file and by every flag, and nothing is touched.
+/// Protects: an output that is an input of the run, or is named by the scene, is refused before the
+/// render, under every name of that file and for every flag, and no file changes.
 #[cfg(unix)]
 #[test]
 fn inputs_are_never_replaced() {
@@ -122,7 +122,7 @@ fn inputs_are_never_replaced() {
             run.stderr
         );
     }
-    // Named by nobody: the model's own texture.
+    // The default name is that of the model's own texture.
     desk.run(&[&["render", "leaf.obj"], &SMALL[..]].concat())
         .exits_with(2)
         .says("error: cannot write leaf.png: this run reads it\nhelp: name another file with -o");
@@ -133,7 +133,7 @@ fn inputs_are_never_replaced() {
     );
 }
 
-/// Protects: neither side of a comparison is replaced by the picture of their difference.
+/// Protects: the difference picture replaces neither input of a comparison.
 #[test]
 fn compared_pictures_are_never_replaced() {
     let desk = desk();
@@ -157,8 +157,8 @@ fn compared_pictures_are_never_replaced() {
     );
 }
 
-/// Protects: where the user names nothing, a picture of ours is replaced and any other file is
-/// kept, whatever it holds.
+/// Protects: under a default name, a picture of this program is replaced and any other file is
+/// kept, whatever its content.
 #[test]
 fn unnamed_pictures_replace_only_our_own() {
     let desk = desk();
@@ -184,7 +184,7 @@ fn unnamed_pictures_replace_only_our_own() {
     assert_eq!(desk.picture("room.png").width, 4);
 }
 
-/// Protects: two outputs of one run are two files, however they are named.
+/// Protects: two outputs of a run are two files, however they are named.
 #[cfg(unix)]
 #[test]
 fn outputs_do_not_replace_each_other() {
@@ -208,8 +208,8 @@ fn outputs_do_not_replace_each_other() {
     assert!(!desk.path("s.png").exists());
 }
 
-/// Protects: a file that only its owner may read stays so when it is written again, whatever kind
-/// of result it is.
+/// Protects: a file that only its owner may read keeps its permissions when written again, for
+/// every kind of output.
 #[cfg(unix)]
 #[test]
 fn modes_are_kept() {
@@ -292,8 +292,8 @@ fn modes_are_kept() {
     }
 }
 
-/// Protects: what cannot be written is known before the first ray: no picture is made of a scene
-/// that would take hours, and nothing is left.
+/// Protects: an unwritable output is reported before the first ray: no scene is rendered for hours
+/// in vain, and no file is left.
 #[cfg(unix)]
 #[test]
 fn outputs_are_tried_before_the_first_ray() {
@@ -339,8 +339,8 @@ fn outputs_are_tried_before_the_first_ray() {
     assert!(desk.path(&longest).exists());
 }
 
-/// Protects: a limit on the size of files ends a run with exit code 4, leaves the old file as it
-/// was and nothing beside it.
+/// Protects: a limit on file size ends a run with exit code 4, keeps the old file and leaves no
+/// other.
 #[cfg(target_os = "linux")]
 #[test]
 fn file_limits_leave_nothing_behind() {
@@ -414,8 +414,8 @@ fn full_disks_keep_sheets_and_animations() {
     assert!(desk.path("full-0.exr").exists() && desk.path("s.partial.png").exists());
 }
 
-/// Protects: a full disk ends a run with exit code 4, wherever the picture goes; a picture that was
-/// to be a file is kept beside the scene under a name that nothing has, or in the temporary folder.
+/// Protects: a full disk ends a run with exit code 4, for every output; a picture for a file is
+/// kept beside the scene under a new name, or in the temporary folder.
 #[cfg(target_os = "linux")]
 #[test]
 fn full_disks_are_told() {

@@ -1,4 +1,4 @@
-//! A picture's file says how far the picture probably is from the true one, and `info` reads it.
+//! Error estimates in picture files, and their display by `info`.
 
 use serde_json::Value;
 
@@ -9,16 +9,15 @@ fn info(desk: &Desk, name: &str) -> Value {
     serde_json::from_str(desk.run(&["info", name, "--json"]).exits_with(0).text()).expect("JSON")
 }
 
-/// Three digits, as a file says them.
+/// Rounds to three digits, as in a file.
 fn shortened(value: &Value) -> f64 {
     format!("{:.2e}", value.as_f64().expect("a number"))
         .parse()
         .expect("a number")
 }
 
-/// Protects: the error of a picture's file is that of the statistics, in both formats, of the
-/// denoised picture where there is one, with the samples that were taken and whether it is in
-/// doubt.
+/// Protects: the error in a picture's file is that of the statistics, in both formats, for the
+/// denoised picture if there is one, with the sample counts and any doubt.
 #[test]
 fn files_say_the_error_of_the_statistics() {
     let desk = desk();
@@ -53,9 +52,9 @@ fn files_say_the_error_of_the_statistics() {
     }
 }
 
-/// Protects: where samples go where the error is, the file says the fewest and the most; the joined
-/// parts of a picture say what the whole says; a picture without chance and one that is to say
-/// nothing say no error; a picture of somebody else's is shown for what it is.
+/// Protects: with adaptive sampling, the file has the least and greatest sample count; merged parts
+/// have the entries of the whole; a picture without random samples and one without metadata have no
+/// error; a foreign picture is shown as such.
 #[test]
 fn files_say_what_is_known() {
     let desk = desk();
@@ -127,8 +126,8 @@ fn files_say_what_is_known() {
     desk.run(&["info", "none.exr"]).exits_with(4);
 }
 
-/// Protects: a picture with noise that is seen is told once what denoising brings, and none where
-/// it is denoised, asked for an error, or calm.
+/// Protects: a visibly noisy picture gets one recommendation to denoise, and none if it is
+/// denoised, has a target error, or is smooth.
 #[test]
 fn denoising_is_named_where_it_helps() {
     let desk = desk();

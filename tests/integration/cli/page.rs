@@ -1,13 +1,13 @@
-//! The page of `accuracy` in a real browser: its controls do what they say, by keyboard too, and it
-//! fits a phone. Skipped where there is no Chromium; `.ci/run` brings one.
+//! The page of `accuracy` in a real browser: its controls work, by keyboard too, and it fits a
+//! phone. Skipped without Chromium, which `.ci/run` installs.
 
 use std::path::PathBuf;
 use std::process::Command;
 
 use crate::support::Desk;
 
-/// What pages are asked by: questions whose answers are wrong are kept, and how far a text stands
-/// out from what is below it.
+/// Script shared by the pages' tests: collects failed checks, and computes the contrast of text
+/// with its background.
 pub const CONTRAST: &str = r"
 const wrong = [];
 const ask = (what, right) => { if (!right) wrong.push(what); };
@@ -29,8 +29,8 @@ const askContrast = element => {
 };
 ";
 
-/// What is asked of the page, from inside it. A line for each answer that is wrong goes into the
-/// document, which the browser hands out.
+/// Checks run inside the page. Each failed check adds a line to the document, which the browser
+/// prints.
 const QUESTIONS: &str = r##"
 <script>
 CONTRAST
@@ -71,7 +71,7 @@ addEventListener("load", () => {
 </script>
 "##;
 
-/// A Chromium, where there is one.
+/// Path of Chromium, if installed.
 pub fn browser() -> Option<PathBuf> {
     let folders: Vec<PathBuf> = std::env::split_paths(&std::env::var_os("PATH")?).collect();
     let names = ["chromium", "chromium-browser", "google-chrome"];
@@ -81,9 +81,9 @@ pub fn browser() -> Option<PathBuf> {
         .find(|path| path.is_file())
 }
 
-/// Protects: choosing pictures shows these and their errors, the edge between them moves, all of it
-/// can be reached by keyboard, nothing is wider than a phone, and every text stands out from what
-/// is below it by 4.5 (WCAG 2.2, contrast of text), in light colours and dark ones.
+/// Protects: chosen pictures appear with their errors, the slider between them moves, all controls
+/// work by keyboard, nothing is wider than a phone, and every text has a contrast of 4.5 (WCAG
+/// 2.2), in light and dark colours.
 #[test]
 fn the_page_works_in_a_browser() {
     let Some(browser) = browser() else {

@@ -1,5 +1,5 @@
-//! `render`: where pictures go, what their bits depend on, and what is left behind when something
-//! goes wrong.
+//! `render`: destinations of pictures, dependence of their bits, and files left behind after
+//! failures.
 
 use std::io::Read;
 use std::process::Stdio;
@@ -16,7 +16,8 @@ fn small<'a>(more: &[&'a str]) -> Vec<&'a str> {
     SMALL.iter().chain(more).copied().collect()
 }
 
-/// Protects: the program alone renders the canonical preset, at its own size, under its own name.
+/// Protects: without arguments, the canonical preset is rendered at its own size, under its own
+/// name.
 #[test]
 fn alone_it_renders_the_preset() {
     let desk = Desk::new();
@@ -37,7 +38,7 @@ fn alone_it_renders_the_preset() {
         return;
     }
     run.exits_with(0);
-    // On a busy machine lines of progress come first.
+    // On a busy machine, lines of progress come first.
     let told = run.stderr.lines().last().unwrap_or_default();
     assert!(
         told.starts_with("wrote whitted.png (640x360, 4 samples, "),
@@ -49,7 +50,7 @@ fn alone_it_renders_the_preset() {
     assert_eq!(desk.names(), ["whitted.png"]);
 }
 
-/// Protects: several outputs in one run, named by the user; quiet means silent.
+/// Protects: several outputs named by the user are written in one run; quiet prints nothing.
 #[test]
 fn several_outputs_are_written() {
     if !carried("whitted") {
@@ -62,9 +63,8 @@ fn several_outputs_are_written() {
     assert_eq!(desk.names(), ["a.png", "b.exr"]);
 }
 
-/// Protects: pictures for pages: a WebP has the codes of the PNG, a JPEG nearly, by the quality
-/// that is asked for; both say what made them; and a JPEG that is to be transparent is refused
-/// before anything is rendered.
+/// Protects: a WebP has the codes of the PNG, a JPEG nearly so, at the requested quality; both
+/// record their origin; a transparent JPEG is refused before the render.
 #[test]
 fn pages_have_their_formats() {
     if !carried("whitted") {
@@ -106,7 +106,7 @@ fn pages_have_their_formats() {
     assert!(!desk.names().contains(&"b.jpg".to_owned()));
 }
 
-/// Protects: `-o -` writes the same PNG to standard output and nothing else there.
+/// Protects: `-o -` writes the same PNG to standard output and nothing else.
 #[test]
 fn standard_output_takes_the_picture() {
     if !carried("whitted") {
@@ -119,7 +119,7 @@ fn standard_output_takes_the_picture() {
     assert_eq!(desk.picture("a.png").rgb, desk.picture("b.png").rgb);
 }
 
-/// Protects: a crop holds the bits of the whole picture, in every kind of file.
+/// Protects: a crop has the bits of the whole picture, in every format.
 #[test]
 fn crops_are_parts_of_the_whole() {
     if !carried("whitted") {
@@ -138,7 +138,7 @@ fn crops_are_parts_of_the_whole() {
     }
 }
 
-/// Protects: threads, scan or tree: the picture is the same, bit for bit.
+/// Protects: the picture is the same, bit for bit, for any threads and for scan and tree.
 #[test]
 fn bits_do_not_depend_on_threads_or_accelerator() {
     if !carried("whitted") {
@@ -158,7 +158,7 @@ fn bits_do_not_depend_on_threads_or_accelerator() {
     assert!(one.rgb == desk.picture("scan.exr").rgb, "accelerator");
 }
 
-/// Protects: flags that should change the picture do so, each in its own way.
+/// Protects: each flag that should change the picture changes it as documented.
 #[test]
 fn flags_reach_the_picture() {
     if !carried("whitted") {
@@ -191,7 +191,7 @@ fn flags_reach_the_picture() {
     }
 }
 
-/// Protects: the seed decides the general sampler's numbers and nothing else does.
+/// Protects: only the seed decides the general sampler's numbers.
 #[test]
 fn seeds_decide_random_samples() {
     if !carried("whitted") {
@@ -221,7 +221,7 @@ fn transparency_is_an_alpha_channel() {
     assert_eq!((alpha.first(), alpha.last()), (Some(&0.0), Some(&1.0)));
 }
 
-/// Protects: layers arrive under the names that the contract gives them.
+/// Protects: layers have their documented names.
 #[test]
 fn layers_have_their_names() {
     if !carried("whitted") {
@@ -258,7 +258,7 @@ fn layers_have_their_names() {
     assert_eq!(names, expected);
 }
 
-/// Protects: a picture says how it was made.
+/// Protects: a picture records its origin.
 #[test]
 fn pictures_carry_their_origin() {
     if !carried("whitted") {
@@ -286,7 +286,7 @@ fn pictures_carry_their_origin() {
     }
 }
 
-/// Protects: a failure leaves no file behind, neither the final one nor a temporary one.
+/// Protects: a failure leaves neither the final file nor a temporary one.
 #[test]
 fn failures_leave_nothing_behind() {
     if !carried("whitted") {
@@ -302,7 +302,7 @@ fn failures_leave_nothing_behind() {
     assert_eq!(desk.names(), ["bad.scene.toml"]);
 }
 
-/// Protects: places that cannot be written to are found before the scene is even read.
+/// Protects: unwritable outputs are reported before the scene is read.
 #[test]
 fn unwritable_places_are_found_at_once() {
     let desk = Desk::new();
@@ -315,8 +315,8 @@ fn unwritable_places_are_found_at_once() {
     }
 }
 
-/// Protects: a folder without write permission; where the tests run as a user to whom that means
-/// nothing, nothing is shown.
+/// Protects: a folder without write permission is refused; the check is void for a user whom
+/// permissions do not bind.
 #[cfg(unix)]
 #[test]
 fn folders_without_permission_are_found_at_once() {
@@ -337,7 +337,7 @@ fn folders_without_permission_are_found_at_once() {
         .says("error: cannot write locked/a.png: permission denied");
 }
 
-/// Protects: plain progress is a line now and then with the share and the time left.
+/// Protects: plain progress prints occasional lines with the share and the time left.
 #[test]
 fn progress_is_told_in_lines() {
     if !carried("whitted") {
@@ -367,7 +367,7 @@ fn progress_is_told_in_lines() {
     );
 }
 
-/// A render that takes minutes, so that a test can interrupt it.
+/// A render of several minutes, so that a test can interrupt it.
 const LONG: [&str; 9] = [
     "render",
     "preset:whitted",
@@ -380,8 +380,8 @@ const LONG: [&str; 9] = [
     "--progress=plain",
 ];
 
-/// Protects: Ctrl-C keeps what is finished under a name that says so, and the final name stays
-/// free.
+/// Protects: Ctrl-C keeps the finished part under a name that marks it as partial, and the final
+/// name stays free.
 #[cfg(unix)]
 #[test]
 fn interrupted_renders_keep_what_is_finished() {
@@ -424,7 +424,7 @@ fn interrupted_renders_keep_what_is_finished() {
     );
 }
 
-/// Protects: a second Ctrl-C does not wait until everything that was finished is kept.
+/// Protects: a second Ctrl-C does not wait until all finished parts are written.
 #[cfg(unix)]
 #[test]
 fn a_second_interrupt_ends_at_once() {
@@ -432,7 +432,7 @@ fn a_second_interrupt_ends_at_once() {
         return;
     }
     let desk = Desk::new();
-    // Writing all these takes seconds.
+    // Writing all these files takes seconds.
     let outputs: Vec<String> = (0..40).map(|i| format!("-o={i}.png")).collect();
     let mut words = vec![
         "render",
@@ -449,7 +449,7 @@ fn a_second_interrupt_ends_at_once() {
         .stderr(Stdio::piped())
         .spawn()
         .expect("starts");
-    // The effects are told right before the render.
+    // The effects are printed immediately before the render.
     child
         .stderr
         .take()
@@ -469,8 +469,8 @@ fn a_second_interrupt_ends_at_once() {
     assert!(desk.names().len() < 40, "{:?}", desk.names());
 }
 
-/// Protects: lamps that light nothing are named, without a warning and with the rays that were sent
-/// to them, one by one or the first and the last of them; lamps that do light something are not.
+/// Protects: lamps that light nothing are named in a note, with the number of their shadow rays,
+/// one by one or as a range; effective lamps are not named.
 #[test]
 fn lamps_in_cupboards_are_named() {
     let desk = Desk::new();
@@ -533,9 +533,9 @@ fn lamps_in_cupboards_are_named() {
     );
 }
 
-/// Protects: a picture that is clipped by more than a fifth is warned of, whatever else is said;
-/// `--exposure auto` takes what the warning names, in the picture, in its metadata, of a film, and
-/// once for all pictures of a scene.
+/// Protects: a picture with more than a fifth clipped gives a warning in any case; `--exposure
+/// auto` uses the recommended exposure, in the picture, in its metadata, for a film, and once for
+/// all pictures of a scene.
 #[test]
 fn exposure_is_found() {
     let desk = Desk::new();

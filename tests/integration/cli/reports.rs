@@ -1,4 +1,4 @@
-//! `explain` and `--stats`: what a render says about itself, for people and for scripts.
+//! `explain` and `--stats`: reports of a render, for people and for scripts.
 
 use serde_json::Value;
 
@@ -8,7 +8,7 @@ fn json(text: &str) -> Value {
     serde_json::from_str(text).expect("JSON")
 }
 
-/// Protects: the table and the JSON hold the same effects, each in exactly one place.
+/// Protects: the table and the JSON list the same effects, each in exactly one group.
 #[test]
 fn explain_says_the_same_twice() {
     if !carried("whitted") {
@@ -78,8 +78,8 @@ fn explain_says_the_same_twice() {
     assert_eq!(status("depth of field"), Some("absent".into()));
 }
 
-/// Protects: a scene with what this version does not do: the picture is made, and one warning says
-/// what is missing.
+/// Protects: a scene with unsupported parts is rendered, with one warning that names the missing
+/// parts.
 #[test]
 fn what_is_left_out_is_a_warning() {
     let desk = Desk::new();
@@ -129,8 +129,8 @@ material = "matte"
     assert_eq!(left_out.len(), 1);
 }
 
-/// Protects: meshes that vanish where coordinates are stored are named, and how to see them; in f64
-/// there is nothing to say.
+/// Protects: meshes that vanish by rounding of stored coordinates are named, with advice; in f64 no
+/// warning appears.
 #[test]
 fn what_vanishes_is_a_warning() {
     let desk = Desk::new();
@@ -187,9 +187,8 @@ fn what_vanishes_is_a_warning() {
     assert!(warning(&["render", "one.scene.toml", "--precision", "reference"]).is_empty());
 }
 
-/// Protects: a gap beside glass that single precision closes is a warning with both names, a
-/// distance that is seen and the way to see it, also in the statistics; in f64 there is nothing to
-/// say.
+/// Protects: a gap beside glass that single precision closes gives a warning with both names, a
+/// sufficient distance and advice, also in the statistics; in f64 no warning appears.
 #[test]
 fn closed_gaps_are_a_warning() {
     let desk = Desk::new();
@@ -236,9 +235,9 @@ fn closed_gaps_are_a_warning() {
     );
 }
 
-/// Protects: a lamp that shines through a cover which single precision does not tell from it is a
-/// warning with both names, a distance from which on the cover is dark, which it is, and the way to
-/// see it dark, also in the statistics; in f64 there is nothing to say.
+/// Protects: a lamp that shines through a cover within rounding error gives a warning with both
+/// names, a distance at which the cover is dark, as verified, and advice, also in the statistics;
+/// in f64 no warning appears.
 #[test]
 fn light_leaks_are_a_warning() {
     let desk = Desk::new();
@@ -349,8 +348,8 @@ fn stats_have_their_fields() {
         (Some(1200), Some(1200))
     );
     assert_eq!(stats["rays"]["scatter"], 0);
-    // Neighbours share the samples at their corners: four a pixel are used, one a lattice point of
-    // the tile is traced.
+    // Neighbours share the samples at their corners: each pixel uses four, and the render traces
+    // one per lattice point of the tile.
     desk.run(&[
         "render",
         "preset:whitted",
@@ -405,7 +404,7 @@ fn stats_have_their_fields() {
             .as_u64()
             .is_some_and(|bytes| bytes > 0)
     );
-    // Pictures by their own bytes: the first render's, four a pixel.
+    // Images by their content: the first render's picture, with four bytes per pixel.
     let sky = "format = 1\nimages = [{ name = \"a\", path = \"a.png\" }]\nsky.map.image = \"a\"\n";
     desk.write("sky.scene.toml", sky);
     desk.run(&[
@@ -426,7 +425,7 @@ fn stats_have_their_fields() {
     assert_eq!(sky["memory"]["texture_bytes"], 20 * 10 * 4);
 }
 
-/// Protects: the report goes where a report belongs, and never over the scene itself.
+/// Protects: the statistics are written to a JSON file of their own, and never over the scene.
 #[test]
 fn stats_are_checked_before_the_render() {
     let desk = Desk::new();
@@ -441,8 +440,7 @@ fn stats_are_checked_before_the_render() {
     assert_eq!(desk.names(), ["a.scene.json"]);
 }
 
-/// Protects: a scene without camera and light is shown all the same, and the user is told what was
-/// added.
+/// Protects: a scene without camera and light is rendered, with a note about the additions.
 #[test]
 fn what_is_added_to_a_scene_is_said() {
     let desk = Desk::new();

@@ -1,4 +1,4 @@
-//! `info`, `check` and `presets`: what the program says about scenes without rendering them.
+//! `info`, `check` and `presets`: reports about scenes without a render.
 
 use crate::support::Desk;
 
@@ -28,8 +28,7 @@ kind.grid = { counts = [3, 2, 1], origin = [0, 0, 0], step = [4, 3, 1] }
 object = { shape.disk = { centre = [0, 0, 0], normal = [0, 0, 1], radius = 1 }, material = "red" }
 "#;
 
-/// Protects: the table of `info` counts what is there, and leaves rows out that have nothing to
-/// say.
+/// Protects: the table of `info` counts the scene's items, and leaves out empty rows.
 #[test]
 fn info_shows_what_is_in_a_scene() {
     let desk = Desk::new();
@@ -68,8 +67,8 @@ materials   1 classic
     assert_eq!(rest[2].1.len(), 64);
 }
 
-/// Protects: `check` says that a good file is good, and ends with the code that scripts look at
-/// when it is not.
+/// Protects: `check` accepts a valid file, and refuses an invalid one with the exit code for
+/// scripts.
 #[test]
 fn check_tells_good_files_from_bad_ones() {
     let desk = Desk::new();
@@ -95,8 +94,7 @@ fn check_tells_good_files_from_bad_ones() {
         .says("error: cannot read missing.scene.toml: no such file or folder");
 }
 
-/// Protects: a parameter that the scene does not have is a mistake of the command line, not of the
-/// file.
+/// Protects: an unknown parameter is an error of the command line, not of the file.
 #[test]
 fn unknown_parameters_are_wrong_use() {
     let desk = Desk::new();
@@ -105,7 +103,7 @@ fn unknown_parameters_are_wrong_use() {
         .exits_with(2);
 }
 
-/// Protects: the text of a preset is a scene file that the program itself accepts.
+/// Protects: the text of a preset is a scene file that the program accepts.
 #[test]
 fn presets_are_scene_files() {
     let desk = Desk::new();
@@ -145,8 +143,7 @@ fn the_schema_describes_scenes() {
     }
 }
 
-/// Protects: all problems of the keys are reported at once, each with its line, a caret and a
-/// remedy.
+/// Protects: all problems of keys are reported together, each with its line, a caret and advice.
 #[test]
 fn problems_of_a_scene_are_shown_where_they_are() {
     let desk = Desk::new();

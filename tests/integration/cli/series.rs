@@ -1,4 +1,4 @@
-//! Several pictures a run: of several scenes, views and moments, on one sheet, in one animation.
+//! Several pictures in a run: of scenes, views and times, on a sheet, in an animation.
 
 use std::fs::{self, File};
 use std::io::BufReader;
@@ -13,7 +13,7 @@ const TETRAHEDRON: &str =
     "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0.3 0.2 1\nf 1 2 3\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
 const TRIANGLE: &str = "v 0 0 0\nv 2 0 0\nv 0 1 0\nf 1 2 3\n";
 
-/// A desk with two models.
+/// A folder with two models.
 fn desk() -> Desk {
     let desk = Desk::new();
     desk.write("a.obj", TETRAHEDRON);
@@ -21,8 +21,8 @@ fn desk() -> Desk {
     desk
 }
 
-/// Protects: each of several pictures of a run has the bits of a run of its own, from views, around
-/// and of moments, is named as asked, and what means one picture is refused beside them.
+/// Protects: each of several pictures has the bits of a run of its own, for views, turntables and
+/// times, and its requested name; flags for a single picture are refused with several.
 #[test]
 fn several_pictures_are_those_of_single_runs() {
     let desk = Desk::new();
@@ -95,8 +95,8 @@ fn several_pictures_are_those_of_single_runs() {
     }
 }
 
-/// Protects: the one line of several pictures tells the largest of their errors, whichever comes
-/// first: from below a tetrahedron has 0.012, and 0.031 from one side.
+/// Protects: the summary of several pictures has the largest of their errors, in any order: from
+/// below a tetrahedron has 0.012, and 0.031 from one side.
 #[test]
 fn several_pictures_tell_their_largest_error() {
     let desk = desk();
@@ -110,9 +110,8 @@ fn several_pictures_tell_their_largest_error() {
     }
 }
 
-/// Protects: each of several files becomes a picture of its own, with the bits of a run of its own,
-/// by its own name, of which there may be two; `render` may be left out, and there is one line for
-/// all of them.
+/// Protects: each of several files becomes a picture with the bits of a run of its own, under its
+/// own name, even if two names are equal; `render` may be omitted, and one line covers all of them.
 #[test]
 fn several_files_are_rendered() {
     let desk = desk();
@@ -160,12 +159,12 @@ fn several_files_are_rendered() {
         .says("error: 2 pictures cannot all be n.png\nhelp: number them: -o n-%04d.png; or have all on one sheet: --sheet n.png");
 }
 
-/// Protects: a view that is asked for is that of each of several files.
+/// Protects: a requested view applies to each of several files.
 #[test]
 fn several_files_are_seen_from_one_view() {
     let desk = desk();
     let run = |words: &[&str]| {
-        // One of them is flat and seen along its surface.
+        // One of them is flat and viewed edge-on.
         desk.run(&[&["-s", "24x16", "--spp", "8", "-q", "--allow-empty"], words].concat())
             .exits_with(0);
     };
@@ -180,8 +179,8 @@ fn several_files_are_seen_from_one_view() {
     }
 }
 
-/// Protects: a file that can't be rendered is told and does not keep the others away; the run ends
-/// with its exit code.
+/// Protects: a file that fails is reported and does not stop the others; the run ends with its exit
+/// code.
 #[test]
 fn a_bad_file_among_others_is_told() {
     let desk = desk();
@@ -212,7 +211,7 @@ fn a_bad_file_among_others_is_told() {
     );
 }
 
-/// Protects: no picture takes the place of a file that a later scene of the run names.
+/// Protects: no picture replaces a file named by a later scene of the run.
 #[test]
 fn later_scenes_keep_their_files() {
     let desk = desk();
@@ -230,8 +229,8 @@ fn later_scenes_keep_their_files() {
     assert_eq!(fs::read(desk.path("0.png")).expect("still there"), before);
 }
 
-/// Protects: a sheet holds all pictures of all files and is all that is written unless more is
-/// asked for; what lies on it are the pictures of single runs.
+/// Protects: a sheet holds all pictures of all files and is the only output unless others are
+/// requested; its pictures are those of single runs.
 #[test]
 fn a_sheet_holds_all_pictures() {
     let desk = desk();
@@ -296,8 +295,8 @@ fn a_sheet_holds_all_pictures() {
     assert!(desk.path("p1.png").exists());
 }
 
-/// Protects: an animation holds the pictures of single runs, in order and at the rate that is asked
-/// for: an APNG to the bit.
+/// Protects: an animation holds the pictures of single runs, in order and at the requested rate: an
+/// APNG to the bit.
 #[test]
 fn animations_hold_each_picture() {
     let desk = desk();
@@ -356,8 +355,8 @@ fn animations_hold_each_picture() {
         .exits_with(2);
 }
 
-/// Protects: who interrupts a run keeps the finished pictures under their names, the one under way
-/// and the sheet and animation of them under names that say so, and no other file.
+/// Protects: an interrupted run keeps the finished pictures under their names, the current one and
+/// the partial sheet and animation under names that mark them, and no other file.
 #[cfg(unix)]
 #[test]
 fn an_interrupted_run_keeps_what_is_finished() {

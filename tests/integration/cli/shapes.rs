@@ -1,11 +1,11 @@
-//! `--material clay`, `--wireframe` and `--section`: pictures for those who look at shapes.
+//! `--material clay`, `--wireframe` and `--section`: pictures for judging shapes.
 
 use raywright::core::picture::Picture;
 
 use super::backgrounds::{BLOCK, block};
 use crate::support::Desk;
 
-/// The block from its front corner, in linear numbers, with these words.
+/// Renders the block from its front corner, in linear values, with these flags.
 #[track_caller]
 fn render(desk: &Desk, more: &str) -> Picture {
     let line =
@@ -15,8 +15,8 @@ fn render(desk: &Desk, more: &str) -> Picture {
     desk.picture("a.exr")
 }
 
-/// Protects: clay is neutral, whatever the file says, by `explain` as by `render`, and nothing but
-/// clay is known.
+/// Protects: clay is neutral whatever the file's materials are, in `explain` and in `render`, and
+/// no other material name is known.
 #[test]
 fn clay_is_neutral() {
     let desk = block();
@@ -36,8 +36,8 @@ fn clay_is_neutral() {
         .says_like("expected clay");
 }
 
-/// Protects: edges are dark on the first surface and on it alone, with clay too and denoised; they
-/// are part of what makes a film another picture; where nothing has edges, that is said.
+/// Protects: edges are dark only on the first surface, also with clay and denoised; a film with
+/// them is another picture; shapes without edges give a note.
 #[test]
 fn edges_are_drawn() {
     let desk = block();
@@ -78,14 +78,14 @@ fn edges_are_drawn() {
         .says_like("--wireframe draws the edges of triangles");
 }
 
-/// Protects: a section leaves what lies on its side, capped with the body's own material, in views,
-/// sheets and with clay and lines; one that leaves nothing ends with exit code 3, what is open is
-/// named, and `--up` comes first.
+/// Protects: a section keeps its side, capped with the body's own material, in views, on sheets and
+/// with clay and edges; an empty result ends with exit code 3, open meshes are named, and `--up` is
+/// applied first.
 #[test]
 fn sections_are_capped() {
     let desk = block();
-    // From +x, straight at the cap: as large and as red as the face that was there, and as deep in
-    // the picture as it is cut.
+    // From +x, straight at the cap: as large and as red as the original face, and deeper by the
+    // length of the cut.
     let depth = |more: &str| {
         let words = format!(
             "render b.obj --eye 5,0.5,0.5 --target 0,0.5,0.5 --fov 20 -s 32x32 --spp 16 -q -o a.exr --aov depth {more}"

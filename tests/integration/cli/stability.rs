@@ -1,9 +1,9 @@
-//! `stability`: the hard cases, measured.
+//! `stability`: measurement of the hard cases.
 
 use crate::support::Desk;
 
-/// Protects: cases are measured in both precisions, as a table, as JSON and as a page; and a number
-/// that is none is a mistake of usage.
+/// Protects: cases are measured in both precisions, as a table, as JSON and as a page; an unknown
+/// number is a usage error.
 #[test]
 fn cases_are_measured() {
     let desk = Desk::new();

@@ -1,4 +1,4 @@
-//! `stress`: what is wrong with a scene, with place, reason and remedy.
+//! `stress`: faults of a scene, with place, reason and remedy.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -12,7 +12,7 @@ use serde_json::Value;
 
 use crate::support::{Desk, Run, shared};
 
-/// Paint that makes light, a lamp past everything, and a ball that is there twice.
+/// A paint of albedo above 1, a lamp beyond everything, and a duplicated ball.
 const FAULTS: &str = r#"format = 1
 render = { size = [96, 64], samples = 8, integrator = "path" }
 cameras = [{ pose.look_at = { eye = [0, 1, 5], target = [0, 0, 0] }, projection.pinhole = { vertical_fov = 40 } }]
@@ -50,8 +50,8 @@ fn json(run: &Run) -> Value {
     serde_json::from_str(run.text()).unwrap_or_else(|e| panic!("{e}\n{}", run.stderr))
 }
 
-/// Protects: findings are told with the place in the file and a remedy, the worst first, in lines
-/// of 60 characters; what is as bad as was denied ends with exit code 1, and nothing else does.
+/// Protects: findings have their place in the file and a remedy, worst first, in lines of 60
+/// characters; only a finding of a denied severity ends with exit code 1.
 #[test]
 fn findings_are_told_in_words() {
     let desk = Desk::new();
@@ -125,9 +125,9 @@ fn findings_are_told_in_words() {
     .exits_with(1);
 }
 
-/// Protects: JSON has every finding with its name, place and pixel, the same for the same seed; a
-/// picture has the places marked in it, and is refused where it would not be a PNG or would replace
-/// the scene.
+/// Protects: JSON has every finding with its name, place and pixel, equal for equal seeds; a
+/// picture has the places marked, and is refused unless it is a PNG that does not replace the
+/// scene.
 #[test]
 fn findings_are_told_to_programs_and_marked() {
     let desk = Desk::new();
@@ -190,8 +190,8 @@ fn findings_are_told_to_programs_and_marked() {
         .says_like("this run reads it");
 }
 
-/// Protects: a budget that ends before the rays says how many of how many there were: here eight
-/// cameras in a white room, in which light goes to and fro.
+/// Protects: a budget that ends before the rays reports the finished and the planned number: here
+/// eight cameras in a white room with many bounces.
 #[test]
 fn a_budget_that_ends_is_told() {
     let camera = "{ pose.look_at = { eye = [0, 1, 4], target = [0, 0, 0] }, projection.pinhole = { vertical_fov = 40 } }";
@@ -225,8 +225,7 @@ fn a_budget_that_ends_is_told() {
     );
 }
 
-/// Protects: a sky whose file has texels that are no light is wrong, although reading puts others
-/// in their place.
+/// Protects: a sky file with invalid texels is a finding, although loading replaces them.
 #[test]
 fn files_with_texels_that_are_no_light() {
     let desk = Desk::new();
@@ -260,7 +259,7 @@ fn files_with_texels_that_are_no_light() {
     );
 }
 
-/// What makes the picture of a scene wrong.
+/// Findings that make the picture of a scene wrong.
 #[track_caller]
 fn wrong(desk: &Desk, scene: &str) -> Vec<Value> {
     let run = desk.run(&["stress", scene, "--budget", "10min", "--json", "-q"]);
@@ -282,9 +281,9 @@ fn wrong(desk: &Desk, scene: &str) -> Vec<Value> {
     wrong
 }
 
-/// Protects: of no scene that the program carries is the picture said to be wrong. Its small
-/// pictures are smaller still and have few samples, which take nearly all of the time; rays and
-/// furnaces are those of the command.
+/// Protects: no preset has a finding that makes its picture wrong. Its small pictures, which take
+/// most of the time, are smaller here and have few samples; rays and furnaces are those of the
+/// command.
 #[test]
 fn no_preset_is_wrong() {
     for preset in presets::names() {
@@ -317,7 +316,7 @@ fn no_preset_is_wrong() {
     }
 }
 
-/// Protects: of twenty public models without faults none is said to be wrong.
+/// Protects: none of twenty faultless public models has a finding that makes its picture wrong.
 #[test]
 fn no_clean_model_is_wrong() {
     let Some(folder) = shared("assets") else {

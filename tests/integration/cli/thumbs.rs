@@ -1,4 +1,4 @@
-//! `thumbs`: a picture of every model below a folder, made anew where something has changed.
+//! `thumbs`: a picture of every model below a folder, rendered only after changes.
 
 use std::time::{Duration, SystemTime};
 
@@ -16,9 +16,8 @@ fn lines(desk: &Desk, args: &[&str]) -> Vec<String> {
         .collect()
 }
 
-/// Protects: every model of every folder has a picture of its own, the newest first; a second run
-/// makes none; a file that a model reads, the size and a picture that is gone are reasons to make
-/// one, and only that one.
+/// Protects: every model of every folder has its own picture, newest first; a second run renders
+/// none; a changed input file, a changed size and a missing picture each cause exactly one render.
 #[test]
 fn pictures_are_made_where_something_changed() {
     let desk = Desk::new();
@@ -82,9 +81,9 @@ fn pictures_are_made_where_something_changed() {
     );
 }
 
-/// Protects: a model that can't be rendered is named and keeps no other one away, the exit code is
-/// the worst; a file that is not ours is not replaced; pictures that lie below the folder are no
-/// models of the next run; an index of somebody else is refused.
+/// Protects: a failed model is named and does not stop the others, and the worst exit code is
+/// returned; a foreign file is not replaced; pictures below the folder are no models of the next
+/// run; a foreign index is refused.
 #[test]
 fn what_fails_keeps_nothing_away() {
     let desk = Desk::new();
@@ -111,8 +110,8 @@ fn what_fails_keeps_nothing_away() {
     desk.run(&["thumbs", "none", "-o", "out"]).exits_with(4);
 }
 
-/// Protects: a texture that was missing and comes, and one that goes again, renew the picture of
-/// what names it.
+/// Protects: a missing texture that appears, and one that disappears, renew the picture of their
+/// model.
 #[test]
 fn missing_files_that_come_are_noticed() {
     let desk = Desk::new();
@@ -140,8 +139,7 @@ fn missing_files_that_come_are_noticed() {
     assert_eq!(lines(&desk, &["--size", "16"]), ["new  out/a.obj.png"]);
 }
 
-/// Protects: a picture that would be white all over is darkened, and one that would show nothing is
-/// a failure.
+/// Protects: an all-white picture gets a lower exposure, and an empty one is a failure.
 #[test]
 fn thumbnails_show_something() {
     let desk = Desk::new();

@@ -1,6 +1,6 @@
-//! The page of `view` in a real browser, which is told what to do through a pipe (Chrome DevTools
-//! Protocol). Skipped where there is no Chromium; `.ci/run` brings one. With `SCREENSHOTS=FOLDER`
-//! it leaves pictures of the page there, to be looked at.
+//! The page of `view` in a real browser, controlled through a pipe (Chrome DevTools Protocol).
+//! Skipped without Chromium, which `.ci/run` installs. With `SCREENSHOTS=FOLDER`, screenshots of
+//! the page are saved there.
 
 use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
@@ -23,7 +23,7 @@ struct Browser {
 }
 
 impl Browser {
-    /// Opens an address; none where there is no browser.
+    /// Opens a URL; `None` without a browser.
     fn open(desk: &Desk, address: &str) -> Option<Self> {
         let Some(program) = browser() else {
             eprintln!("skipped: no Chromium");
@@ -32,7 +32,7 @@ impl Browser {
         let flags = "--headless --no-sandbox --disable-gpu --disable-quic --no-first-run --disable-background-networking --disable-sync \
                      --disable-component-update --remote-debugging-pipe";
         let profile = desk.path("profile");
-        // The browser reads what it is told from its third file and answers on its fourth.
+        // The browser reads commands from file descriptor 3 and writes results to 4.
         let line = format!(
             "exec \"$0\" {flags} \"--user-data-dir=$1\" 3<&0 4>&1 </dev/null >/dev/null 2>&1"
         );
@@ -69,14 +69,14 @@ impl Browser {
         Some(browser)
     }
 
-    /// The result of a method.
+    /// Calls a method and returns its result.
     fn call(&mut self, method: &str, parameters: Value) -> Value {
         let answer = self.ask(method, parameters);
         assert_eq!(answer["error"], Value::Null, "{method}");
         answer["result"].clone()
     }
 
-    /// The answer to a method, its result or an error.
+    /// Calls a method and returns its response, a result or an error.
     fn ask(&mut self, method: &str, parameters: Value) -> Value {
         self.asked += 1;
         let mut message = json!({ "id": self.asked, "method": method, "params": parameters });
@@ -100,7 +100,7 @@ impl Browser {
         }
     }
 
-    /// What an expression of the page's is.
+    /// Evaluates an expression in the page.
     fn eval(&mut self, expression: &str) -> Value {
         let asked =
             json!({ "expression": expression, "awaitPromise": true, "returnByValue": true });
@@ -109,7 +109,7 @@ impl Browser {
         answer["result"]["value"].clone()
     }
 
-    /// Waits until an expression of the page's is true, and until there is a page at all.
+    /// Waits until an expression in the page is true, and until a page exists at all.
     fn until(&mut self, expression: &str) {
         let began = Instant::now();
         while self.ask("Runtime.evaluate", json!({ "expression": expression }))["result"]["result"]
@@ -126,7 +126,7 @@ impl Browser {
         }
     }
 
-    /// The picture's pixels, in a word.
+    /// Digest of the picture's pixels.
     fn picture(&mut self) -> Value {
         self.eval(
             "(() => { const c = document.getElementById('picture'); return c.toDataURL(); })()",
@@ -161,7 +161,7 @@ impl Browser {
         self.call("Emulation.setDeviceMetricsOverride", size);
     }
 
-    /// Leaves a picture of the page where they are asked for.
+    /// Saves a screenshot of the page on request.
     fn shoot(&mut self, name: &str) {
         let Some(folder) = std::env::var_os("SCREENSHOTS") else {
             return;
@@ -185,14 +185,15 @@ impl Browser {
 
 impl Drop for Browser {
     fn drop(&mut self) {
-        // It may have been closed.
+        // The browser may have been closed.
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
 }
 
-/// Protects: the page shows the picture as it comes, its error at four stages and more, turns it by
-/// mouse and by key, and its command renders what stands still; closing the page ends the program.
+/// Protects: the page shows the picture as it refines, its error at four stages or more, and
+/// rotates it by mouse and by key; its command renders the finished picture; closing the page ends
+/// the program.
 #[test]
 fn the_page_shows_and_turns() {
     let desk = Desk::new();
@@ -276,7 +277,7 @@ fn the_page_shows_and_turns() {
     assert!(viewer.end().success(), "the last page was closed");
 }
 
-/// What is asked of the page in each scheme and width. An answer is a list of what is wrong.
+/// Checks run in the page, for each colour scheme and width. A result is a list of faults.
 const QUESTIONS: &str = r"(() => {
   CONTRAST
   const page = document.documentElement;
@@ -295,9 +296,9 @@ const QUESTIONS: &str = r"(() => {
   return wrong;
 })()";
 
-/// Protects: in light and in dark, on a desk and on a phone, nothing sticks out, every control has
-/// a name and takes the keyboard, and every text stands out from its paper by 4.5 (WCAG 2.2); a
-/// mistake of the file stands over the picture, as text and as nothing else.
+/// Protects: in light and dark colours, on a desktop and on a phone, nothing overflows, every
+/// control has a name and keyboard focus, and every text has a contrast of 4.5 (WCAG 2.2); an error
+/// of the file is shown over the picture, as escaped text.
 #[test]
 fn the_page_fits_everyone() {
     let desk = Desk::new();
@@ -343,8 +344,8 @@ fn the_page_fits_everyone() {
     );
 }
 
-/// Protects: a new view's first picture comes though the last one is not finished, and so does each
-/// of many; how long they took is told.
+/// Protects: a new view's first picture appears although the last render is unfinished, and so does
+/// each of many; their times are reported.
 #[test]
 fn each_view_has_a_picture() {
     let Some(duck) = shared("assets/gltf/Duck/Duck.glb") else {

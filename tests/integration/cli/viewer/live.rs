@@ -1,13 +1,13 @@
-//! What the page is told while a scene renders, and what is seen of it.
+//! Status of the page during a render, and its picture.
 
 use serde_json::{Value, json};
 
 use super::{SCENE, Viewer, hash_of};
 use crate::support::Desk;
 
-/// Protects: what stands still is the picture of the command that the page shows, to the bit,
-/// whatever was turned, switched or set to come there; another view is another picture, and the way
-/// back gives the first one.
+/// Protects: the finished picture is that of the displayed command, to the bit, after any sequence
+/// of rotations, switches and settings; another view gives another picture, and the return gives
+/// the first.
 #[test]
 fn what_is_seen_is_a_command() {
     let desk = Desk::new();
@@ -81,9 +81,9 @@ fn what_is_seen_is_a_command() {
     assert_eq!(hashes.len(), count, "each is another picture");
 }
 
-/// Protects: a first picture is there before the render's own, in larger pixels; the error's
-/// interval is told at each doubling of the samples and closes on it; exposure and layers are shown
-/// anew without a sample more.
+/// Protects: a first picture with larger pixels precedes the render; the error's interval is
+/// reported at each doubling of the samples and converges; exposure and layers are displayed anew
+/// without further samples.
 #[test]
 fn the_interval_closes() {
     let desk = Desk::new();
@@ -145,9 +145,8 @@ fn the_interval_closes() {
     }
 }
 
-/// Protects: a scene that is changed on disk is rendered anew from where the camera stands; what is
-/// wrong with the file is said with its place over the last picture, and goes when the file is
-/// right again.
+/// Protects: a scene changed on disk is rendered again from the current camera; an error of the
+/// file is shown with its position over the last picture, and disappears once the file is valid.
 #[test]
 fn changes_on_disk_are_seen() {
     let desk = Desk::new();
@@ -189,8 +188,8 @@ fn changes_on_disk_are_seen() {
     assert_eq!(right["progress"]["hash"], first["progress"]["hash"]);
 }
 
-/// Protects: a program whose last page has been closed ends by itself, in order; one that is asked
-/// for no page waits.
+/// Protects: a program whose last page was closed ends by itself, with success; a program without
+/// any page waits.
 #[test]
 fn closing_ends_the_program() {
     let desk = Desk::new();

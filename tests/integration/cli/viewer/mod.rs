@@ -1,5 +1,5 @@
-//! `view`: the page's server, asked as a page would ask it, and as no page would. What a browser
-//! makes of the page is tried in `browser`.
+//! `view`: the page's server, with valid and invalid requests. The page itself is tested in
+//! `browser`.
 
 mod browser;
 mod live;
@@ -14,8 +14,8 @@ use serde_json::{Value, json};
 
 use crate::support::Desk;
 
-/// A room with a lamp, whose light is found by chance, and a ball that a parameter lifts and time
-/// turns.
+/// A room with a lamp, whose light is sampled randomly, and a ball that a parameter lifts and time
+/// rotates.
 const SCENE: &str = r#"
 format = 1
 [parameters]
@@ -49,17 +49,17 @@ material = "lamp"
 shape.sphere = { centre = [1.5, 2.5, 1], radius = 0.4 }
 "#;
 
-/// How long anything may take on a machine that is busy.
+/// Timeout of any operation on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(180);
 
-/// The program, as it serves its page.
+/// The program while it serves its page.
 struct Viewer {
     child: Child,
     host: String,
     token: String,
 }
 
-/// An answer.
+/// A response.
 struct Answer {
     status: u16,
     head: String,
@@ -78,7 +78,7 @@ impl Answer {
 }
 
 impl Viewer {
-    /// The program with these words, once it has told its address.
+    /// Starts the program with these flags, and waits for its address.
     fn start(desk: &Desk, words: &[&str]) -> Self {
         let words = [&["view", "--no-open", "-q"], words].concat();
         let mut child = desk
@@ -116,11 +116,11 @@ impl Viewer {
         format!("http://{}/{}/", self.host, self.token)
     }
 
-    /// What comes back for bytes, whatever they are.
+    /// Sends arbitrary bytes and returns the response.
     fn send(&self, bytes: &[u8]) -> Option<Answer> {
         let mut stream = TcpStream::connect(&self.host).expect("the program listens");
         stream.set_read_timeout(Some(PATIENCE)).expect("a time");
-        // Whoever refuses a request may close before it has all arrived.
+        // A refusing server may close the connection before it has read everything.
         let _ = stream
             .write_all(bytes)
             .and_then(|()| stream.shutdown(Shutdown::Write));
@@ -136,7 +136,7 @@ impl Viewer {
         })
     }
 
-    /// The answer to a request with these headers.
+    /// Sends a request with these headers and returns the response.
     fn ask(&self, method: &str, path: &str, headers: &[(&str, &str)], body: &str) -> Answer {
         let host = ("Host", self.host.as_str());
         let own = if headers.iter().any(|(name, _)| *name == "Host") {
@@ -170,7 +170,7 @@ impl Viewer {
         )
     }
 
-    /// The first status that is as wanted.
+    /// Waits for the first status that satisfies a condition.
     fn until(&self, what: &str, is_wanted: impl Fn(&Value) -> bool) -> Value {
         let (began, mut told) = (Instant::now(), 0);
         loop {
@@ -183,7 +183,7 @@ impl Viewer {
         }
     }
 
-    /// Wishes for flags, and waits until their picture is finished.
+    /// Requests flags, and waits until their picture is finished.
     fn finished(&self, flags: &Value) -> Value {
         let answer = self.post("wish", &json!({ "flags": flags }));
         assert_eq!(answer.status, 200, "{}", answer.text());
@@ -193,7 +193,7 @@ impl Viewer {
         })
     }
 
-    /// The program's end, which has to come by itself.
+    /// Waits until the program ends by itself.
     fn end(&mut self) -> ExitStatus {
         let began = Instant::now();
         loop {
@@ -208,13 +208,13 @@ impl Viewer {
 
 impl Drop for Viewer {
     fn drop(&mut self) {
-        // It may have ended by itself.
+        // The program may have ended by itself.
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
 }
 
-/// What `--hash` prints of the picture that a command makes, run by a shell as it was copied.
+/// Output of `--hash` for a command, run by a shell as copied from the page.
 fn hash_of(desk: &Desk, command: &str) -> String {
     let rest = command.strip_prefix("raywright ").expect("a command");
     let line = format!(

@@ -1,4 +1,4 @@
-//! What the viewer refuses: other hosts, other sites, other files, and what is no request at all.
+//! Refusals of the viewer: other hosts, other sites, other files, and invalid requests.
 
 use std::io::Read;
 
@@ -7,9 +7,8 @@ use serde_json::json;
 use super::{SCENE, Viewer};
 use crate::support::Desk;
 
-/// Protects: the page is for whoever has its address on this machine: another token, another host
-/// and pages of other sites get nothing, and what is sent is a page that loads nothing from
-/// elsewhere.
+/// Protects: only requests with the page's address on this machine are served: another token,
+/// another host and pages of other sites get nothing, and the page loads nothing from elsewhere.
 #[test]
 fn only_the_page_is_answered() {
     let desk = Desk::new();
@@ -137,9 +136,8 @@ fn only_the_page_is_answered() {
     assert_eq!(desk.names(), ["room.scene.toml"]);
 }
 
-/// Protects: what is saved is the picture of the command, says so, and takes the place of nothing
-/// that nobody gave up: neither another file unasked, nor the scene, nor anything in another
-/// folder.
+/// Protects: a saved picture is that of the command, with its metadata, and replaces nothing
+/// without consent: neither another file, nor the scene, nor any file in another folder.
 #[test]
 fn saving_replaces_nothing() {
     let desk = Desk::new();
@@ -208,9 +206,9 @@ fn saving_replaces_nothing() {
     }
 }
 
-/// Protects: whatever bytes come, the program goes on, says nothing and writes nothing; 200
-/// requests, half of them noise and half a right one with something changed, cut off, doubled or
-/// put in.
+/// Protects: after any bytes the program continues, prints nothing and writes nothing; 200
+/// requests, half of them noise and half valid ones with a change, truncation, duplication or
+/// insertion.
 #[test]
 fn what_is_no_request_does_nothing() {
     let desk = Desk::new();
@@ -235,7 +233,7 @@ fn what_is_no_request_does_nothing() {
     for i in 0..200 {
         let mut bytes: Vec<u8> = match i % 2 {
             0 => (0..draw(300)).map(|_| draw(256) as u8).collect(),
-            // Without the origin no change makes it a right one.
+            // Without the origin, no change makes the request valid.
             _ => right
                 .replacen(&format!("Origin: http://{}\r\n", viewer.host), "", 1)
                 .into_bytes(),
@@ -252,7 +250,7 @@ fn what_is_no_request_does_nothing() {
                 }
             }
         }
-        // A request that says it is longer than it is would be waited for.
+        // The server would wait for the claimed length of a longer request.
         let mut whole = bytes.clone();
         whole.extend_from_slice(b"\r\n\r\n");
         if let Some(answer) = viewer.send(&whole) {
