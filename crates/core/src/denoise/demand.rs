@@ -11,7 +11,7 @@ pub(crate) const REPLICATES: u32 = FOUR as u32;
 /// Least samples a pixel for denoising: two in each replicate.
 pub const FEWEST_SAMPLES: u32 = 8;
 
-/// Whether the sampling allows denoising: enough samples, and not a fixed pattern, whose samples
+/// Whether the sampling allows denoising: enough samples, and no fixed pattern, since its samples
 /// are different positions.
 pub fn is_possible(sampling: Sampling) -> bool {
     !sampling.is_fixed() && sampling.count() >= FEWEST_SAMPLES

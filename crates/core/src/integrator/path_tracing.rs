@@ -104,7 +104,7 @@ impl<'a, R: Real> LightTransport<'a, R> for PathTracer<'a, R> {
 }
 
 /// Density by solid angle from which on a lobe counts as a mirror: it is seven times narrower than
-/// the sun's disc of 1/14,700 sr, so hardly any direction sampled towards a light falls into such a
+/// the sun's disc of 1/14,700 sr, so hardly any direction sampled towards a light falls into the
 /// lobe.
 const NARROW: f64 = 1e5;
 

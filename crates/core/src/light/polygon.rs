@@ -89,7 +89,7 @@ fn vector<const N: usize>(row: &[f64; N], place: usize) -> DVec3 {
 }
 
 /// Directions from a point to four corners; and for both triangles the volume spanned by their
-/// three directions and its companion, whose quotient is the tangent of half the solid angle ("The
+/// three directions and its companion; their quotient is the tangent of half the solid angle ("The
 /// Solid Angle of a Plane Triangle", Van Oosterom, Strackee 1983).
 #[inline(always)]
 fn sides(seen: [f64; 15]) -> [f64; 16] {
@@ -129,8 +129,8 @@ fn angles(sides: &[f64; 16]) -> [f64; 2] {
 }
 
 /// Offset from the receiving point to the sampled point. An arc from the sampled side to the second
-/// corner cuts off a given area, whose sine and cosine are known; the point lies at the share `v`
-/// along that arc. Returns the offset and its length.
+/// corner cuts off an area, given by its sine and cosine; the point lies at the share `v` along
+/// that arc. Returns the offset and its length.
 #[inline(always)]
 fn offset(
     seen: [f64; 15],

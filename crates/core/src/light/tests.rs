@@ -476,7 +476,7 @@ fn lights_without_size_say_so() {
             );
             continue;
         };
-        // π · 3 · 3: flux through a disk as wide as the scene, whose diagonal is √12.
+        // π · 3 · 3: flux through a disk as wide as the scene, that is its diagonal √12.
         assert!(
             (lights.power(light) - core::f64::consts::PI * 9.0).abs() < 1e-9
                 && lights.bounds(light).is_none()

@@ -15,8 +15,8 @@ use super::fresnel::schlick_weight;
 use super::ggx::{Ggx, LEAST_ROUGHNESS};
 use crate::number::{Number, Vector3};
 
-/// Energy that white microfacets lose in a single reflection, and the albedo of microfacets whose
-/// reflectance is Schlick's weight: zero at normal incidence, one at grazing incidence.
+/// Energy that white microfacets lose in a single reflection, and the albedo of microfacets with
+/// Schlick's weight as reflectance: 0 at normal incidence, 1 at grazing incidence.
 pub(super) type Entry = [f32; 2];
 
 /// Cosine-weighted mean of Schlick's weight over the hemisphere: 2·∫(1 − c)⁵·c dc.

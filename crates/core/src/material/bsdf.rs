@@ -28,7 +28,7 @@ pub struct BsdfSample<N: Number> {
     pub direction: N::Vec3,
     /// BSDF value · |cosine| / density; its mean is the albedo.
     pub weight: N::Vec3,
-    /// Density by solid angle; zero for a delta lobe, which has none.
+    /// Density by solid angle; zero for a delta lobe.
     pub density: N,
     /// Whether a delta lobe was sampled; light sampling never yields its direction.
     pub delta: N::Mask,
@@ -238,8 +238,8 @@ impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
         }
     }
 
-    /// The lobe that each able lane samples: the last one with an importance above zero whose
-    /// predecessors' sum is not above `target`. The search starts at the last lobe, so that
+    /// The lobe that each able lane samples: the last lobe of positive importance with a sum of
+    /// preceding importances not above `target`. The search starts at the last lobe, so that
     /// rounding leaves no gap behind it.
     #[inline(always)]
     fn chosen(&self, importances: &[N; MOST], target: N, able: N::Mask) -> [N::Mask; MOST] {

@@ -25,7 +25,7 @@ pub struct Dielectric<N: Number> {
     pub reflected: N::Vec3,
     /// Factor of the transmission.
     pub transmitted: N::Vec3,
-    /// Perceptual roughness, whose square is the microfacet α; `None` for a smooth boundary.
+    /// Perceptual roughness, the square root of the microfacet α; `None` for a smooth boundary.
     pub roughness: Option<N>,
 }
 

@@ -14,8 +14,7 @@
 use super::albedo::{Albedo, MEAN_GRAZING};
 use crate::number::{Mask, Number, Vector3};
 
-/// Directional albedo of microfacets whose Schlick reflectance rises from `f0` at normal incidence
-/// to one.
+/// Directional albedo of microfacets with Schlick's reflectance from `f0` to 1.
 pub(super) fn directional_albedo(f0: f64, roughness: f64, cosine: f64) -> f64 {
     Albedo::<f64>::towards(cosine, roughness)
         .sent(f0, 1.0)

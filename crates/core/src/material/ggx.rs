@@ -168,7 +168,7 @@ pub(super) fn mirrored<N: Number>(wo: N::Vec3, facet: N::Vec3) -> N::Vec3 {
 
 /// Samples a visible normal along `wo`, for the α along both axes and a point of the unit disk
 /// ("Sampling the GGX Distribution of Visible Normals", Heitz 2018). The half-ellipsoid of
-/// microfacets is stretched to a hemisphere, whose projection is half a disk and half an ellipse.
+/// microfacets is stretched to a hemisphere, which projects to half a disk and half an ellipse.
 #[inline(always)]
 pub(super) fn sample_wm<N: Number>(wo: N::Vec3, [ax, ay]: [N; 2], [a, b]: [N; 2]) -> N::Vec3 {
     let seen = N::Vec3::new(ax * wo.x(), ay * wo.y(), wo.z()).normalize();

@@ -2,8 +2,8 @@
 //!
 //! All arithmetic is in `f64`. Towards 90° on the thin side, the cosine there is the root of a
 //! small difference and magnifies errors of direction and normal by η²·cosᵢ/cosₜ: 400 times at
-//! 89.9°, 4000 times at 89.99°. So neither the lengths of stored vectors, which are one up to
-//! rounding, nor a sum in `f32` may enter.
+//! 89.9°, 4000 times at 89.99°. So neither the lengths of stored vectors, 1 up to rounding, nor a
+//! sum in `f32` may enter.
 
 use glam::DVec3;
 

@@ -260,7 +260,7 @@ impl<N: Number> Layered<N> {
             return;
         }
         // The dielectric microfacets over the base, in the share `over`: metal beside the base
-        // takes none of its light.
+        // takes no light from the base.
         let alone = Reflectance {
             shares: [over, N::ZERO],
             ..*facets

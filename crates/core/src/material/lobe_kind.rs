@@ -104,9 +104,9 @@ pub trait LobeKind<N: Number> {
     }
 }
 
-/// Normalises a mirrored direction, whose length strays from one by the rounding of each normal
-/// along the path. It changes only where the length is off by four millionths, after ten mirrors at
-/// the earliest, and stays the same to the bit elsewhere.
+/// Normalises a mirrored direction: its length strays from 1 by the rounding of each normal along
+/// the path. The direction changes only if its length is off by four millionths, after ten mirrors
+/// at the earliest, and keeps its bits otherwise.
 #[inline(always)]
 pub(super) fn kept_unit<N: Number>(direction: N::Vec3) -> N::Vec3 {
     let off = N::ONE - direction.dot(direction);

@@ -151,7 +151,7 @@ impl<N: Number> MetallicRoughness<N> {
     /// microfacets, of which the share `dielectric` is dielectric.
     ///
     /// The base belongs to the dielectric part and loses the albedo of that part's microfacets:
-    /// metal beside the base takes none of its light, as in glTF's mixture of a metal and a
+    /// metal beside the base takes no light from the base, as in glTF's mixture of a metal and a
     /// dielectric.
     #[inline(always)]
     fn diffuse(
@@ -291,7 +291,7 @@ impl<N: Number> MetallicRoughness<N> {
     }
 
     /// [`Self::transport`] where every lane is rough and none transmits: the same numbers from two
-    /// lobes, whose kinds and count are known at compile time.
+    /// lobes of kinds known at compile time.
     #[inline(always)]
     pub fn rough(&self, normal: N::Vec3, wo: N::Vec3, compensated: bool) -> Bsdf<N, Lobe<N>, 2> {
         let dielectric = N::ONE - self.metallic;

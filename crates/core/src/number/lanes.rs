@@ -139,7 +139,7 @@ impl<const N: usize> Number for Lanes<N> {
     }
     #[inline(always)]
     fn of_lanes(mut value: impl FnMut(usize) -> f64) -> Self {
-        // No `from_fn`, whose closure is not always inlined.
+        // No `from_fn`, because its closure is not always inlined.
         let mut out = [0.0; N];
         each_lane!(N, i, out[i] = value(i) as f32);
         Self(out)

@@ -6,7 +6,7 @@ use raywright_bvh::{Interval, Ray, Real, Surface, Vector};
 use super::{Prepared, Spawn};
 use crate::light::{LightId, Target};
 
-/// Rays through the picture whose hits sample lights, along its width and its height.
+/// Rays through the picture, along its width and its height; their hits sample lights.
 const RAYS: [u32; 2] = [32, 18];
 
 /// Lights sampled by each hit; if there are more, each hit samples others.

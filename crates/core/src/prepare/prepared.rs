@@ -82,7 +82,7 @@ pub struct Prepared<R: Real> {
     pub lights: Lights<R>,
     /// Background of camera rays that hit nothing; `None` for the sky.
     pub(crate) backdrop: Option<Backdrop<R>>,
-    /// Ground whose shadow dims the backdrop; `None` without a studio's ground.
+    /// Ground with the shadow that dims the backdrop; `None` without a studio's ground.
     pub(crate) ground: Option<Ground<R>>,
     /// Radiance of a studio's backdrop, once decided.
     pub(crate) studio_backdrop: Option<f64>,

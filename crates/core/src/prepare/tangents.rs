@@ -1,6 +1,6 @@
-//! Generated tangents for meshes with normal maps or anisotropy whose file has none: MikkTSpace,
-//! used by the programs that bake such images (Mikkelsen, "Simulation of Wrinkled Surfaces
-//! Revisited", 2008).
+//! Generated tangents for meshes with normal maps or anisotropy but without tangents in their file:
+//! MikkTSpace, used by the programs that bake such images (Mikkelsen, "Simulation of Wrinkled
+//! Surfaces Revisited", 2008).
 
 use std::collections::HashMap;
 

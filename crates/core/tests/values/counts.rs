@@ -254,9 +254,9 @@ fn tables_count_what_was_built() {
     assert_eq!(unlit.lights, 0);
 }
 
-/// Protects: a render can be cancelled within one pixel, whose paths divide at panes of glass: half
-/// a million times here, and without a practical end at greater depths. The unfinished pixel is
-/// dropped.
+/// Protects: a render can be cancelled within one pixel with paths that divide at panes of glass:
+/// half a million times here, and without a practical end at greater depths. The unfinished pixel
+/// is dropped.
 #[test]
 fn a_pixel_of_many_paths_can_be_stopped() {
     struct Soon(AtomicU32);

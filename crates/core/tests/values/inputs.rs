@@ -17,7 +17,8 @@ use crate::support::{
 /// A view onto a floor at u = 0.25, v = 0.5, along (−0.6, −0.8, 0).
 const ASIDE: View = [[3.25, 4.0, 0.5], [0.25, 0.0, 0.5]];
 
-/// A floor of this material under a sky and a slanting sun, with a texture whose first half is red.
+/// A floor of this material under a sky and a slanting sun, with a texture that is red in its first
+/// half.
 fn lit(model: Value) -> Scene {
     let mut scene = floor(
         model,

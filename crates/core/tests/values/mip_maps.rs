@@ -230,7 +230,7 @@ fn mip_maps_are_an_effect() {
     assert!(pixel(&scene, &settings).iter().all(|c| c.is_finite()));
 }
 
-/// Protects: for a distant camera, whose rays start near the scene's bounded part, the whole
+/// Protects: for a distant camera, with ray origins near the scene's bounded part, the whole
 /// distance counts, to the first hit and beyond a mirror: the level belongs to the eye's distance.
 #[test]
 fn the_level_from_far_away() {

@@ -128,8 +128,8 @@ fn hard_shadows_have_their_exceptions() {
     }
 }
 
-/// Protects: a triangle's centre is a point on it: a lamp of one triangle, whose bounds' centre
-/// lies off it, is hidden by a wall before that point and not by a wall before the bounds' centre.
+/// Protects: a triangle's centre is a point on it: a lamp of one triangle, with its bounds' centre
+/// off it, is hidden by a wall before that point and not by a wall before the bounds' centre.
 #[test]
 fn a_triangle_has_a_middle_of_its_own() {
     let triangle = |wall: [f64; 2]| {

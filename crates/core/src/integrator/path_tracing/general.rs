@@ -60,7 +60,7 @@ fn sides<R: Real, L: LobeFamily<R>, const MOST: usize>(bsdf: &Bsdf<R, L, MOST>) 
 }
 
 impl<R: Real> PathTracer<'_, R> {
-    /// Adds a hit to these vertices. Returns whether it is one.
+    /// Adds a hit to these vertices. Returns false if its material needs no vertex.
     pub(super) fn gather_general(
         &self,
         place: u32,

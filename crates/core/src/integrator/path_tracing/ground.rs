@@ -9,7 +9,7 @@ use crate::sampler::{Purpose, Sequence, fours};
 
 impl<R: Real> PathTracer<'_, R> {
     /// Visible share of the studio's light where escaped camera rays reach the ground, one after
-    /// the other: one direction each, sampled by the light from there. One without a ground, or far
+    /// the other: one direction each, sampled by the light from there. 1 without a ground, or far
     /// from the scene.
     pub(super) fn light_on_ground<'a>(
         &mut self,

@@ -132,7 +132,7 @@ impl<R: Real> PathTracer<'_, R> {
         self.passes_body(self.around(media).filter(|_| self.scene.absorbs), distance)
     }
 
-    /// Transmittance through a medium; one outside of any.
+    /// Transmittance through a medium; 1 outside of media.
     fn passes_body(&self, body: Option<u32>, distance: R) -> R::Vec3 {
         let absorption =
             body.and_then(|material| self.scene.materials[material as usize].absorption());

@@ -76,7 +76,7 @@ pub(super) struct VertexLanes<R: Real> {
     /// normal and at grazing incidence, unused for matte ones.
     pub base: Vec3Column<R>,
     pub terms: [Column<R>; 4],
-    /// Factor on delta lights, whose unit differs between the two families of materials.
+    /// Factor on delta lights, because their unit differs between the two families of materials.
     pub gain: Column<R>,
     pub throughput: Vec3Column<R>,
     /// Numbers in [0, 1) for the lobe, the direction, and Russian roulette.

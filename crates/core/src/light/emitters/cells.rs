@@ -21,8 +21,8 @@ pub(in crate::light) struct Cells {
     across: u32,
 }
 
-/// The cells of all such triangles: for each the cumulative distribution of rows, and of the cells
-/// of each row.
+/// The cells of all triangles of varying emission: for each the cumulative distribution of rows,
+/// and of the cells of each row.
 #[derive(Clone, Debug, Default)]
 pub(super) struct CellTable {
     sums: Vec<f32>,
@@ -108,7 +108,7 @@ pub(super) fn bytes_of(triangles: u64, across: u64) -> u64 {
 }
 
 /// Weight of a cell: half of its own emission, and half of the greatest emission in and around it,
-/// whose bright part may extend into the cell.
+/// because a bright neighbour may extend into the cell.
 fn weight(found: &[f64], across: usize, cell: usize) -> f64 {
     let (x, y) = (cell % across, cell / across);
     let beside = |at: usize| at.saturating_sub(1)..=(at + 1).min(across - 1);

@@ -8,10 +8,10 @@ use crate::light::{LightSample, Target};
 
 impl<R: Real> Emitters<R> {
     /// Redirects a light sample to the centre of its emitter: the centre of the bounds, or a point
-    /// of a triangle, whose bounds' centre may lie off it. Inside the bounds of a closed shape the
-    /// sample stays as it is. Returns `None` if the sampled point is on the far side of a closed
-    /// shape, because rays to the centre pass the shape itself. Self-shadowing of a torus beyond
-    /// that is ignored.
+    /// of a triangle, because the centre of a triangle's bounds may lie off the triangle. Inside
+    /// the bounds of a closed shape the sample stays as it is. Returns `None` if the sampled point
+    /// is on the far side of a closed shape, because rays to the centre pass the shape itself.
+    /// Self-shadowing of a torus beyond that is ignored.
     pub fn by_middle(
         &self,
         index: u32,

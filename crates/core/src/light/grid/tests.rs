@@ -90,8 +90,8 @@ fn m09_one_bright_texel_among_black_rows() {
     );
 }
 
-/// Protects: rows at the poles of a tall image, whose cosines differ from one by less than their
-/// rounding, are sampled uniformly by solid angle within the row.
+/// Protects: rows at the poles of a tall image, with cosines closer to one than their rounding, are
+/// sampled uniformly by solid angle within the row.
 #[test]
 fn m09_poles_keep_their_digits() {
     const HEIGHT: usize = 1 << 20;
@@ -109,8 +109,8 @@ fn m09_poles_keep_their_digits() {
             );
             inner += u32::from(angle < widest * 0.5_f64.sqrt());
         }
-        // Half of the solid angle lies within √½ of the angle: 2000 of 4000, whose standard
-        // deviation is 32.
+        // Half of the solid angle lies within √½ of the angle: 2000 of 4000, with a standard
+        // deviation of 32.
         assert!(
             (1_905..=2_095).contains(&inner),
             "{inner} of 4000 in the inner half"

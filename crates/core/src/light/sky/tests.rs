@@ -112,7 +112,7 @@ fn a_quarter_turn_brings_what_was_along_x_to_z() {
         );
         sky.expect("the image is there").radiance(DVec3::ZERO, d).x
     };
-    // The direction lies between two columns, whose indices are interpolated.
+    // The direction lies between two columns, and their indices are interpolated.
     let middle = f64::from(COLUMNS) / 2.0 - 0.5;
     assert!(
         (along(0.0, DVec3::X) - middle).abs() < 1e-9

@@ -128,7 +128,7 @@ impl Cluster {
             * (2.0 * widest * sin_n - libm::cos(normals - 2.0 * widest) - 2.0 * beyond * sin_n
                 + cos_n);
         let e = space.extent();
-        // The squared length keeps points apart, whose boxes have no surface.
+        // The squared length keeps points apart, because their boxes have no surface.
         let surface = e.x * e.y + e.y * e.z + e.z * e.x + e.length_squared() * 1e-3;
         self.power * (cap + rim) * surface
     }

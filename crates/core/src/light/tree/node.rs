@@ -182,9 +182,9 @@ impl LightNode {
 }
 
 /// Cumulative importances, from zero on. A zero importance does not increase the sum: sums of pairs
-/// and fours are added in an order whose rounding preserves that, so that zero importance has zero
-/// probability. In `f64`, because in `f32` faint lights would be sampled by the rounding of the
-/// sum.
+/// and fours are added in an order that preserves this under rounding, so that zero importance has
+/// zero probability. In `f64`, because in `f32` faint lights would be sampled by the rounding of
+/// the sum.
 #[inline(always)]
 pub(super) fn running(importances: &[f32; WIDTH]) -> [f64; WIDTH + 1] {
     let (mut one, mut two) = ([0.0; WIDTH], [0.0; WIDTH / 2]);

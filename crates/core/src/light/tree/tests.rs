@@ -167,8 +167,8 @@ fn points_together_draw_as_each_alone() {
 }
 
 /// Protects: where all lights can contribute, their probabilities sum to one: at any number, at one
-/// position, at distances whose squares or differences `f32` cannot hold, at powers whose shares it
-/// cannot hold, and far from the origin.
+/// position, at distances with squares or differences beyond `f32`, at powers with shares beyond
+/// it, and far from the origin.
 #[test]
 fn probabilities_sum_to_one_at_any_scale() {
     /// Position of a light by its number.

@@ -172,7 +172,7 @@ fn close(found: Vec3, wanted: Vec3) {
 
 /// Protects: matte surfaces reflect light in closed form, each lane its own: albedo over π times
 /// the cosine; delta lights in full times their gain; lights also found by scattering with the
-/// weight of the power heuristic, whose other density is the cosine over π. Lights below the
+/// weight of the power heuristic, where the other density is the cosine over π. Lights below the
 /// surface or the shading normal, and missing lights, give zero. Non-finite light stays so, so that
 /// its sample is dropped and counted.
 #[test]
