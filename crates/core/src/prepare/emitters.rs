@@ -28,8 +28,8 @@ pub(super) struct Wanted {
     pub read: bool,
 }
 
-/// Varying emission is evaluated at so many points in all; at so many along each side of a
-/// triangle, least and most; and at so many along each side of a shape.
+/// Numbers of points at which varying emission is evaluated: in all; along each side of a
+/// triangle, least and most; along each side of a shape.
 const POINTS: u64 = 1 << 20;
 const EACH: [u64; 2] = [2, 32];
 const OF_SHAPE: usize = 8;
