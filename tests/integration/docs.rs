@@ -178,7 +178,7 @@ fn pictures_are_by_commands_for_everyone() {
     assert!(told >= 5, "{told} pictures say how they were made");
 }
 
-/// Protects: each test of the workspace has a line that says what it protects, so that a reader can
+/// Protects: each test of the workspace has a first line with its purpose, so that a reader can
 /// check it.
 #[test]
 fn every_test_says_what_it_protects() {

@@ -44,7 +44,6 @@ impl Request {
     /// Parses the arguments of `render`, `explain`, `accuracy` or `compare`.
     ///
     /// # Errors
-    ///
     /// A usage failure whose message does not repeat the command line.
     pub fn new(command: &str, words: Vec<OsString>) -> Result<Self, Failure> {
         // Placeholders for the required inputs of the command.

@@ -1,9 +1,9 @@
-//! The command line of Raywright: arguments, progress, tables, exit codes. It decides nothing about
-//! light.
+//! The command line of Raywright: arguments, progress, tables, exit codes. No decision about light
+//! is made here.
 //!
-//! The way of a run: [`args`] is what clap reads, `plan` is what it amounts to after every check
-//! that needs no scene, and each module of `commands` does one thing with the libraries. Errors
-//! arrive as one [`failure::Failure`], are printed once, here, and become the exit code.
+//! A run has three stages: clap parses [`args`], `plan` resolves them after every check that needs
+//! no scene, and each module of `commands` does one task with the libraries. Every error becomes a
+//! [`failure::Failure`], which is printed once, here, and decides the exit code.
 //!
 //! ```
 //! use clap::Parser;
@@ -13,8 +13,8 @@
 //! assert!(Arguments::try_parse_from(["raywright", "render", "--size", "64by36"]).is_err());
 //! ```
 //!
-//! [`embedded`] is for modules of other languages: the same words, with pictures and reports in
-//! memory instead of files.
+//! [`embedded`] is the interface for modules of other languages: the same arguments, with pictures
+//! and reports in memory instead of files.
 #![forbid(unsafe_code)]
 
 pub mod args;

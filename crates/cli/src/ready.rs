@@ -17,7 +17,6 @@ pub const NOTHING_KEPT: &str = "interrupted; nothing was written";
 /// Prepares a scene.
 ///
 /// # Errors
-///
 /// A failure in the terms of the command line.
 pub fn prepared(
     loaded: &Loaded,

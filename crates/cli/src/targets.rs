@@ -79,7 +79,6 @@ impl Outputs {
     /// Adds an output named by `flag`.
     ///
     /// # Errors
-    ///
     /// A failure where the file cannot be created or is already an output.
     pub fn add(&mut self, path: &Path, flag: &'static str) -> Result<(), Failure> {
         let place = Place::check(path)?;

@@ -2,7 +2,7 @@
 //! environments.
 //!
 //! Only pixels are read: colour profiles, gamma chunks and camera orientation are ignored, as glTF
-//! 2.0 asks for (section 3.8.3).
+//! 2.0 requires (section 3.8.3).
 
 mod light;
 mod open_exr;
@@ -79,12 +79,12 @@ impl From<ImageData> for Decoded {
 
 /// Decodes a whole image file.
 ///
-/// PNG, JPEG, WebP and KTX2 become [`Pixels::Codes`] (grey and palettes spread to RGBA, 16-bit
+/// PNG, JPEG, WebP and KTX2 become [`Pixels::Codes`] (grey and palettes expanded to RGBA, 16-bit
 /// samples rounded to 8 bits), HDR and EXR become [`Pixels::Linear`].
 ///
 /// # Errors
-/// A fault of kind limit when the header asks for more than `limits` allow (nothing is allocated
-/// then); of kind input when the format is not read here or the data is broken.
+/// A fault of kind limit for a header beyond `limits`, before any allocation; of kind input for an
+/// unsupported format and for broken data.
 pub(crate) fn decode(bytes: &[u8], limits: &Limits) -> Outcome<Decoded> {
     let kind = sniff(bytes);
     if !matches!(kind, Kind::Foreign(_) | Kind::Unknown) {

@@ -380,8 +380,8 @@ fn file_limits_leave_nothing_behind() {
     }
 }
 
-/// Protects: sheets and animations for which there is no room are kept beside the scene; a run
-/// that fails between two pictures keeps what its sheet and its animation have so far.
+/// Protects: sheets and animations that do not fit on a full disk are kept beside the scene; a run
+/// that fails between two pictures keeps its unfinished sheet and animation.
 #[cfg(target_os = "linux")]
 #[test]
 fn full_disks_keep_sheets_and_animations() {

@@ -12,7 +12,7 @@ use serde_json::Value;
 
 use crate::support::{Desk, Run, shared};
 
-/// A paint of albedo above 1, a lamp beyond everything, and a duplicated ball.
+/// A paint of albedo above 1, a light beyond the range of every object, and a duplicated ball.
 const FAULTS: &str = r#"format = 1
 render = { size = [96, 64], samples = 8, integrator = "path" }
 cameras = [{ pose.look_at = { eye = [0, 1, 5], target = [0, 0, 0] }, projection.pinhole = { vertical_fov = 40 } }]

@@ -40,7 +40,7 @@ pub struct MergeArgs {
     #[command(flatten)]
     pub display: DisplayArgs,
 
-    /// Refuse what would need more memory: bytes, or with K, M, G [default: 8G]
+    /// Refuse work that needs more memory: bytes, or with K, M, G [default: 8G]
     #[arg(long, value_name = "BYTES", allow_hyphen_values = true, value_parser = values::bytes)]
     pub max_memory: Option<u64>,
 }

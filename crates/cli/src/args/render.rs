@@ -292,7 +292,7 @@ pub struct MachineArgs {
     #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = clap::value_parser!(u32).range(1..=1024))]
     pub threads: Option<u32>,
 
-    /// Refuse what would need more memory: bytes, or with K, M, G [default: 8G]
+    /// Refuse work that needs more memory: bytes, or with K, M, G [default: 8G]
     #[arg(long, value_name = "BYTES", allow_hyphen_values = true, value_parser = values::bytes)]
     pub max_memory: Option<u64>,
 

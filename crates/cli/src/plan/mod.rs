@@ -116,7 +116,6 @@ impl Task {
     /// Builds the task of the arguments.
     ///
     /// # Errors
-    ///
     /// A failure where a flag for one picture is combined with several pictures.
     pub fn new(args: RenderArgs, verbosity: Verbosity) -> Result<Self, Failure> {
         let RenderArgs {

@@ -33,8 +33,8 @@ impl Shot {
     }
 }
 
-/// Pictures of each scene for these flags: the default picture, which has no label, unless they ask
-/// for others.
+/// Pictures of each scene for these flags: the default picture, which has no label, unless a flag
+/// requests others.
 pub(super) fn shots(args: &ViewArgs) -> Vec<Shot> {
     let numbered = |number: usize, caption: String| Shot {
         label: format!("{number:04}"),

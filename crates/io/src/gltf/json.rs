@@ -10,7 +10,7 @@ use std::collections::HashMap;
 
 use crate::import::shown;
 
-/// Largest integer up to which f64 is exact for all.
+/// All integers up to this one are exact in f64.
 const MOST_WHOLE: f64 = 9_007_199_254_740_992.0;
 
 /// Largest nesting depth of accepted JSON.

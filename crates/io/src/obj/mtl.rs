@@ -48,7 +48,7 @@ impl Library {
         (names, Self { materials })
     }
 
-    /// Returns a material by name, or a default one, with a warning if the file asked for the name.
+    /// Returns a material by name, or a default one, with a warning if the file named the material.
     pub fn get(&self, name: &str, asked: bool, warnings: &mut Warnings) -> Cow<'_, tobj::Material> {
         match self.materials.get(name) {
             Some(material) => Cow::Borrowed(material),

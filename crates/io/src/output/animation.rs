@@ -289,8 +289,8 @@ mod tests {
         }
     }
 
-    /// Protects: where the folder of an animation has no room for a further picture, the pictures
-    /// before it are kept, and the file has the bytes of one that had room.
+    /// Protects: if the folder of an animation has no room for another picture, the earlier
+    /// pictures are kept, and the file has the same bytes as with enough room.
     #[cfg(unix)]
     #[test]
     fn a_full_folder_loses_no_picture() {
@@ -302,7 +302,7 @@ mod tests {
                 Animation::new(&path, format, 10.0, Metadata::default()).expect("a spool");
             for (i, grey) in [0.2, 0.5, 0.8, 1.0].into_iter().enumerate() {
                 if is_full && i == 2 {
-                    // A file that can be read and not be written.
+                    // A file that is readable but not writable.
                     let mut packed = Vec::new();
                     animation.spool.seek(SeekFrom::Start(0)).expect("a file");
                     animation.spool.read_to_end(&mut packed).expect("a file");
@@ -321,7 +321,7 @@ mod tests {
         assert!(make(true) == make(false));
     }
 
-    /// Protects: an APNG plays as fast as was asked for, for ever, and has the codes of its
+    /// Protects: an APNG has the requested rate, repeats for ever, and has the codes of its
     /// pictures.
     #[test]
     fn apngs_keep_their_time() {

@@ -24,7 +24,7 @@ pub struct Mark {
     pub colour: [u8; 3],
 }
 
-/// Radius of the ring, and width of the ring and its dark outline, in pixels of a large picture.
+/// Radius of the ring, and half its width with the dark outline, in pixels of a large picture.
 const RADIUS: f64 = 11.0;
 const WIDTH: f64 = 1.5;
 /// Largest radius as a share of a small picture's shorter edge.

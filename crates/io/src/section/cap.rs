@@ -56,7 +56,7 @@ pub(super) struct Cap {
 }
 
 impl Cap {
-    /// Triangulates an outline.
+    /// Divides the inside of an outline into trapezoids.
     pub fn of(outline: &Outline) -> Self {
         let rising = |&(vertices, [a, b]): &([u32; 2], [[f64; 2]; 2])| {
             let [v, w] = vertices;

@@ -266,8 +266,8 @@ fn vertex_colours_in_bytes() {
 }
 
 /// Protects: given normals of a face are kept in a smoothing group, and the group's faces without
-/// normals are smoothed among themselves: here both touch the x axis, one in the plane of z, one in
-/// that of y, and the given normals point along x.
+/// normals are smoothed among themselves. Both faces here touch the x axis, one in the plane of z,
+/// one in the plane of y, and the given normals point along x.
 #[test]
 fn given_normals_stay_out_of_smoothing() {
     let vertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvn 1 0 0\n";

@@ -98,7 +98,6 @@ impl Kind {
 /// Measures, and prints a table or JSON.
 ///
 /// # Errors
-///
 /// A failure where a bound is broken.
 pub fn run(args: &StabilityArgs, verbosity: Verbosity) -> Result<(), Failure> {
     let target = args

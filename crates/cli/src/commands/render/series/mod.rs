@@ -281,7 +281,7 @@ impl<'a> Series<'a> {
         })
     }
 
-    /// The failure that ends a run, with the place of what its sheet and animations have so far.
+    /// Adds to a failure the files with the unfinished sheet and animations.
     fn with_kept(&mut self, failure: Failure) -> Failure {
         let is_free = |path: &Path| self.outputs.leave_free(path, &self.clear_of);
         match self.together.keep(is_free) {
