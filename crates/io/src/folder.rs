@@ -69,7 +69,11 @@ pub struct Folder {
 }
 
 impl Folder {
-    /// Creates the folder that contains a file.
+    /// Creates the folder that contains a file; `file_bytes` limits the size of each file read from
+    /// it.
+    ///
+    /// # Errors
+    /// If the folder does not exist or cannot be accessed.
     pub fn around(file: &Path, file_bytes: u64) -> std::io::Result<Self> {
         let parent = match file.parent() {
             Some(parent) if parent != Path::new("") => parent,
@@ -82,6 +86,10 @@ impl Folder {
     }
 
     /// Returns the folder of a file below this folder, for references inside that file.
+    ///
+    /// # Errors
+    /// [`ReadError::Refused`] for a reference that may not be followed, [`ReadError::Unreadable`]
+    /// for a missing file.
     pub fn beside(&self, reference: &str) -> Result<Self, ReadError> {
         let root = match self.resolve(reference)? {
             Location::Disk(path) => path
@@ -138,6 +146,9 @@ impl Folder {
 
     /// Reads a file named inside the scene, by its path relative to the folder with `/` as
     /// separator.
+    ///
+    /// # Errors
+    /// [`ReadError`] for a refused, unreadable or oversized file.
     pub fn read(&self, reference: &str) -> Result<Vec<u8>, ReadError> {
         self.name(reference);
         let unreadable = |cause: std::io::Error| {

@@ -1,5 +1,5 @@
-//! Losses of a picture: non-finite samples and truncated paths are reported by every command that
-//! makes a picture from them.
+//! Lost samples of a picture: commands that make a picture report non-finite samples and truncated
+//! paths.
 
 use serde_json::Value;
 

@@ -325,8 +325,8 @@ pub struct FilmArgs {
     #[arg(long, value_name = "FILE", conflicts_with_all = ["budget", "resume", "part"])]
     pub replay: Option<PathBuf>,
 
-    /// Render only the Kth of N shares of the picture into the file of --checkpoint;
-    /// `raywright merge` makes one picture of all of them
+    /// Render only the Kth of N shares of the picture into the file of --checkpoint; `raywright
+    /// merge` makes one picture of all of them
     #[arg(long, value_name = "K/N", allow_hyphen_values = true, value_parser = values::share)]
     pub part: Option<Share>,
 }

@@ -320,8 +320,9 @@ impl Task {
         })
     }
 
-    /// Samples per pixel. A time budget or a target error sets the count to its maximum. A fixed
-    /// pattern has no more samples than its own, and its error does not fall with more of them.
+    /// Samples per pixel. Under a time budget or a target error the default is the largest count. A
+    /// fixed pattern has no more samples than its own, and its error does not fall with more of
+    /// them.
     fn sampling(&self, scene: &Scene) -> Sampling {
         let spp = self.look.light.spp;
         let named = spp.is_some() || self.choices.has(Ladder::Samples);

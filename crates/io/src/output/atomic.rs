@@ -20,6 +20,9 @@ pub(super) enum Replace {
 /// Writes a file so that its name refers either to the old content or to all of `bytes`, whatever
 /// goes wrong. A failure leaves no temporary file behind. A device or a pipe is written directly,
 /// and a write-protected file is left unchanged.
+///
+/// # Errors
+/// Of kind [`File`](crate::ErrorKind::File) if the file cannot be written.
 pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     write(path, bytes, Replace::Anything).map_err(|cause| Error::write(path, &cause))
 }

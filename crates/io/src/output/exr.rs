@@ -19,6 +19,9 @@ use super::metadata::{Metadata, SOFTWARE};
 /// Every finite number is stored exactly. An infinite colour is stored as the largest finite number
 /// of its sign, because infinities spoil every later filter; a NaN stays NaN, because no number
 /// could replace it. Layers are stored unchanged. The same picture gives the same bytes.
+///
+/// # Errors
+/// A picture with inconsistent buffers.
 pub fn exr_bytes(picture: &Picture, metadata: &Metadata) -> io::Result<Vec<u8>> {
     super::check_consistent(picture)?;
     let encoding = Encoding {

@@ -81,6 +81,10 @@ impl Format {
 
 /// Writes a picture in the format of its extension. The final name only ever holds a finished
 /// picture.
+///
+/// # Errors
+/// Of kind [`Usage`](crate::ErrorKind::Usage) for an unsupported extension,
+/// [`File`](crate::ErrorKind::File) if the file cannot be written.
 pub fn write_picture(
     path: &Path,
     picture: &Picture,
@@ -90,7 +94,10 @@ pub fn write_picture(
     write_picture_as(path, Format::of(path)?, picture, display, metadata)
 }
 
-/// The same in a given format.
+/// Writes a picture in a given format, otherwise as [`write_picture`].
+///
+/// # Errors
+/// Of kind [`File`](crate::ErrorKind::File) if the file cannot be written.
 pub fn write_picture_as(
     path: &Path,
     format: Format,
@@ -107,6 +114,9 @@ pub fn write_picture_as(
 /// Writes a picture under a name that the user did not choose. It replaces only a picture of this
 /// program; where another file exists, or `is_free` returns false, the next free name
 /// (`NAME-2.EXT`) is used. Returns the name.
+///
+/// # Errors
+/// As [`write_picture`].
 pub fn write_unnamed_picture(
     path: &Path,
     picture: &Picture,
@@ -121,7 +131,10 @@ pub fn write_unnamed_picture(
     )
 }
 
-/// The same for the bytes of any file.
+/// Writes the bytes of any file, otherwise as [`write_unnamed_picture`].
+///
+/// # Errors
+/// Of kind [`File`](crate::ErrorKind::File) if the file cannot be written.
 pub fn write_unnamed(
     path: &Path,
     bytes: &[u8],
@@ -172,6 +185,9 @@ fn picture_bytes(
 }
 
 /// Writes the display picture as PNG; see [`png_bytes`].
+///
+/// # Errors
+/// Of kind [`File`](crate::ErrorKind::File) if the file cannot be written.
 pub fn write_png(
     path: &Path,
     picture: &Picture,
@@ -184,6 +200,9 @@ pub fn write_png(
 }
 
 /// Writes colour, coverage and layers as OpenEXR; see [`exr_bytes`].
+///
+/// # Errors
+/// Of kind [`File`](crate::ErrorKind::File) if the file cannot be written.
 pub fn write_exr(path: &Path, picture: &Picture, metadata: &Metadata) -> Result<(), Error> {
     let bytes = exr_bytes(picture, metadata).map_err(|cause| Error::write(path, &cause))?;
     write_atomically(path, &bytes)

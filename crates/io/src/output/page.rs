@@ -11,9 +11,11 @@ use raywright_core::picture::Picture;
 use super::exif;
 use super::metadata::Metadata;
 
-/// Encodes the picture as JPEG, converted for display, with colour at full resolution; `quality`
-/// from 1 to
-/// 100. JPEG has no coverage.
+/// Encodes the picture as JPEG, converted for display, with colour at full resolution and a
+/// `quality` of 1 to 100. JPEG has no coverage.
+///
+/// # Errors
+/// A picture with coverage or with inconsistent buffers.
 pub fn jpeg_bytes(
     picture: &Picture,
     quality: u8,
@@ -35,6 +37,9 @@ pub fn jpeg_bytes(
 
 /// Encodes the picture as lossless WebP, converted for display, with its coverage as straight alpha
 /// if present.
+///
+/// # Errors
+/// A picture with inconsistent buffers.
 pub fn webp_bytes(picture: &Picture, display: Display, metadata: &Metadata) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     encode(

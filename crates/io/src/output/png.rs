@@ -9,10 +9,13 @@ use raywright_core::scene::TransferCurve;
 
 use super::metadata::Metadata;
 
-/// Encodes the picture as PNG, converted for display: RGB of 8 bits, or of 16 if the settings ask
-/// for them, or RGBA with coverage (straight alpha). An sRGB curve is declared by the sRGB chunk,
-/// any other by gAMA alone; metadata are tEXt chunks, or iTXt for text beyond plain ASCII. Pixels
-/// with a NaN have the codes of [`raywright_core::display::NAN_MARKER`].
+/// Encodes the picture as PNG, converted for display: RGB of 8 bits, or of 16 if the settings
+/// require them, or RGBA with coverage (straight alpha). An sRGB curve is declared by the sRGB
+/// chunk, any other by gAMA alone; metadata are tEXt chunks, or iTXt for text beyond plain ASCII.
+/// Pixels with a NaN have the codes of [`raywright_core::display::NAN_MARKER`].
+///
+/// # Errors
+/// A picture with inconsistent buffers.
 pub fn png_bytes(picture: &Picture, display: Display, metadata: &Metadata) -> io::Result<Vec<u8>> {
     super::check_consistent(picture)?;
     let mut bytes = Vec::new();

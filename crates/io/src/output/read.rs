@@ -57,6 +57,11 @@ pub(super) const EXR: &[u8] = b"\x76\x2f\x31\x01";
 /// Reads a PNG, JPEG, WebP or OpenEXR file, detected by its signature. Of an animation, the first
 /// picture is read; of an OpenEXR file with several parts of one size, all parts, with `part.`
 /// before the names of their channels.
+///
+/// # Errors
+/// Of kind [`File`](crate::ErrorKind::File) for an unreadable file,
+/// [`Input`](crate::ErrorKind::Input) for broken or unsupported content,
+/// [`Limit`](crate::ErrorKind::Limit) beyond the limits.
 pub fn read_picture(path: &Path, limits: &Limits) -> Result<StoredPicture, Error> {
     let unreadable = |cause: std::io::Error| Error::read(path, &cause);
     let file = File::open(path).map_err(unreadable)?;
@@ -74,6 +79,9 @@ pub fn read_picture(path: &Path, limits: &Limits) -> Result<StoredPicture, Error
 }
 
 /// Decodes the picture in the bytes of a file; `path` is for messages only.
+///
+/// # Errors
+/// As [`read_picture`], without the kind for unreadable files.
 pub fn decode_picture(path: &Path, bytes: &[u8], limits: &Limits) -> Result<StoredPicture, Error> {
     let decoded = if bytes.starts_with(PNG) {
         decode_png(bytes, limits)

@@ -15,7 +15,7 @@ enum Wanted {
     /// A keyword of the format.
     #[default]
     Word,
-    /// This many numbers of a normal, which are ignored, or a keyword if the writer omitted them.
+    /// Remaining numbers of a normal, which are ignored, or a keyword if the writer omitted them.
     Normal(usize),
     /// Coordinates of a corner, with those read so far.
     Vertex(Vec<f64>),

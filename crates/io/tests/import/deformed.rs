@@ -55,8 +55,8 @@ fn morphed(a: f64, b: f64) -> ([DVec3; 3], DVec3) {
     )
 }
 
-/// Protects: targets are summed by their weights: those of the animation before those of the node
-/// before those of the mesh; linear, stepped and by splines, each weight separately; normals are
+/// Protects: targets are summed by their weights, given by the animation, otherwise by the node,
+/// otherwise by the mesh; linear, stepped and by splines, each weight separately; normals are
 /// renormalised.
 #[test]
 fn targets_move_by_their_weights() {

@@ -86,7 +86,7 @@ struct Pass {
     seconds_left: Option<f64>,
 }
 
-/// Refuses contradictory flags before the scene is loaded.
+/// Finds usage errors before the scene is loaded, and adds the checkpoint to the outputs.
 pub fn check(task: &Task, targets: &[Target], outputs: &mut Outputs) -> Result<(), Failure> {
     if task.part.is_some() {
         if task.max_error.is_some() {
