@@ -1,7 +1,7 @@
 //! Calibration of error estimates for whole pictures: how often the interval of the root relMSE
 //! contains the true error, scene by scene, and how often the interval is flagged as meaningless;
 //! and how often the errors of single pixels hold. Scenes are presets, two hard scenes, and those
-//! of `benches/calibration/`. docs/accuracy.md quotes the table.
+//! of `benches/calibration/`. docs/accuracy-reference.md quotes the table.
 //!
 //! `cargo bench --bench calibration -- 1000` takes 1000 renders of each scene, which takes an hour;
 //! the default is 100. The truth is the mean of all renders except the one judged. `cargo bench

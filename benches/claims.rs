@@ -1,5 +1,5 @@
 //! Error estimates of noisy and denoised renders, compared with the truth: how often an estimate is
-//! missing, and how often existing estimates hold. docs/accuracy.md quotes the table.
+//! missing, and how often existing estimates hold. docs/accuracy-reference.md quotes the table.
 //!
 //! `cargo bench --bench claims -- 100` takes 100 renders of 48 x 32 pixels, with 16 and with 64
 //! samples each. `samples=16,64,256` selects other numbers, and names select scenes among

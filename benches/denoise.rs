@@ -1,6 +1,6 @@
 //! Benefit of denoising, scene by scene: the reduction of squared error, how often the interval of
 //! a denoised picture contains its error, how much error was added where the picture became worse,
-//! and the time. docs/accuracy.md quotes the table.
+//! and the time. docs/accuracy-reference.md quotes the table.
 //!
 //! `cargo bench --bench denoise -- 100` takes 100 renders of each scene with 16 and 64 samples; the
 //! default is 10, also with 256 samples. `size=96x64` sets their size, and further words select

@@ -1,6 +1,6 @@
-//! Cost of accuracy, and errors without it: the table in docs/accuracy.md of textbook formulas in
-//! f32, of `robust` and of `reference`. The textbook formulas are not part of the program; they are
-//! the comparator of its tests.
+//! Cost of accuracy, and errors without it: the table in docs/accuracy-reference.md of textbook
+//! formulas in f32, of `robust` and of `reference`. The textbook formulas are not part of the
+//! program; they are the comparator of its tests.
 #![expect(clippy::print_stdout, reason = "the table is this program's result")]
 
 #[path = "support/mesh.rs"]

@@ -10,29 +10,29 @@ macro_rules! effects {
             /// A constant light that reaches every surface.
             AmbientLight = "ambient light", Switch, |f, _| f.ambient.as_ref(),
                 each(Does("a constant light reaches every surface"),
-                    Lacks("a constant light that comes from nowhere goes no way", WHITTED),
+                    Lacks("constant light without a source has no paths", WHITTED),
                     "no surface has an ambient term");
             /// Lights illuminate surfaces.
             DirectLight = "direct light", Switch, |f, _| f.lit_by_lights(),
-                both(Does("lights shine on surfaces that answer to them"), "no light meets a surface that answers to it");
+                both(Does("lights illuminate surfaces"), "no light illuminates a surface");
             /// An occluder lies between a light and a surface.
             Shadows = "shadows", Switch, |f, _| f.shadowed(),
-                both(Does("a light that casts shadows, a surface it shines on and something in between"),
-                    "no light that casts shadows meets a surface and an occluder");
+                both(Does("a light that casts shadows illuminates a surface, with an occluder between them"),
+                    "no light that casts shadows has both a surface and an occluder");
             /// Glossy surfaces show highlights of lights.
             Highlights = "highlights", Switch, |f, _| f.highlights(),
-                both(Does("a light makes highlights on a glossy surface"), "no light meets a glossy surface");
+                both(Does("a light has highlights on a glossy surface"), "no light illuminates a glossy surface");
             /// Light at grazing angles.
             RimLight = "rim light", Switch, |f, _| f.rim.as_ref(),
                 each(Does("a surface is lit at grazing angles"),
-                    Lacks("light at grazing angles that comes from nowhere goes no way", WHITTED),
+                    Lacks("rim light without a source has no paths", WHITTED),
                     "no surface has a rim term");
             /// Surfaces emit visible light.
             Emission = "emission", Switch, |f, _| f.emission.as_ref(),
-                both(Does("a surface gives off light that is seen"), "no surface gives off light");
+                both(Does("a surface emits light"), "no surface emits light");
             /// Surfaces show their base colour without lighting.
             UnlitSurfaces = "unlit surfaces", Scene, |f, _| f.unlit.as_ref(),
-                both(Does("a material shows its colour as it is"), "every material answers to light");
+                both(Does("a material shows its colour as it is"), "every material is lit");
             // A smooth coat reflects as a mirror, and diffuse transmission passes through: under
             // path tracing alone.
             /// Smooth surfaces reflect.
@@ -41,7 +41,7 @@ macro_rules! effects {
             /// A fixed pattern disturbs a reflection.
             FuzzyReflection = "fuzzy reflection", Switch, |f, _| f.fuzz.as_ref(),
                 each(Traces("a reflection is disturbed by a fixed pattern"),
-                    Lacks("a pattern that disturbs directions is no surface", WHITTED),
+                    Lacks("a pattern of directions is no physical surface", WHITTED),
                     "no reflection is disturbed");
             /// Surfaces transmit and refract light.
             Refraction = "refraction", Switch, |f, paths| f.with_layer(&f.refraction, "diffuse_transmission", paths),
@@ -57,8 +57,8 @@ macro_rules! effects {
                 both(Does("a material reads an image"), "no material reads an image");
             /// Textures are read from reduced images where a pixel covers many texels.
             MipMaps = "mip maps", Switch, |f, _| f.mip_maps.as_ref(),
-                both(Does("a texture asks for the mean over what a pixel covers"),
-                    "no texture asks for them: the mean over a pixel is that of its samples");
+                both(Does("a texture is averaged over the footprint of a pixel"),
+                    "no texture uses them: the samples of a pixel average its texels");
             /// Expressions that are evaluated per hit.
             ProceduralTextures = "procedural textures", Scene, |f, _| f.program.as_ref(),
                 both(Does("an expression is evaluated per hit"), "no expression is evaluated per hit");
@@ -73,7 +73,7 @@ macro_rules! effects {
                 both(Does("a mesh carries normals"), "no mesh carries normals");
             /// Images change the normals of surfaces.
             NormalMaps = "normal maps", Switch, |f, _| f.normal_map.as_ref(),
-                both(Does("an image bends the normals of a surface"), "no image bends the normals of a surface");
+                both(Does("an image perturbs the normals of a surface"), "no image perturbs the normals of a surface");
             /// Meshes of triangles.
             TriangleMeshes = "triangle meshes", Scene, |f, _| f.mesh.as_ref(),
                 both(Does("an object shows a mesh"), "no object shows a mesh");
@@ -92,37 +92,37 @@ macro_rules! effects {
             /// A ground shows nothing but shadows.
             GroundShadow = "ground shadow", Switch, |f, _| f.ground.as_ref(),
                 each(Lacks("the studio's backdrop shows no shadows", PATH),
-                    Does("the studio's backdrop is dimmed by what the scene takes of the light on its ground"),
+                    Does("the scene shadows the ground of the studio's backdrop"),
                     "no studio has a ground");
             /// Physical materials receive the sky's cosine-weighted average.
             SkyLight = "sky light", Switch, |f, paths| f.receives(paths).and(f.sky.as_ref()),
                 apart((Does("physical materials receive the sky's cosine-weighted average, without occlusion"),
                         "no physical material receives light from a sky"),
-                    (Does("surfaces ask directions of the sky, drawn by how bright it is there"),
+                    (Does("surfaces sample directions of the sky by its brightness"),
                         "no surface receives light from a sky"));
             /// A camera with an aperture.
             DepthOfField = "depth of field", Switch, |f, _| f.lens.as_ref(),
                 both(Depends(|_, settings| match settings.sampling.is_fixed() {
-                    true => Lacks("a fixed pattern sends every ray through the middle of the lens", SAMPLES),
+                    true => Lacks("every ray of a fixed pattern passes through the centre of the lens", SAMPLES),
                     false => Does("the camera has an aperture"),
                 }), "the camera is a pinhole");
             /// Objects or the camera move while the shutter is open.
             Motion = "motion", Switch, |f, _| f.motion.as_ref().filter(|_| !f.instant),
                 both(Depends(|f, settings| match settings.sampling.is_fixed() {
                     _ if f.exposure.is_none() =>
-                        Lacks("the camera has no shutter, so everything is seen at time 0", "give it `shutter = [0, 1]`"),
-                    true => Lacks("a fixed pattern asks at one time, when the shutter opens", SAMPLES),
+                        Lacks("the camera has no shutter: the picture is of time 0", "give it `shutter = [0, 1]`"),
+                    true => Lacks("every ray of a fixed pattern has the time at which the shutter opens", SAMPLES),
                     false => Does("something moves while the shutter is open"),
                 }), "nothing moves while the shutter is open");
             /// Emissive surfaces light others.
             SoftShadows = "soft shadows", Switch, |f, paths| f.answers(paths).and(f.even_emission.as_ref()),
-                both(Does("an emissive surface lights others: each sample asks one point of it"),
+                both(Does("an emissive surface lights others: each sample takes one point of it"),
                     "no evenly emissive surface lights another");
             /// Surfaces whose emission varies light others.
             TexturedEmitters = "textured emitters", Scene, |f, paths| f.answers(paths).and(f.varied_emission.as_ref()),
-                each(Lacks("a surface whose emission varies is seen, but does not light others",
+                each(Lacks("a surface whose emission varies is visible, but does not light others",
                         "--integrator path, or give it an even emission"),
-                    Does("a surface whose emission varies lights others: each vertex may ask a point of it, and reads what it gives off there"),
+                    Does("a surface whose emission varies lights others: a vertex samples a point of it and its emission there"),
                     "no surface whose emission varies lights another");
             /// Surfaces light each other.
             IndirectLight = "indirect light", Scene, |f, paths| f.diffuses(paths),
@@ -131,38 +131,38 @@ macro_rules! effects {
             /// Rough surfaces blur their reflections.
             GlossyReflection = "glossy reflection", Scene,
                 |f, paths| f.rough_reflection.as_ref().or(f.highlight.as_ref().filter(|_| paths)),
-                each(Lacks("a rough surface blurs what it reflects; only lights and the sky's average are reflected in it", PATH),
-                    Does("a rough surface blurs what it reflects"),
+                each(Lacks("a rough surface blurs its reflection; only lights and the sky's average are reflected in it", PATH),
+                    Does("a rough surface blurs its reflection"),
                     "no rough surface reflects");
             /// Rough surfaces blur transmitted light.
             RoughRefraction = "rough refraction", Scene, |f, _| f.rough_refraction.as_ref(),
-                each(Lacks("a rough surface blurs what it transmits; it is shown as a clear one", PATH),
-                    Does("a rough surface blurs what it transmits"),
+                each(Lacks("a rough surface blurs its refraction; the surface is rendered as a smooth one", PATH),
+                    Does("a rough surface blurs its refraction"),
                     "no rough surface transmits");
             /// Surfaces reflect, transmit or diffuse each ray at random.
             MixedScattering = "mixed scattering", Scene, |f, _| f.mixture.as_ref(),
-                each(Lacks("its other terms stand for a surface's mixture", PATH),
-                    Does("a surface sends each ray one of three ways by chance"),
-                    "every surface answers by its terms");
+                each(Lacks("the other terms of the material replace its mixture", PATH),
+                    Does("a surface reflects, transmits or diffuses each ray, by chance"),
+                    "every surface is shaded by its terms");
             /// Bodies absorb light.
             Absorption = "absorption", Switch, |f, _| f.absorption.as_ref(),
-                each(Lacks("bodies that absorb light are shown clear", PATH),
-                    Does("light is absorbed on its way through a body"),
-                    "nothing absorbs light on its way");
+                each(Lacks("bodies that absorb light are rendered clear", PATH),
+                    Does("light is absorbed inside a body"),
+                    "no body absorbs light");
             /// Where bodies overlap, light is in the body of the greatest priority.
             NestedMedia = "nested media", Switch, |f, _| f.nested.as_ref(),
-                each(Lacks("each boundary bends light as from and into air", PATH),
-                    Does("where bodies overlap, light is in the one of the greatest priority, and bends from one straight into another"),
+                each(Lacks("each boundary refracts light as if air lay on one side", PATH),
+                    Does("where bodies overlap, the body of greatest priority counts, and light refracts directly from one into another"),
                     "no body of glass has a priority");
             /// Walls too thin to refract transmitted light.
             ThinWalls = "thin walls", Layer, |f, _| f.layers.source("thin_walled"),
-                each(Does("light goes straight through walls, which reflect none"),
-                    Does("walls let light through that they do not bend"),
+                each(Does("light passes straight through walls, which reflect none of it"),
+                    Does("walls transmit light without refraction"),
                     "no wall is thin and clear");
             /// A dielectric reflects more, less or another colour than its index of refraction
             /// gives.
             TintedReflection = "tinted reflection", Layer, |f, _| f.layers.source("specular"),
-                for_paths("a surface reflects more or less than its index says", "what reflects goes by its index");
+                for_paths("a surface reflects more or less than by its index", "every surface reflects by its index");
             /// Metals have a complex index of refraction.
             Conductors = "conductors", Layer, |f, _| f.layers.source("conductor"),
                 for_paths("a metal reflects by its complex index", "no metal has a complex index");
@@ -171,32 +171,32 @@ macro_rules! effects {
                 for_paths("a clear coat lies over a surface", "no surface has a clear coat");
             /// Fibres that catch light at grazing angles.
             Sheen = "sheen", Layer, |f, _| f.layers.source("sheen"),
-                for_paths("fibres catch light at grazing angles", "no surface has fibres");
+                for_paths("fibres scatter light at grazing angles", "no surface has fibres");
             /// Microfacets are rougher along one direction.
             Anisotropy = "anisotropy", Layer, |f, _| f.layers.source("anisotropy"),
-                for_paths("facets are rougher one way", "facets are as rough along every direction");
+                for_paths("roughness differs between two directions of a surface", "roughness is the same in every direction");
             /// Thin films cause interference.
             Iridescence = "iridescence", Layer, |f, _| f.layers.source("iridescence"),
                 for_paths("light interferes in a thin film", "no surface has a thin film");
             /// Short waves refract more than long ones.
             Dispersion = "dispersion", Layer, |f, _| f.layers.source("dispersion"),
-                for_paths("short waves bend more than long ones: paths take one each", "glass bends all light alike");
+                for_paths("short waves refract more than long ones: each path has one wavelength", "the index of glass is the same for all wavelengths");
             /// Light is diffused to the other side of a surface.
             DiffuseTransmission = "diffuse transmission", Layer, |f, _| f.layers.source("diffuse_transmission"),
-                for_paths("light is diffused to the other side", "nothing diffuses light to its other side");
+                for_paths("light is diffused through a surface to its other side", "no surface diffuses light to its other side");
             /// Material properties of an imported file without a counterpart in the scene format.
             MaterialExtensions = "material extensions", Scene, |f, _| f.unread.as_ref(),
-                both(Unread("what else these materials say is shown; nothing in this version does the rest"),
-                    "the file says nothing of materials beyond what is shown");
+                both(Unread("these materials have extensions that this version does not simulate"),
+                    "no material has an extension that is not simulated");
             /// Light reaches matte surfaces over mirrors or through glass.
             Caustics = "caustics", Scene,
                 |f, paths| f.diffuses(paths).and(f.refraction.as_ref().or(f.reflection.as_ref())),
-                each(Lacks("light reaches matte surfaces over mirrors or through glass", PATH),
+                each(Lacks("light reaches matte surfaces by mirrors or glass", PATH),
                     Depends(|f, _| match f.light.is_some() {
-                        true => Lacks("no path meets a light without size, so its way over mirrors or through glass to matte surfaces is not found",
+                        true => Lacks("no path hits a light without size, so its light by mirrors or glass on matte surfaces is missing",
                             "give the light a size: an emissive ball, say"),
-                        false => Does("light reaches matte surfaces over mirrors or through glass"),
-                    }), "no mirror or glass sends light onto a matte surface");
+                        false => Does("light reaches matte surfaces by mirrors or glass"),
+                    }), "no mirror or glass throws light on a matte surface");
         }
     };
 }

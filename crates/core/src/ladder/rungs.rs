@@ -56,8 +56,8 @@ ladders! {
     /// Computation of light.
     Integrator = "integrator", "path", Integrator;
         "whitted" { Integrator::Whitted }
-            "mirrors, glass and light straight from lamps: what lights walls by way of other walls is missing"
-        "path" { Integrator::Path } "all light that finds its way"
+            "mirrors, glass and direct light: indirect light is missing"
+        "path" { Integrator::Path } "direct and indirect light"
     /// Arithmetic of rays and surfaces.
     Precision = "precision", "robust", Precision;
         "robust" { PrecisionChoice::Robust } "f32 stored, f64 where a hit is decided"
@@ -68,32 +68,32 @@ ladders! {
         "error-bound" { false } "outside the error of the hit point, at every scale"
     /// Occlusion between a light and a surface.
     Shadows = "shadows", "on", Shadows;
-        "off" { None } "the light of lights without size passes through everything"
+        "off" { None } "lights without size cast no shadows"
         "hard" { Some(AreaShadows::Hard) }
-            "a lamp is there where its middle is seen: no penumbras, and where it is half hidden all or nothing"
-        "on" { Some(AreaShadows::Soft) } "what stands in between counts"
+            "a lamp counts where its centre is visible: no penumbras"
+        "on" { Some(AreaShadows::Soft) } "shadows by every occluder, with penumbras"
     /// Sampling of area lights by path tracing.
     LightSampling = "light-sampling", "both", LightSampling;
-        "scattering" { LightSampling::Scattering } "paths meet light by chance: noise where lights are small"
-        "lights" { LightSampling::Lights } "each vertex asks one light: noise where surfaces are glossy and lights large"
-        "both" { LightSampling::Both } "each in the share in which it is the better one"
+        "scattering" { LightSampling::Scattering } "paths hit lights by chance: noise where lights are small"
+        "lights" { LightSampling::Lights } "each vertex samples one light: noise where surfaces are glossy and lights large"
+        "both" { LightSampling::Both } "both, weighted by their densities (multiple importance sampling)"
     /// Reflection formulas of path tracing.
     Fresnel = "fresnel", "conserving", Fresnel;
         "schlick" { FresnelRule::Schlick } "Schlick's formula for all: up to 0.08 off at grazing angles, of glass too"
         "model" { FresnelRule::Model }
-            "glTF's sample formulas to the letter: makes light, white plastic sends back up to 1.89 of what it gets"
+            "glTF's sample formulas to the letter: white plastic reflects up to 1.89 times the incident light"
         "conserving" { FresnelRule::Conserving }
-            "Schlick's for metallic-roughness, exact for glass and complex indices; what is diffused is what facets leave"
-        "exact" { FresnelRule::Exact } "Fresnel's equations for whatever has an index; metals with a colour alone keep Schlick's"
+            "Schlick's for metallic-roughness, exact for glass and complex indices; the diffuse lobe gets the light that the specular lobe leaves"
+        "exact" { FresnelRule::Exact } "Fresnel's equations for every material with an index; metals with a colour alone keep Schlick's"
     /// Light scattered between microfacets.
     Microfacets = "microfacets", "compensated", Microfacets;
-        "single" { Microfacets::Single } "what facets send to each other is lost: rough metal is up to 60 % too dark"
+        "single" { Microfacets::Single } "light between facets is lost: rough metal is up to 60 % too dark"
         "compensated" { Microfacets::Compensated }
-            "given back: white metal sends back all, to half a per cent, combed metal to one"
+            "light between facets is compensated: white metal reflects all light, to half a per cent, anisotropic metal to one"
     /// Dispersion by wavelengths.
     Colour = "colour", "spectral", Spectral;
-        "rgb" { false } "all colours are bent alike: no rainbows"
-        "spectral" { true } "each path that is bent has one wavelength: noise in colours"
+        "rgb" { false } "all wavelengths refract alike: no rainbows"
+        "spectral" { true } "each refracted path has one wavelength: noise in colours"
     /// Interpolation between texels.
     TextureFilter = "texture-filter", "bilinear", TextureFilter;
         "nearest" { Filter::Nearest } "the nearest texel: blocks near by, and sparkles far away"
@@ -115,18 +115,18 @@ ladders! {
     /// Greatest radiance of a sample.
     Clamp = "clamp", "off", Clamp;
         "1" { Some(1.0) } "samples brighter than white are white: no fireflies, and dark where light is rare"
-        "10" { Some(10.0) } "what is brighter than ten times white is lost, from the sun in a mirror on"
-        "100" { Some(100.0) } "what is a hundred times as bright as white is lost"
-        "off" { None } "nothing is lost, and what is rare and bright is noise"
+        "10" { Some(10.0) } "brightness above ten times white is lost, such as the sun in a mirror"
+        "100" { Some(100.0) } "brightness above a hundred times white is lost"
+        "off" { None } "no brightness is lost; rare bright paths are noise"
     /// Pixel filter.
     PixelFilter = "pixel-filter", "box", PixelFilter;
-        "gaussian" { PixelFilter::Gaussian } "a bell over three pixels: no stairs, and everything softer"
+        "gaussian" { PixelFilter::Gaussian } "a bell over three pixels: no jagged edges, and everything softer"
         "blackman-harris" { PixelFilter::BlackmanHarris } "a narrower bell over three pixels"
         "tent" { PixelFilter::Tent } "up to the middles of the neighbours"
-        "box" { PixelFilter::Box } "the pixel alone: sharp, with stairs at high contrast"
+        "box" { PixelFilter::Box } "the pixel alone: sharp, with jagged edges at high contrast"
     /// Samples per pixel.
     Samples = "samples", "64", Samples;
-        "1" { 1 } "edges are stairs"
+        "1" { 1 } "edges are jagged"
         "4" { 4 } "edges have five steps"
         "16" { 16 } "noise a quarter of one sample's, or less"
         "64" { 64 } "an eighth, or less"
@@ -134,17 +134,17 @@ ladders! {
         "1024" { 1024 } "a thirty-second, or less"
     /// Source of random numbers.
     Sampler = "sampler", "sobol", Sampler;
-        "independent" { SamplerKind::Independent } "each number by itself: noise falls with the root of the samples"
-        "stratified" { SamplerKind::Stratified } "sixteen at a time on a jittered grid: less noise where pictures are smooth"
+        "independent" { SamplerKind::Independent } "independent numbers: noise falls with the root of the samples"
+        "stratified" { SamplerKind::Stratified } "jittered grids of sixteen: less noise where pictures are smooth"
         "sobol" { SamplerKind::Sobol } "scrambled Sobol points: least noise, four dimensions even together"
     /// Denoising of the picture.
     Reconstruction = "reconstruction", "unbiased", Denoised;
-        "denoised" { true } "biased: noise is filtered out, and with it some of what is fine or faint; its own error is told"
-        "unbiased" { false } "the mean of the samples: right on average, noise and all"
+        "denoised" { true } "biased: noise is filtered out, and with it some fine or faint detail; the error is stated"
+        "unbiased" { false } "the mean of the samples: right on average, with its noise"
     /// Output format of files.
     Output = "output", "8-bit", Output;
         "8-bit" { Output::Eight } "PNG of 256 codes: steps in dark ramps, and nothing brighter than white"
-        "8-bit-dither" { Output::Dithered } "PNG of 256 codes, one of the two nearest by place: no steps, and a grain of one code"
+        "8-bit-dither" { Output::Dithered } "PNG of 256 codes, dithered: no steps, and a grain of one code"
         "16-bit" { Output::Sixteen } "PNG of 65 536 codes: nothing brighter than white"
         "float" { Output::Float } "EXR alone: linear radiance as it is"
     /// Build time of the tree against its traversal time.

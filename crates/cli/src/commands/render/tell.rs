@@ -414,7 +414,7 @@ fn doubted(film: &Film, asked: f64) -> Option<String> {
 const NOTICEABLE: f64 = 0.05;
 
 /// Recommends denoising for a picture with visible noise and no chosen settings. The shares are
-/// those of docs/accuracy.md with 64 samples.
+/// those of docs/accuracy-reference.md with 64 samples.
 pub(super) fn note_denoising(noisy: &Uncertainty, settings: &Settings, notes: &mut Notes) {
     let can = !settings.sampling.is_fixed()
         && settings.sampling.count() >= FEWEST_SAMPLES
