@@ -21,7 +21,8 @@ use crate::camera::Camera;
 use crate::counters::Counters;
 use crate::denoise::{DenoiseError, Denoised, denoise};
 use crate::film::{
-    Block, Film, Gather, Moments, Part, Plain, Plan, ReplicateBuffer, Sums, TileUpdate, parts,
+    Block, Film, Gather, Moments, Part, Plain, Plan, ReplicateBuffer, Sums, TileUpdate,
+    Uncertainty, parts,
 };
 use crate::filter::Draws;
 use crate::integrator::{FirstHit, LightTransport, PACKET, PathResult};
@@ -77,6 +78,14 @@ impl Rendered {
     /// Returns the denoised picture with its error estimate, if any.
     pub fn denoised(&self) -> Option<&Denoised> {
         self.denoised.as_ref()?.as_ref().ok()
+    }
+
+    /// Error of the film's picture before denoising, if known.
+    pub fn noisy_error(&self, film: &Film) -> Option<Uncertainty> {
+        match self.denoised() {
+            Some(denoised) => denoised.noisy,
+            None => film.uncertainty(),
+        }
     }
 
     /// Returns the picture to show: the denoised one, if any.

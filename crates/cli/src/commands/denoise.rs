@@ -45,7 +45,7 @@ pub fn run(args: &DenoiseArgs, verbosity: Verbosity) -> Result<(), Failure> {
         ..Rendered::noisy(&kept.film)
     };
     let display = plan::shown_as_suits(&args.display, kept.display, rendered.shown());
-    let noisy = kept.film.uncertainty();
+    let noisy = rendered.noisy_error(&kept.film);
     kept.metadata.error = origin::error(noisy.as_ref(), &rendered, &kept.film);
     let written = write::write(
         &rendered,

@@ -4,7 +4,7 @@
 use core::array::from_fn;
 
 use super::features::{distance, features};
-use super::filter::{FAR, FilterOutput, Guide, NEAR, Strictness, filter};
+use super::filter::{FAR, FilterOutput, Guide, NEAR, Strictness, Workspace, filter};
 use super::plane::{Colour, PixelPlane, Window, black, brightest, mean, smooth_variance, variance};
 use super::{CandidatePixel, FOUR, ReplicateQuad, TILE};
 use crate::observer::Observer;
@@ -55,7 +55,7 @@ struct Tile {
 
 impl Tile {
     fn load(four: &ReplicateQuad<'_>, window: Window, width: usize) -> Self {
-        let all = || -> [Colour; FOUR] { from_fn(|_| black(window)) };
+        let all = || -> [Colour; FOUR] { from_fn(|_| black([window.width, window.height])) };
         let mut depth = PixelPlane::zero(window.width, window.height);
         let [light, emission, albedo, normal, noise] = [(); 5].map(|()| all());
         let mut tile = Self {
@@ -90,6 +90,23 @@ impl Tile {
         tile
     }
 
+    /// Whether reflected light is black everywhere.
+    fn is_unlit(&self) -> bool {
+        let planes = self.light.iter().flatten();
+        planes.flat_map(|plane| &plane.at).all(|of| *of == 0.0)
+    }
+
+    /// Fills pixels of an unlit tile without flicker: their emission, and nothing added.
+    fn copy_emission(&self, part: Window, out: &mut [CandidatePixel]) {
+        let width = self.emission[0][0].width;
+        for (place, out) in out.iter_mut().enumerate() {
+            let at = (part.y + place / part.width) * width + part.x + place % part.width;
+            for of in &self.emission {
+                (0..3).for_each(|i| out.base[i] += of[i].at[at] / FOUR as f32);
+            }
+        }
+    }
+
     /// Whether directly visible emission differs between replicates anywhere.
     fn flickers(&self) -> bool {
         let [first, others @ ..] = &self.emission;
@@ -109,6 +126,7 @@ pub(super) fn fill_band(
 ) {
     let [width, _] = size;
     let height = pixels.len() / width;
+    let mut workspace = Workspace::default();
     for x in (0..width).step_by(TILE[0]) {
         if observer.cancelled() {
             return;
@@ -122,8 +140,17 @@ pub(super) fn fill_band(
         let window = core.grow(MARGIN, size);
         let tile = Tile::load(four, window, width);
         let mut out = vec![CandidatePixel::default(); core.pixels()];
-        for [filtered, by] in [[[0, 1], [2, 3]], [[2, 3], [0, 1]]] {
-            tile.cross_filter(filtered, by, (core, window, size), &mut out);
+        if tile.is_unlit() && !tile.flickers() {
+            tile.copy_emission(core.within(window), &mut out);
+        } else {
+            for [filtered, by] in [[[0, 1], [2, 3]], [[2, 3], [0, 1]]] {
+                tile.cross_filter(
+                    (filtered, by),
+                    (core, window, size),
+                    &mut workspace,
+                    &mut out,
+                );
+            }
         }
         for (row, out) in out.chunks_exact(core.width).enumerate() {
             pixels[row * width + x..][..core.width].copy_from_slice(out);
@@ -135,9 +162,9 @@ impl Tile {
     /// Filters one half of the replicates with the weights of the other.
     fn cross_filter(
         &self,
-        filtered: [usize; 2],
-        by: [usize; 2],
+        (filtered, by): ([usize; 2], [usize; 2]),
         (core, window, size): (Window, Window, [usize; 2]),
+        workspace: &mut Workspace,
         out: &mut [CandidatePixel],
     ) {
         let places = [GUIDE_REACH, 0].map(|reach| core.grow(reach, size).within(window));
@@ -168,7 +195,13 @@ impl Tile {
         let guides = guides.each_ref().map(|guide| over(guide, &floor));
         let divided: [Colour; 2] = from_fn(|k| over(&targets[k], &floors[k]));
         let of_light = features(albedo, normal, &self.distance, false);
-        let light = filter_twice(guides.each_ref(), divided.each_ref(), &of_light, places);
+        let light = filter_twice(
+            guides.each_ref(),
+            divided.each_ref(),
+            &of_light,
+            places,
+            workspace,
+        );
         let emission = self.flickers().then(|| {
             let of_emission = features(albedo, normal, &self.distance, true);
             let targets = filtered.map(|r| &self.emission[r]);
@@ -177,6 +210,7 @@ impl Tile {
                 targets,
                 &of_emission,
                 places,
+                workspace,
             )
         });
         let core = places[1];
@@ -185,18 +219,15 @@ impl Tile {
             for k in 0..2 {
                 let partner = filtered[1 - k];
                 for i in 0..3 {
-                    let (dim, floor, own) = (
-                        targets[k][i].at[at],
-                        floors[k][i].at[at],
-                        light.own.at[place],
-                    );
-                    let mean = light.means[3 * k + i].at[place];
+                    let (dim, floor, own) =
+                        (targets[k][i].at[at], floors[k][i].at[at], light.own.at[at]);
+                    let mean = light.means[k][i].at[at];
                     let own = if own < ALONE { own } else { 0.0 };
                     let without = (mean - own * divided[k][i].at[at]) / (1.0 - own) * floor;
                     let seen = self.emission[filtered[k]][i].at[at];
                     let filtered_emission = emission
                         .as_ref()
-                        .map_or(seen, |emission| emission.means[3 * k + i].at[place]);
+                        .map_or(seen, |emission| emission.means[k][i].at[at]);
                     let added = [
                         mean * floor - dim,
                         filtered_emission - seen,
@@ -230,11 +261,11 @@ fn filter_twice(
     targets: [&Colour; 2],
     features: &[(PixelPlane, PixelPlane)],
     places: [Window; 2],
+    workspace: &mut Workspace,
 ) -> FilterOutput {
     let colour = mean(guides);
     let noise = smooth_variance(&variance(guides));
     let inverse_noise = PixelPlane::of([&noise], |[v]| 1.0 / (v + 1e-8));
-    let both: Vec<&PixelPlane> = guides.into_iter().flatten().collect();
     let first = Guide {
         colour: &colour,
         variance: &noise,
@@ -243,14 +274,7 @@ fn filter_twice(
         features,
         strictness: FIRST,
     };
-    let means = filter(&first, &both, places[0], &NEAR).means;
-    let size = [colour[0].width, colour[0].height];
-    let placed: Vec<PixelPlane> = means
-        .iter()
-        .map(|mean| expand(mean, places[0], size))
-        .collect();
-    let [one, other] =
-        [0, 3].map(|from: usize| -> Colour { from_fn(|i| placed[from + i].clone()) });
+    let [one, other] = filter(&first, guides, places[0], &NEAR, workspace).means;
     let colour = mean([&one, &other]);
     let own = smooth_variance(&variance([&one, &other]));
     let unsure = PixelPlane::of(
@@ -265,15 +289,5 @@ fn filter_twice(
         features,
         strictness: SECOND,
     };
-    let targets: Vec<&PixelPlane> = targets.into_iter().flatten().collect();
-    filter(&second, &targets, places[1], &FAR)
-}
-
-/// Places a rectangle in a plane of full size; the rest is unused.
-fn expand(of: &PixelPlane, place: Window, [width, height]: [usize; 2]) -> PixelPlane {
-    let mut all = PixelPlane::zero(width, height);
-    for (y, row) in of.at.chunks_exact(place.width).enumerate() {
-        all.at[(place.y + y) * width + place.x..][..place.width].copy_from_slice(row);
-    }
-    all
+    filter(&second, targets, places[1], &FAR, workspace)
 }

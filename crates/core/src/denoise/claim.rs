@@ -224,6 +224,7 @@ pub(super) fn estimate(
         standard_error: errors(size, pixels),
         picture,
         error,
+        noisy,
         brightened,
     }
 }

@@ -60,19 +60,13 @@ pub(super) fn distance(depth: &PixelPlane) -> (PixelPlane, PixelPlane) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::plane::{Window, black};
+    use super::super::plane::black;
     use super::*;
 
     /// Protects: tolerances of features: a tenth of albedo, less for lamps, more for noise.
     #[test]
     fn tolerances_by_hand() {
-        let window = Window {
-            x: 0,
-            y: 0,
-            width: 3,
-            height: 1,
-        };
-        let (still, mut other) = (black(window), black(window));
+        let (still, mut other) = (black([3, 1]), black([3, 1]));
         let far = distance(&PixelPlane {
             width: 3,
             height: 1,

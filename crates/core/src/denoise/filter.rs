@@ -5,12 +5,14 @@
 //! and Zwicker, "Adaptive Rendering with Non-Local Means Filtering", 2012) and averaged over three
 //! by three pixels. A feature can only reduce a weight.
 
+use core::ops::Range;
 use std::sync::LazyLock;
 
 use raywright_bvh::{Loops, widest};
 
-use super::plane::{Colour, PixelPlane, Window};
-
+use super::loops;
+use super::plane::{Colour, PixelPlane, Window, black};
+use super::rows::{Compared, Filtered, LANES, ROW, Row, Sums, lit_part};
 /// Strictness of the comparison: inverse of the squared tolerance in units of noise, and the least
 /// share of a pixel's own difference in the mean over its neighbours.
 #[derive(Clone, Copy)]
@@ -32,9 +34,9 @@ pub(super) struct Guide<'a> {
     pub strictness: Strictness,
 }
 
-/// Filtered means, and the weight of each pixel in its own mean.
+/// Filtered means, and the weight of each pixel in its own mean; zero outside the filtered part.
 pub(super) struct FilterOutput {
-    pub means: Vec<PixelPlane>,
+    pub means: [Colour; 2],
     pub own: PixelPlane,
 }
 
@@ -61,310 +63,239 @@ fn offsets(radius: isize, share: f64, dense: isize) -> Offsets {
         .collect()
 }
 
+/// Rows of a block, which are filtered together: their inputs fit into a cache.
+const BLOCK: usize = 16;
+
+/// Buffers of a filter, reused by the next.
+#[derive(Default)]
+pub(super) struct Workspace {
+    compared: Vec<Compared>,
+    filtered: Vec<Filtered>,
+    sums: Vec<Sums>,
+    /// One for each step to the right.
+    lately: Vec<Lately>,
+}
+
+/// The last three rows of differences, and of means of three along them.
+#[derive(Clone)]
+struct Lately {
+    differences: [Row; 3],
+    means: [Row; 3],
+}
+
+impl Lately {
+    const NOTHING: Self = Self {
+        differences: [[0.0; ROW]; 3],
+        means: [[0.0; ROW]; 3],
+    };
+}
+
 /// Filters the targets within `core`, a rectangle of their planes, by offsets. Pixels beyond the
 /// planes are ignored: planes that end before the picture does must exceed the core by the reach of
-/// the offsets, and one more.
+/// the offsets, and one more. Parts with no lit target within reach are skipped.
 pub(super) fn filter(
     guide: &Guide<'_>,
-    targets: &[&PixelPlane],
+    targets: [&Colour; 2],
     core: Window,
     offsets: &Offsets,
+    workspace: &mut Workspace,
 ) -> FilterOutput {
-    widest(Pass {
-        guide,
-        targets,
-        core,
-        offsets,
-    })
+    let size = [guide.variance.width, guide.variance.height];
+    let reach = offsets.last().map_or(0, |&[y, _]| y as usize);
+    Filtered::fill(&mut workspace.filtered, targets);
+    let mut out = FilterOutput {
+        means: [(); 2].map(|()| black(size)),
+        own: PixelPlane::zero(size[0], size[1]),
+    };
+    let blocks = (core.y..core.y + core.height).step_by(BLOCK).map(|y| {
+        let height = BLOCK.min(core.y + core.height - y);
+        Window { y, height, ..core }
+    });
+    let lit: Vec<Window> = blocks
+        .filter_map(|block| lit_part(&workspace.filtered[..size[1]], block, reach))
+        .collect();
+    let (Some(first), Some(last)) = (lit.first(), lit.last()) else {
+        return out;
+    };
+    // Differences are taken of one more row to each side.
+    let rows = first.y.saturating_sub(reach + 1)..(last.y + last.height + reach + 1).min(size[1]);
+    Compared::fill(&mut workspace.compared, guide, rows);
+    for block in lit {
+        widest(Pass {
+            strictness: guide.strictness,
+            size,
+            block,
+            offsets,
+            workspace,
+        });
+        out.put(block, &workspace.sums);
+    }
+    out
 }
 
+impl FilterOutput {
+    /// Writes the means of a rectangle, from its sums.
+    fn put(&mut self, place: Window, sums: &[Sums]) {
+        let width = self.own.width;
+        for (y, sums) in sums[..place.height].iter().enumerate() {
+            let at = (place.y + y) * width + place.x;
+            let of = sums.colours.as_flattened().iter().chain([&sums.own]);
+            let planes = self.means.as_flattened_mut().iter_mut();
+            for (plane, of) in planes.chain([&mut self.own]).zip(of) {
+                let to = plane.at[at..][..place.width].iter_mut();
+                to.zip(of)
+                    .zip(&sums.weights)
+                    .for_each(|((to, of), weights)| *to = of / weights);
+            }
+        }
+    }
+}
+
+/// The filter of one block of rows.
 struct Pass<'a> {
-    guide: &'a Guide<'a>,
-    targets: &'a [&'a PixelPlane],
-    core: Window,
+    strictness: Strictness,
+    /// Size of the planes.
+    size: [usize; 2],
+    block: Window,
     offsets: &'a Offsets,
-}
-
-/// Buffered rows: differences, and means of three along them.
-struct Rows {
-    differences: [Vec<f32>; 3],
-    means: [Vec<f32>; 3],
-    weights: Vec<f32>,
+    workspace: &'a mut Workspace,
 }
 
 impl Loops for Pass<'_> {
-    type Output = FilterOutput;
+    type Output = ();
 
+    /// Adds the offsets with a common step down together, row by row: the numbers of a row are read
+    /// once for all steps to the right.
     #[inline(always)]
-    fn run(self) -> FilterOutput {
-        let Self { core, targets, .. } = self;
-        let mut means: Vec<PixelPlane> = targets
-            .iter()
-            .map(|_| PixelPlane::zero(core.width, core.height))
-            .collect();
-        let [mut sums, mut own] = [(); 2].map(|()| PixelPlane::zero(core.width, core.height));
-        let width = self.guide.variance.width;
-        let row = || [(); 3].map(|()| vec![0.0; width]);
-        let mut rows = Rows {
-            differences: row(),
-            means: row(),
-            weights: vec![0.0; width],
-        };
-        for &offset in self.offsets {
-            self.add(offset, &mut rows, (&mut means, &mut sums, &mut own));
+    fn run(mut self) {
+        let sums = &mut self.workspace.sums;
+        sums.clear();
+        sums.resize(self.block.height, Sums::NOTHING);
+        for offsets in self.offsets.chunk_by(|a, b| a[0] == b[0]) {
+            self.add(offsets);
         }
-        for plane in means.iter_mut().chain([&mut own]) {
-            plane
-                .at
-                .iter_mut()
-                .zip(&sums.at)
-                .for_each(|(of, &sum)| *of /= sum);
-        }
-        FilterOutput { means, own }
+    }
+}
+
+/// Range of places, out of `end`, whose neighbour at a step exists.
+fn both(step: isize, end: usize) -> (usize, usize) {
+    (
+        (-step).max(0) as usize,
+        (end as isize - step.max(0)).max(0) as usize,
+    )
+}
+
+fn shift(at: usize, step: isize) -> usize {
+    (at as isize + step) as usize
+}
+
+/// Columns of a block whose neighbours at a step are in the planes, without and with a margin of
+/// one.
+struct Columns {
+    inner: Range<usize>,
+    wide: Range<usize>,
+}
+
+impl Columns {
+    fn of(block: Window, step: isize, width: usize) -> Self {
+        let (left, right) = both(step, width);
+        let inner = block.x.max(left)..(block.x + block.width).min(right);
+        let wide = inner.start.saturating_sub(1).max(left)..(inner.end + 1).min(right);
+        Self { inner, wide }
     }
 }
 
 impl Pass<'_> {
-    /// Adds the pixels at one offset.
+    /// Adds the pixels at offsets with a common step down.
     #[inline(always)]
-    fn add(
-        &self,
-        [dy, dx]: [isize; 2],
-        rows: &mut Rows,
-        (means, sums, own): (&mut [PixelPlane], &mut PixelPlane, &mut PixelPlane),
-    ) {
-        let (width, height) = (self.guide.variance.width, self.guide.variance.height);
-        // Range in which both pixels lie in the planes, limited to the core.
-        let both = |step: isize, end: usize| {
-            (
-                (-step).max(0) as usize,
-                (end as isize - step.max(0)).max(0) as usize,
-            )
-        };
-        let ((left, right), (top, bottom)) = (both(dx, width), both(dy, height));
-        let columns = self.core.x.max(left)..(self.core.x + self.core.width).min(right);
-        let lines = self.core.y.max(top)..(self.core.y + self.core.height).min(bottom);
-        if columns.is_empty() || lines.is_empty() {
-            return;
-        }
-        let wide = columns.start.saturating_sub(1).max(left)..(columns.end + 1).min(right);
-        let shift = |at: usize, step: isize| (at as isize + step) as usize;
+    fn add(&mut self, offsets: &[[isize; 2]]) {
+        let (block, [width, height], dy) = (self.block, self.size, offsets[0][0]);
+        let lately = &mut self.workspace.lately;
+        lately.resize(offsets.len().max(lately.len()), Lately::NOTHING);
+        let (top, bottom) = both(dy, height);
+        let lines = block.y.max(top)..(block.y + block.height).min(bottom);
         let mut next = lines.start.saturating_sub(1).max(top);
         for y in lines {
             let last = (y + 1).min(bottom - 1);
-            while next <= last {
-                self.compare(
-                    [next, shift(next, dy)],
-                    [wide.start, shift(wide.start, dx)],
-                    wide.len(),
-                    next % 3,
-                    rows,
-                );
-                next += 1;
-            }
             let around = [y.saturating_sub(1).max(top) % 3, y % 3, last % 3];
-            let (inner, length) = (columns.start - wide.start, columns.len());
-            self.weigh(
-                [y, shift(y, dy)],
-                [columns.start, shift(columns.start, dx)],
-                (inner, length),
-                around,
-                rows,
-            );
-            let (weights, to) = (
-                &rows.weights[..length],
-                (y - self.core.y) * self.core.width + columns.start - self.core.x,
-            );
-            let (from_y, from_x) = (shift(y, dy), shift(columns.start, dx));
-            for (mean, target) in means.iter_mut().zip(self.targets) {
-                loops::add_weighed(
-                    &mut mean.at[to..][..length],
-                    weights,
-                    &target.row(from_y)[from_x..][..length],
-                );
+            for (place, &[_, dx]) in offsets.iter().enumerate() {
+                let columns = Columns::of(block, dx, width);
+                if !columns.inner.is_empty() {
+                    for y in next..=last {
+                        self.compare([y, shift(y, dy)], dx, &columns.wide, place);
+                    }
+                    self.weigh([y, shift(y, dy)], dx, &columns, (place, around));
+                }
             }
-            loops::add(&mut sums.at[to..][..length], weights);
-            if dx == 0 && dy == 0 {
-                own.at[to..][..length].copy_from_slice(weights);
-            }
+            next = last + 1;
         }
     }
 
     /// Differences of two rows in the guide, and means of three along them.
     #[inline(always)]
-    fn compare(
-        &self,
-        [y, other]: [usize; 2],
-        [x, beside]: [usize; 2],
-        length: usize,
-        slot: usize,
-        rows: &mut Rows,
-    ) {
-        let Guide {
-            colour,
-            variance,
-            strictness,
-            ..
-        } = self.guide;
-        let to = &mut rows.differences[slot][..length];
-        to.fill(0.0);
-        for plane in colour.iter() {
-            loops::add_square(
-                to,
-                &plane.row(y)[x..][..length],
-                &plane.row(other)[beside..][..length],
-            );
-        }
-        let (own, there) = (
-            &variance.row(y)[x..][..length],
-            &variance.row(other)[beside..][..length],
+    fn compare(&mut self, [y, other]: [usize; 2], dx: isize, columns: &Range<usize>, place: usize) {
+        let Workspace {
+            compared, lately, ..
+        } = &mut *self.workspace;
+        let (length, padded) = (columns.len(), columns.len().next_multiple_of(LANES));
+        let (x, beside) = (columns.start, shift(columns.start, dx));
+        let (own, there) = (&compared[y], &compared[other]);
+        let Lately { differences, means } = &mut lately[place];
+        let (differences, means) = (&mut differences[y % 3], &mut means[y % 3]);
+        loops::compare(
+            &mut differences[..padded],
+            (&own.colour, x),
+            (&there.colour, beside),
+            [&own.variance[x..], &there.variance[beside..]],
+            self.strictness.inverse,
         );
-        loops::relate(to, own, there, strictness.inverse);
-        loops::average(
-            &mut rows.means[slot][..length],
-            &rows.differences[slot][..length],
-        );
+        loops::average(means, differences, length);
     }
 
-    /// The weights of a row.
+    /// Adds a row of neighbours by their weights.
     #[inline(always)]
     fn weigh(
-        &self,
+        &mut self,
         [y, other]: [usize; 2],
-        [x, beside]: [usize; 2],
-        (inner, length): (usize, usize),
-        around: [usize; 3],
-        rows: &mut Rows,
+        dx: isize,
+        columns: &Columns,
+        (place, around): (usize, [usize; 3]),
     ) {
-        let Guide {
-            noise,
-            inverse_noise,
-            features,
-            strictness,
-            ..
-        } = self.guide;
-        let [above, here, below] = around.map(|slot| &rows.means[slot][inner..][..length]);
-        let (own, weights) = (
-            &rows.differences[around[1]][inner..][..length],
-            &mut rows.weights[..length],
+        let Workspace {
+            compared,
+            filtered,
+            sums,
+            lately,
+        } = &mut *self.workspace;
+        let (inner, length) = (
+            columns.inner.start - columns.wide.start,
+            columns.inner.len(),
         );
-        loops::most(weights, above, here, below);
-        loops::at_least(weights, own, strictness.own);
-        for (feature, tolerance) in *features {
-            let (a, b) = (
-                &feature.row(y)[x..][..length],
-                &feature.row(other)[beside..][..length],
+        let padded = length.next_multiple_of(LANES);
+        let (x, beside) = (columns.inner.start, shift(columns.inner.start, dx));
+        let Lately { differences, means } = &lately[place];
+        let mut weights = [0.0; ROW];
+        loops::weigh(
+            &mut weights[..padded],
+            around.map(|slot| &means[slot][inner..]),
+            (&differences[around[1]][inner..], self.strictness.own),
+            (&compared[y], x),
+            (&compared[other], beside),
+        );
+        weights[length..padded].fill(0.0);
+        let weights = &weights[..padded];
+        let (to, at) = (&mut sums[y - self.block.y], x - self.block.x);
+        for (to, of) in to.colours.iter_mut().zip(&filtered[other].colours) {
+            let [r, g, b] = to;
+            loops::add_weighed(
+                [&mut r[at..], &mut g[at..], &mut b[at..]],
+                weights,
+                of.each_ref().map(|row| &row[beside..]),
             );
-            loops::forbid(weights, a, b, &tolerance.row(y)[x..][..length]);
         }
-        let (noise, inverse) = (
-            &noise.row(y)[x..][..length],
-            &inverse_noise.row(other)[beside..][..length],
-        );
-        loops::close(weights, noise, inverse);
-    }
-}
-
-/// Loops over rows of equal length. Each is a function of its own with few rows, so that the
-/// compiler knows that outputs do not alias inputs, and vectorises it.
-pub(super) mod loops {
-    /// Adds squares of differences.
-    #[inline(always)]
-    pub fn add_square(to: &mut [f32], a: &[f32], b: &[f32]) {
-        let (a, b) = (&a[..to.len()], &b[..to.len()]);
-        for i in 0..to.len() {
-            let apart = a[i] - b[i];
-            to[i] += apart * apart;
-        }
-    }
-
-    /// Squared differences relative to the noise of these variances.
-    #[inline(always)]
-    pub fn relate(to: &mut [f32], own: &[f32], there: &[f32], inverse: f32) {
-        let (own, there) = (&own[..to.len()], &there[..to.len()]);
-        for i in 0..to.len() {
-            let less = if own[i] < there[i] { own[i] } else { there[i] };
-            to[i] = (to[i] - own[i] - less) / (1e-7 + own[i] + there[i]) * inverse;
-        }
-    }
-
-    /// Means of three along a row; the ends count twice.
-    #[inline(always)]
-    pub fn average(to: &mut [f32], of: &[f32]) {
-        const THIRD: f32 = 1.0 / 3.0;
-        let length = to.len();
-        let of = &of[..length];
-        if length > 2 {
-            let (before, here, behind) = (&of[..length - 2], &of[1..length - 1], &of[2..]);
-            let to = &mut to[1..length - 1];
-            for i in 0..to.len() {
-                to[i] = (before[i] + here[i] + behind[i]) * THIRD;
-            }
-        }
-        for i in [0, length - 1] {
-            to[i] = (of[i.saturating_sub(1)] + of[i] + of[(i + 1).min(length - 1)]) * THIRD;
-        }
-    }
-
-    /// Means of three rows, clamped to zero.
-    #[inline(always)]
-    pub fn most(to: &mut [f32], above: &[f32], here: &[f32], below: &[f32]) {
-        let (above, here, below) = (&above[..to.len()], &here[..to.len()], &below[..to.len()]);
-        for i in 0..to.len() {
-            let mean = (above[i] + here[i] + below[i]) * (1.0 / 3.0);
-            to[i] = if mean > 0.0 { mean } else { 0.0 };
-        }
-    }
-
-    /// Maximum with a share of other numbers.
-    #[inline(always)]
-    pub fn at_least(to: &mut [f32], of: &[f32], share: f32) {
-        let of = &of[..to.len()];
-        for i in 0..to.len() {
-            let least = share * of[i];
-            to[i] = if least > to[i] { least } else { to[i] };
-        }
-    }
-
-    /// Maximum with a feature's squared differences relative to the tolerance.
-    #[inline(always)]
-    pub fn forbid(to: &mut [f32], a: &[f32], b: &[f32], inverse: &[f32]) {
-        let (a, b, inverse) = (&a[..to.len()], &b[..to.len()], &inverse[..to.len()]);
-        for i in 0..to.len() {
-            let apart = a[i] - b[i];
-            let apart = apart * apart * inverse[i];
-            to[i] = if apart > to[i] { apart } else { to[i] };
-        }
-    }
-
-    /// Weights of these distances, exp(-x) with finite support, reduced if the noise is more than
-    /// doubled.
-    #[inline(always)]
-    pub fn close(to: &mut [f32], noise: &[f32], inverse: &[f32]) {
-        let (noise, inverse) = (&noise[..to.len()], &inverse[..to.len()]);
-        for i in 0..to.len() {
-            let close = 1.0 - to[i] * 0.25;
-            let close = if close > 0.0 { close } else { 0.0 };
-            let noisier = (2.0 * noise[i] + 1e-8) * inverse[i];
-            to[i] = close * close * (close * close) * if noisier < 1.0 { noisier } else { 1.0 };
-        }
-    }
-
-    /// Adds weighted numbers.
-    #[inline(always)]
-    pub fn add_weighed(to: &mut [f32], weights: &[f32], of: &[f32]) {
-        let (weights, of) = (&weights[..to.len()], &of[..to.len()]);
-        for i in 0..to.len() {
-            to[i] += weights[i] * of[i];
-        }
-    }
-
-    /// Adds numbers.
-    #[inline(always)]
-    pub fn add(to: &mut [f32], of: &[f32]) {
-        let of = &of[..to.len()];
-        for i in 0..to.len() {
-            to[i] += of[i];
+        loops::add(&mut to.weights[at..], weights);
+        if other == y && dx == 0 {
+            to.own[at..][..padded].copy_from_slice(weights);
         }
     }
 }

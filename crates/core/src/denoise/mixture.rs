@@ -12,6 +12,7 @@ use core::ops::Range;
 
 use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, ParallelIterator};
 use rayon::slice::ParallelSliceMut;
+use raywright_bvh::{Loops, widest};
 
 use super::{CANDIDATES, CandidatePixel, FOUR, ReplicateQuad};
 pub(super) use crate::metrics::RELATIVE_FLOOR as FLOOR;
@@ -33,7 +34,10 @@ const SWEEPS: usize = 12;
 const PAIRS: [[usize; 2]; 6] = [[0, 0], [1, 1], [2, 2], [0, 1], [0, 2], [1, 2]];
 
 /// First and second moments of the candidates in a pixel, or in its surroundings.
-type Moments = [f64; CANDIDATES + PAIRS.len()];
+const KINDS: usize = CANDIDATES + PAIRS.len();
+
+/// Pixels whose shares are solved together.
+const LANES: usize = 8;
 
 /// The colour with all candidates in full, and the colour without the pixel's own noise, clamped to
 /// agree with it.
@@ -115,6 +119,41 @@ fn settle(pixel: &mut CandidatePixel, shares: [f32; CANDIDATES], radiance: [[f64
     };
 }
 
+/// Moments of some rows of pixels: in each row, one kind after the other.
+struct MomentRows {
+    width: usize,
+    first: usize,
+    of: Vec<f64>,
+}
+
+impl MomentRows {
+    fn new(
+        four: &ReplicateQuad<'_>,
+        width: usize,
+        pixels: &[CandidatePixel],
+        rows: Range<usize>,
+    ) -> Self {
+        let mut of = vec![0.0; rows.len() * KINDS * width];
+        for (y, row) in rows.clone().zip(of.chunks_exact_mut(KINDS * width)) {
+            for x in 0..width {
+                let at = y * width + x;
+                let moments = moments(four.radiance(at), &pixels[at]);
+                (0..KINDS).for_each(|k| row[k * width + x] = moments[k]);
+            }
+        }
+        Self {
+            width,
+            first: rows.start,
+            of,
+        }
+    }
+
+    fn row(&self, y: usize) -> &[f64] {
+        let length = KINDS * self.width;
+        &self.of[(y - self.first) * length..][..length]
+    }
+}
+
 /// Shares of the candidates in the pixels of some rows.
 fn shares(
     four: &ReplicateQuad<'_>,
@@ -122,46 +161,94 @@ fn shares(
     pixels: &[CandidatePixel],
     rows: Range<usize>,
 ) -> Vec<[f32; CANDIDATES]> {
-    let first = rows.start.saturating_sub(REACH);
-    let wide = first..(rows.end + REACH).min(height);
-    let moments: Vec<Moments> = (wide.start * width..wide.end * width)
-        .map(|at| moments(four.radiance(at), &pixels[at]))
-        .collect();
-    let near = |at: usize, end: usize| at.saturating_sub(REACH)..(at + REACH + 1).min(end);
-    let add =
-        |sum: &mut Moments, of: &Moments| sum.iter_mut().zip(of).for_each(|(sum, of)| *sum += of);
-    let mut out = Vec::with_capacity(rows.len() * width);
-    let mut columns = vec![[0.0; CANDIDATES + PAIRS.len()]; width];
-    for y in rows {
-        columns.fill([0.0; CANDIDATES + PAIRS.len()]);
-        let around = near(y, height);
-        for other in around.clone() {
-            let row = &moments[(other - first) * width..][..width];
-            // As plain numbers, which the compiler vectorises.
-            columns
-                .as_flattened_mut()
-                .iter_mut()
-                .zip(row.as_flattened())
-                .for_each(|(sum, of)| *sum += of);
+    let wide = rows.start.saturating_sub(REACH)..(rows.end + REACH).min(height);
+    let moments = MomentRows::new(four, width, pixels, wide);
+    widest(Shares {
+        moments,
+        height,
+        rows,
+    })
+}
+
+/// Shares in some rows, from the moments of their surroundings.
+struct Shares {
+    moments: MomentRows,
+    height: usize,
+    rows: Range<usize>,
+}
+
+impl Loops for Shares {
+    type Output = Vec<[f32; CANDIDATES]>;
+
+    #[inline(always)]
+    fn run(self) -> Self::Output {
+        let width = self.moments.width;
+        let near = |at: usize, end: usize| at.saturating_sub(REACH)..(at + REACH + 1).min(end);
+        let mut out = vec![[0.0; CANDIDATES]; self.rows.len() * width];
+        let padded = width.next_multiple_of(LANES);
+        // Sums of columns, padded with zeros by the reach at both ends.
+        let mut columns = vec![0.0; padded + 2 * REACH];
+        let mut sums = vec![[0.0; LANES]; KINDS * padded / LANES];
+        for (y, out) in self.rows.zip(out.chunks_exact_mut(width)) {
+            let around = near(y, self.height);
+            for k in 0..KINDS {
+                let kind = k * width..(k + 1) * width;
+                let into = &mut columns[REACH..][..width];
+                into.fill(0.0);
+                for other in around.clone() {
+                    add(into, &self.moments.row(other)[kind.clone()]);
+                }
+                let sums = &mut sums.as_flattened_mut()[k * padded..][..padded];
+                minus(&mut sums[..width], &self.moments.row(y)[kind]);
+                for step in 0..=2 * REACH {
+                    add(sums, &columns[step..][..padded]);
+                }
+            }
+            for (x, out) in (0..width).step_by(LANES).zip(out.chunks_mut(LANES)) {
+                let mut means = [[0.0; LANES]; KINDS];
+                let mut others = [1.0; LANES];
+                for (i, others) in others.iter_mut().enumerate() {
+                    let beside = near((x + i).min(width - 1), width);
+                    *others = (beside.len() * around.len() - 1) as f64;
+                }
+                for k in 0..KINDS {
+                    let of = &sums[(k * padded + x) / LANES];
+                    for i in 0..LANES {
+                        means[k][i] = of[i] / others[i];
+                    }
+                }
+                let solved = solve(&means);
+                for (i, out) in out.iter_mut().enumerate() {
+                    if others[i] > 0.0 {
+                        for c in 0..CANDIDATES {
+                            out[c] = solved[c][i];
+                        }
+                    }
+                }
+            }
         }
-        for x in 0..width {
-            let beside = near(x, width);
-            let others = (beside.len() * around.len() - 1) as f64;
-            let own = &moments[(y - first) * width + x];
-            let mut sum = own.map(|own| -own);
-            columns[beside].iter().for_each(|of| add(&mut sum, of));
-            out.push(if others > 0.0 {
-                solve(&sum.map(|sum| sum / others))
-            } else {
-                [0.0; CANDIDATES]
-            });
-        }
+        out
     }
-    out
+}
+
+#[inline(always)]
+fn add(to: &mut [f64], of: &[f64]) {
+    let of = &of[..to.len()];
+    for i in 0..to.len() {
+        to[i] += of[i];
+    }
+}
+
+#[inline(always)]
+fn minus(to: &mut [f64], of: &[f64]) {
+    let of = &of[..to.len()];
+    for i in 0..to.len() {
+        to[i] = -of[i];
+    }
 }
 
 /// Moments of the candidates in a pixel, relative to its colour and its noise.
-fn moments(radiance: [[f64; 3]; FOUR], pixel: &CandidatePixel) -> Moments {
+fn moments(radiance: [[f64; 3]; FOUR], pixel: &CandidatePixel) -> [f64; KINDS] {
     let [mean, variance, _] = replicate_statistics(radiance);
     let [_, base] = colours(mean, pixel);
     let over = |of: [f64; 3]| -> f64 {
@@ -179,26 +266,40 @@ fn moments(radiance: [[f64; 3]; FOUR], pixel: &CandidatePixel) -> Moments {
     })
 }
 
-/// Shares from 0 to 1 that minimise 2 Σ αb + Σ ααQ, by coordinate descent from all ones.
-fn solve(moments: &Moments) -> [f32; CANDIDATES] {
-    let product = |a: usize, b: usize| {
-        let pair = PAIRS
-            .iter()
-            .position(|pair| *pair == [a.min(b), a.max(b)])
-            .unwrap_or_default();
-        moments[CANDIDATES + pair]
-    };
-    let mut shares = [1.0; CANDIDATES];
+/// Shares from 0 to 1 that minimise 2 Σ αb + Σ ααQ, by coordinate descent from all ones, of several
+/// pixels.
+#[inline(always)]
+fn solve(moments: &[[f64; LANES]; KINDS]) -> [[f32; LANES]; CANDIDATES] {
+    // Both other candidates of each, with the index of their product among the moments.
+    const OTHERS: [[[usize; 2]; 2]; CANDIDATES] =
+        [[[1, 6], [2, 7]], [[0, 6], [2, 8]], [[0, 7], [1, 8]]];
+    let mut shares = [[1.0; LANES]; CANDIDATES];
     for _ in 0..SWEEPS {
+        let before = shares;
         for c in 0..CANDIDATES {
-            let others: f64 = (0..CANDIDATES)
-                .filter(|&k| k != c)
-                .map(|k| product(c, k) * shares[k])
-                .sum();
-            shares[c] = f64::clamp((-moments[c] - others) / product(c, c).max(1e-12), 0.0, 1.0);
+            let [[one, of_one], [two, of_two]] = OTHERS[c];
+            for i in 0..LANES {
+                let others =
+                    moments[of_one][i] * shares[one][i] + moments[of_two][i] * shares[two][i];
+                let own = moments[CANDIDATES + c][i];
+                let own = if own > 1e-12 { own } else { 1e-12 };
+                let share = (-moments[c][i] - others) / own;
+                let share = if share < 0.0 { 0.0 } else { share };
+                shares[c][i] = if share > 1.0 { 1.0 } else { share };
+            }
+        }
+        if shares == before {
+            break;
         }
     }
-    shares.map(|share| if share.is_nan() { 0.0 } else { share as f32 })
+    let mut out = [[0.0; LANES]; CANDIDATES];
+    for c in 0..CANDIDATES {
+        for i in 0..LANES {
+            let share = shares[c][i];
+            out[c][i] = if share.is_nan() { 0.0 } else { share as f32 };
+        }
+    }
+    out
 }
 
 #[cfg(test)]
@@ -209,22 +310,22 @@ mod tests {
     /// candidates, and zero for a harmful one.
     #[test]
     fn shares_make_the_error_least() {
+        let solve = |moments: [f64; KINDS]| {
+            solve(&moments.map(|moment| [moment; LANES])).map(|shares| shares[LANES - 1])
+        };
         assert_eq!(
-            solve(&[-0.5, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 0.0, 0.0])[0],
+            solve([-0.5, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 0.0, 0.0])[0],
             0.25
         );
+        assert_eq!(solve([0.5, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 0.0, 0.0])[0], 0.0);
         assert_eq!(
-            solve(&[0.5, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 0.0, 0.0])[0],
-            0.0
-        );
-        assert_eq!(
-            solve(&[-4.0, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 0.0, 0.0])[0],
+            solve([-4.0, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 0.0, 0.0])[0],
             1.0,
             "no more than all"
         );
-        let [a, b, _] = solve(&[-1.0, -1.0, 0.0, 1.0, 1.0, 0.0, 1.0, 0.0, 0.0]);
+        let [a, b, _] = solve([-1.0, -1.0, 0.0, 1.0, 1.0, 0.0, 1.0, 0.0, 0.0]);
         assert_eq!(a + b, 1.0);
-        assert!(solve(&[f64::NAN; 9]).iter().all(|&share| share == 0.0));
+        assert!(solve([f64::NAN; 9]).iter().all(|&share| share == 0.0));
     }
 
     /// Protects: a pixel does not affect its own shares, only those of its neighbours.

@@ -23,8 +23,10 @@ mod claim;
 pub(crate) mod demand;
 mod features;
 mod filter;
+mod loops;
 mod mixture;
 mod plane;
+mod rows;
 #[cfg(test)]
 mod tests;
 
@@ -84,6 +86,8 @@ pub struct Denoised {
     pub standard_error: Vec<[f32; 3]>,
     /// Error of the picture.
     pub error: Uncertainty,
+    /// Error of the noisy picture, if known.
+    pub noisy: Option<Uncertainty>,
     /// Relative change of the picture's light by the filter; negative for a darker picture.
     pub brightened: f64,
 }

@@ -62,13 +62,8 @@ impl PixelPlane {
 
     /// A plane computed from the numbers of other planes at the same pixel.
     pub fn of<const N: usize>(from: [&Self; N], make: impl Fn([f32; N]) -> f32) -> Self {
-        let (width, height) = (from[0].width, from[0].height);
-        let mut made = Self::zero(width, height);
-        // Slices of equal length, so that no bounds checks remain.
-        let from = from.map(|plane| &plane.at[..width * height]);
-        for (i, to) in made.at.iter_mut().enumerate() {
-            *to = make(from.map(|plane| plane[i]));
-        }
+        let mut made = Self::zero(from[0].width, from[0].height);
+        make_each(&mut made.at, from.map(|plane| plane.at.as_slice()), make);
         made
     }
 
@@ -104,12 +99,14 @@ impl PixelPlane {
     /// Means over squares of 2 `reach` + 1 pixels, limited to the plane.
     pub fn box_mean(&self, reach: usize) -> Self {
         let mut sums = self.combine(reach, |a, b| a + b);
-        let count = |at: usize, end: usize| (at + reach + 1).min(end) - at.saturating_sub(reach);
+        let count =
+            |at: usize, end: usize| ((at + reach + 1).min(end) - at.saturating_sub(reach)) as f32;
+        let columns: Vec<f32> = (0..self.width).map(|x| count(x, self.width)).collect();
         for (y, row) in sums.at.chunks_exact_mut(self.width).enumerate() {
             let rows = count(y, self.height);
             row.iter_mut()
-                .enumerate()
-                .for_each(|(x, sum)| *sum /= (rows * count(x, self.width)) as f32);
+                .zip(&columns)
+                .for_each(|(sum, &columns)| *sum /= rows * columns);
         }
         sums
     }
@@ -154,6 +151,16 @@ impl PixelPlane {
     }
 }
 
+/// Computes each number from those at the same place of other lists. A function of its own, so that
+/// the compiler knows that the output does not alias the inputs.
+#[inline]
+fn make_each<const N: usize>(to: &mut [f32], from: [&[f32]; N], make: impl Fn([f32; N]) -> f32) {
+    let from = from.map(|of| &of[..to.len()]);
+    for (i, to) in to.iter_mut().enumerate() {
+        *to = make(from.map(|of| of[i]));
+    }
+}
+
 /// The square of the smaller difference.
 #[inline(always)]
 fn least(here: f32, others: [f32; 2]) -> f32 {
@@ -170,8 +177,8 @@ fn least(here: f32, others: [f32; 2]) -> f32 {
 pub(super) type Colour = [PixelPlane; 3];
 
 /// A black colour plane.
-pub(super) fn black(window: Window) -> Colour {
-    [(); 3].map(|()| PixelPlane::zero(window.width, window.height))
+pub(super) fn black([width, height]: [usize; 2]) -> Colour {
+    [(); 3].map(|()| PixelPlane::zero(width, height))
 }
 
 /// The brightest channel.
@@ -181,10 +188,20 @@ pub(super) fn brightest(of: &Colour) -> PixelPlane {
 
 /// The variance of the mean of two colours, summed over channels.
 pub(super) fn variance([one, other]: [&Colour; 2]) -> PixelPlane {
-    PixelPlane::of(
-        [&one[0], &one[1], &one[2], &other[0], &other[1], &other[2]],
-        |[a, b, c, d, e, f]| ((a - d) * (a - d) + (b - e) * (b - e) + (c - f) * (c - f)) / 4.0,
-    )
+    let mut made = PixelPlane::zero(one[0].width, one[0].height);
+    for (one, other) in one.iter().zip(other) {
+        add_square(&mut made.at, &one.at, &other.at);
+    }
+    made.at.iter_mut().for_each(|of| *of /= 4.0);
+    made
+}
+
+/// Adds squares of differences.
+#[inline]
+fn add_square(to: &mut [f32], one: &[f32], other: &[f32]) {
+    for ((to, one), other) in to.iter_mut().zip(one).zip(other) {
+        *to += (one - other) * (one - other);
+    }
 }
 
 /// The mean of two colours.

@@ -176,12 +176,10 @@ fn a_pixel_has_no_part_in_its_own_base() {
 /// of more than twice the noise get less weight.
 #[test]
 fn weights_by_hand() {
-    use filter::loops;
-    let mut apart = [4.0];
-    loops::relate(&mut apart, &[1.0], &[2.0], 0.5);
-    assert!((apart[0] - 1.0 / 3.0).abs() < 1e-6, "{apart:?}");
-    let mut weights = [0.0, 2.0, 5.0, 0.0];
-    loops::close(&mut weights, &[1.0; 4], &[1.0, 1.0, 1.0, 0.125]);
+    let apart = loops::relate(4.0, 1.0, 2.0, 0.5);
+    assert!((apart - 1.0 / 3.0).abs() < 1e-6, "{apart}");
+    let weights = [(0.0, 1.0), (2.0, 1.0), (5.0, 1.0), (0.0, 0.125)]
+        .map(|(apart, inverse)| loops::close(apart, 1.0, inverse));
     assert_eq!(
         weights.map(|weight| (weight * 1e4_f32).round()),
         [10_000.0, 625.0, 0.0, 2500.0]
@@ -326,6 +324,31 @@ fn pictures_without_noise_stay() {
             "{name}: {:?}",
             found.error
         );
+    }
+}
+
+/// Protects: unlit pixels keep their emission to the bit, and nothing is added, in tiles with and
+/// without light elsewhere.
+#[test]
+fn what_is_unlit_is_left_as_it_is() {
+    let seen = |pixel: usize| 0.25 + (pixel % 7) as f64 / 8.0;
+    for lit in [None, Some(3)] {
+        let film = film_of([40, 32], |pixel, replicate| {
+            let light = 1.0 + 0.25 * replicate as f64;
+            ReplicateSample {
+                radiance: [seen(pixel) + if lit == Some(pixel) { light } else { 0.0 }; 3],
+                emission: [seen(pixel); 3],
+                albedo: [0.0; 3],
+            }
+        });
+        let four = film.replicate_quad().expect("all that is read");
+        let mut pixels = vec![CandidatePixel::default(); 40 * 32];
+        candidates::fill_band(&four, [40, 32], 0, &mut pixels, &());
+        for (at, pixel) in pixels.iter().enumerate().skip(12 * 40) {
+            assert_eq!(pixel.base, [seen(at) as f32; 3], "{lit:?}, {at}");
+            assert_eq!((pixel.added, pixel.apart), ([[0.0; 3]; 3], [[0.0; 3]; 3]));
+        }
+        assert_eq!(pixels[3].apart != [[0.0; 3]; 3], lit.is_some());
     }
 }
 

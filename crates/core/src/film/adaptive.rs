@@ -73,11 +73,14 @@ impl Film {
         if self.is_replayed {
             return Aim::Exhausted;
         }
-        let noisy = self.uncertainty();
         let denoised = if self.is_to_be_denoised() {
             denoise(self, observer).ok()
         } else {
             None
+        };
+        let noisy = match &denoised {
+            Some(denoised) => denoised.noisy,
+            None => self.uncertainty(),
         };
         let is_reached = noisy.is_some_and(|noisy| match &denoised {
             Some(denoised) => denoised.reaches(error, &noisy),

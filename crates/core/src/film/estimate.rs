@@ -65,6 +65,12 @@ impl<'a> ReplicateStats<'a> {
         covered / f64::max(weights, 1.0)
     }
 
+    /// Number of replicates of a pixel with any samples.
+    pub fn replicates(&self, pixel: usize) -> u32 {
+        let there = self.planes.iter().filter(|plane| plane.samples[pixel] > 0);
+        there.count() as u32
+    }
+
     /// Collects the means of a pixel's replicates that have samples.
     pub fn each_mean(&self, pixel: usize, means: &mut Vec<[f64; 3]>) {
         means.clear();

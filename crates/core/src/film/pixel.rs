@@ -1,7 +1,10 @@
 //! Contribution of a pixel's replicates to the picture's error estimate: the variance under four
 //! weightings, and squared products of differences.
 
+use glam::DVec3;
+
 use super::again::SingleReplicateBound;
+use super::relative::{across, among, within};
 
 /// Pairings of four replicates.
 const PAIRINGS: [[usize; 4]; 3] = [[0, 1, 2, 3], [0, 2, 1, 3], [0, 3, 1, 2]];
@@ -23,46 +26,47 @@ pub(super) struct Pixel {
     pub prior: f64,
 }
 
-/// Weights computed from the means of two replicates.
-pub(super) type Weigh = fn([f64; 3], [f64; 3]) -> [f64; 3];
-
 impl Pixel {
-    /// Adds the means of four replicates. The difference of two has twice the variance of a
-    /// replicate, and an eighth of its square estimates the variance of the mean of four. It is
-    /// weighted by the other two, by the pair itself, by the mean of all four and by their
-    /// products. The first and the last weight are bounded where light was found once.
-    pub fn add(
+    /// Adds the means of four replicates, in radiance. The difference of two has twice the variance
+    /// of a replicate, and an eighth of its square estimates the variance of the mean of four. All
+    /// weights are one.
+    pub fn add(&mut self, at: [DVec3; 4], shares: [f64; 2]) {
+        for [a, b, c, d] in PAIRINGS.map(|pairing| pairing.map(|r| at[r])) {
+            let (one, two) = (a - b, c - d);
+            let squares = shares[0] * (one * one + two * two).element_sum() / 16.0;
+            let dot = (one * two).element_sum();
+            self.variance += squares;
+            self.own += squares;
+            self.seen += squares;
+            self.among += squares;
+            self.product += shares[1] * (dot * dot);
+        }
+    }
+
+    /// Adds them relative to the true colour. A difference is weighted by the other two replicates,
+    /// by the pair itself, by the mean of all four and by their products. The first and the last
+    /// weight are bounded by `once` where light was found once.
+    pub fn add_relative(
         &mut self,
-        at: [[f64; 3]; 4],
-        [across, within]: [Weigh; 2],
-        among: [f64; 3],
-        once: SingleReplicateBound,
+        at: [DVec3; 4],
+        once: Option<SingleReplicateBound>,
         shares: [f64; 2],
     ) {
-        let limited = |weights: [f64; 3]| -> [f64; 3] {
-            core::array::from_fn(|i| weights[i].min(once.most[i]))
-        };
-        let off = |by: [f64; 3]| -> [f64; 3] {
-            core::array::from_fn(|i| {
-                if among[i] > once.most[i] {
-                    once.most[i] * by[i]
-                } else {
-                    0.0
-                }
-            })
-        };
-        let (unsure, prior) = (off(once.deviation), off(once.prior));
-        let among = limited(among);
-        let mean: [f64; 3] =
-            core::array::from_fn(|i| at.iter().map(|mean| mean[i]).sum::<f64>() / 4.0);
+        let most = once.map_or(DVec3::INFINITY, |once| once.most.into());
+        let limited = |weights: DVec3| weights.min(most);
+        let unlimited = among(at);
+        let among = limited(unlimited);
+        let [unsure, prior] = once.map_or([DVec3::ZERO; 2], |once| {
+            let is_limited = unlimited.cmpgt(most);
+            [once.deviation, once.prior]
+                .map(|by| DVec3::select(is_limited, most * DVec3::from(by), DVec3::ZERO))
+        });
+        let mean = (at[0] + at[1] + at[2] + at[3]) / 4.0;
         let own = within(mean, mean);
         for [a, b, c, d] in PAIRINGS.map(|pairing| pairing.map(|r| at[r])) {
-            let one: [f64; 3] = core::array::from_fn(|i| a[i] - b[i]);
-            let two: [f64; 3] = core::array::from_fn(|i| c[i] - d[i]);
-            let squares = |of_one: [f64; 3], of_two: [f64; 3]| -> f64 {
-                let sum: f64 = (0..3)
-                    .map(|i| of_one[i] * one[i] * one[i] + of_two[i] * two[i] * two[i])
-                    .sum();
+            let (one, two) = (a - b, c - d);
+            let squares = |of_one: DVec3, of_two: DVec3| -> f64 {
+                let sum = (of_one * one * one + of_two * two * two).element_sum();
                 shares[0] * sum / 16.0
             };
             self.variance += squares(limited(across(c, d)), limited(across(a, b)));
@@ -71,7 +75,9 @@ impl Pixel {
             self.among += squares(among, among);
             self.unsure += squares(unsure, unsure);
             self.prior += squares(prior, prior);
-            self.product += shares[1] * product(one, two, among, among);
+            // Both weights of a product are the same, and so is the root of theirs.
+            let dot = (among * one * two).element_sum();
+            self.product += shares[1] * (dot * dot);
         }
     }
 }

@@ -8,6 +8,8 @@
 //! sample raises the product together with the error. An error is therefore weighted by replicates
 //! that are not part of it, or the bias is accounted for.
 
+use glam::DVec3;
+
 pub(super) use crate::metrics::RELATIVE_FLOOR as FLOOR;
 
 /// Neighbouring pixels on each side.
@@ -47,28 +49,20 @@ pub(super) fn weights(a: &[[f64; 3]], b: &[[f64; 3]], width: usize) -> Vec<[f64;
 /// near 1/(T² + 0.01) on average for a true colour T. The mean of 1/(ab + 0.01) is too large
 /// because ab is noisy; the excess is the variance of ab, estimated by (a² − b²)²/4, over the
 /// square of ab + 0.01. Neighbours would bias the weights where colours change.
-pub(super) fn across(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    core::array::from_fn(|i| {
-        let (relative_to, noise) = (
-            (a[i] * b[i]).max(0.0) + FLOOR,
-            (a[i] * a[i] - b[i] * b[i]) / 2.0,
-        );
-        relative_to / (relative_to * relative_to + noise * noise)
-    })
+pub(super) fn across(a: DVec3, b: DVec3) -> DVec3 {
+    let (relative_to, noise) = ((a * b).max(DVec3::ZERO) + FLOOR, (a * a - b * b) / 2.0);
+    relative_to / (relative_to * relative_to + noise * noise)
 }
 
 /// Returns the weights from the means of the two replicates in the error.
-pub(super) fn within(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    core::array::from_fn(|i| 1.0 / ((a[i] + b[i]) * (a[i] + b[i]) / 4.0 + FLOOR))
+pub(super) fn within(a: DVec3, b: DVec3) -> DVec3 {
+    1.0 / ((a + b) * (a + b) / 4.0 + FLOOR)
 }
 
 /// Returns the weights from the means of four replicates: the mean of their pairwise products
 /// estimates the square of the true colour.
-pub(super) fn among(four: [[f64; 3]; 4]) -> [f64; 3] {
-    core::array::from_fn(|i| {
-        let [a, b, c, d] = four.map(|mean| mean[i]);
-        1.0 / (((a * b + c * d + (a + b) * (c + d)) / 6.0).max(0.0) + FLOOR)
-    })
+pub(super) fn among([a, b, c, d]: [DVec3; 4]) -> DVec3 {
+    1.0 / (((a * b + c * d + (a + b) * (c + d)) / 6.0).max(DVec3::ZERO) + FLOOR)
 }
 
 /// Returns the means over `reach` neighbours on both sides along one axis of `length` pixels,

@@ -41,13 +41,14 @@
 
 use core::ops::{AddAssign, Range};
 
+use glam::DVec3;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use serde::Serialize;
 
 use super::again::{LeaveOneOut, SingleReplicateBound};
 use super::estimate::ReplicateStats;
 use super::pixel::{Pixel, product};
-use super::relative::{REACH, across, among, weights, within};
+use super::relative::{REACH, weights};
 use super::{Film, ReplicateBuffer};
 use crate::metrics::student_95;
 
@@ -293,8 +294,6 @@ impl Sum {
 struct Band {
     absolute: Vec<Pixel>,
     relative: Vec<Pixel>,
-    /// Relative contributions where light found by a single replicate is confirmed.
-    vouched: Vec<Pixel>,
 }
 
 impl Film {
@@ -313,32 +312,34 @@ impl Film {
         }
         let planes = self.there();
         let fewest = (0..self.plan.pixels())
-            .map(|pixel| planes.means(pixel).replicates)
+            .map(|pixel| planes.replicates(pixel))
             .min()?;
         if fewest < 2 {
             return None;
         }
         let height = self.plan.crop.height as usize;
-        let bands = (0..height.div_ceil(BAND)).into_par_iter();
+        let bands = || (0..height.div_ceil(BAND)).into_par_iter();
+        let rows = |band: usize| band * BAND..((band + 1) * BAND).min(height);
         // In order, so that the sums do not depend on the order of completion.
-        let bands: Vec<([Sum; 3], LeaveOneOut)> = bands
-            .map(|band| {
-                self.band(
-                    &planes,
-                    band * BAND..((band + 1) * BAND).min(height),
-                    fewest,
-                )
-            })
+        let of_bands: Vec<([Sum; 2], LeaveOneOut)> = bands()
+            .map(|band| self.band(&planes, rows(band), fewest))
             .collect();
-        let (mut sums, mut again) = ([Sum::default(); 3], LeaveOneOut::default());
-        for (of_band, again_in_band) in bands {
+        let (mut sums, mut again) = ([Sum::default(); 2], LeaveOneOut::default());
+        for (of_band, again_in_band) in of_bands {
             sums.iter_mut()
                 .zip(of_band)
                 .for_each(|(sum, of)| *sum += of);
             again += again_in_band;
         }
-        let [absolute, relative, vouched] = sums;
+        let [absolute, relative] = sums;
         let (is_rare, is_vouched) = (relative.is_rare(), again.is_enough());
+        let mut vouched = Sum::default();
+        if is_rare || is_vouched {
+            let bands: Vec<Sum> = bands()
+                .map(|band| self.vouched(&planes, rows(band), fewest))
+                .collect();
+            bands.into_iter().for_each(|of_band| vouched += of_band);
+        }
         let is_few = if is_vouched {
             vouched.is_carried_by_few()
         } else {
@@ -388,94 +389,100 @@ impl Film {
         self.counters.shadow > 0 && self.planes.iter().flatten().all(is_black)
     }
 
-    /// Returns the sums over some rows, in radiance and relative by both weightings, and the
-    /// statistics of confirmed light.
-    fn band(
+    /// Means of the replicates in some rows, one list for each replicate.
+    fn means_of_rows(
         &self,
         planes: &ReplicateStats<'_>,
         rows: Range<usize>,
         replicates: u32,
-    ) -> ([Sum; 3], LeaveOneOut) {
+    ) -> Vec<Vec<[f64; 3]>> {
         let width = self.plan.crop.width as usize;
-        // Includes the rows of neighbouring pixels.
-        let first = rows.start.saturating_sub(REACH);
-        let last = (rows.end + REACH).min(self.plan.crop.height as usize);
-        let mut means = vec![Vec::with_capacity((last - first) * width); replicates as usize];
+        let mut means = vec![Vec::with_capacity(rows.len() * width); replicates as usize];
         let mut each = Vec::new();
-        for pixel in first * width..last * width {
+        for pixel in rows.start * width..rows.end * width {
             planes.each_mean(pixel, &mut each);
             means
                 .iter_mut()
                 .zip(&each)
                 .for_each(|(means, &mean)| means.push(mean));
         }
-        let [absolute, relative, vouched] =
-            [(); 3].map(|()| vec![Pixel::default(); means[0].len()]);
-        let mut band = Band {
-            absolute,
-            relative,
-            vouched,
-        };
-        match means.chunks_exact(4).len() {
-            0 => band.guess(&means, width),
-            fours => {
-                let shares =
-                    [4.0 / f64::from(replicates), 1.0].map(|share| share / (3 * fours) as f64);
-                means
-                    .chunks_exact(4)
-                    .for_each(|four| band.add(four, shares));
-            }
-        }
+        means
+    }
+
+    /// Returns the sums over some rows, in radiance and relative, and the statistics of confirmed
+    /// light.
+    fn band(
+        &self,
+        planes: &ReplicateStats<'_>,
+        rows: Range<usize>,
+        replicates: u32,
+    ) -> ([Sum; 2], LeaveOneOut) {
+        let width = self.plan.crop.width as usize;
+        // Includes the rows of neighbouring pixels.
+        let first = rows.start.saturating_sub(REACH);
+        let last = (rows.end + REACH).min(self.plan.crop.height as usize);
+        let means = self.means_of_rows(planes, first..last, replicates);
+        let [absolute, relative] = [(); 2].map(|()| vec![Pixel::default(); means[0].len()]);
+        let mut band = Band { absolute, relative };
         let inner = (rows.start - first) * width..(rows.end - first) * width;
         let mut again = LeaveOneOut::default();
-        for four in means.chunks_exact(4) {
-            inner
-                .clone()
-                .for_each(|pixel| again.add([0, 1, 2, 3].map(|r: usize| four[r][pixel])));
+        match shares(replicates) {
+            None => band.guess(&means, width),
+            Some(shares) => {
+                for four in means.chunks_exact(4) {
+                    for pixel in inner.clone() {
+                        let at = [0, 1, 2, 3].map(|r: usize| four[r][pixel]);
+                        again.add(at);
+                        band.add(pixel, at, shares);
+                    }
+                }
+            }
         }
-        let sums = [&band.absolute, &band.relative, &band.vouched].map(|pixels| {
-            let mut sum = Sum::default();
-            pixels[inner.clone()]
-                .iter()
-                .for_each(|&pixel| sum += Sum::of(pixel));
-            sum
-        });
+        let sums = [&band.absolute, &band.relative].map(|pixels| sum(&pixels[inner.clone()]));
         (sums, again)
+    }
+
+    /// Returns the relative sum over some rows where light found by a single replicate is confirmed;
+    /// zero for fewer than four replicates.
+    fn vouched(&self, planes: &ReplicateStats<'_>, rows: Range<usize>, replicates: u32) -> Sum {
+        let Some(shares) = shares(replicates) else {
+            return Sum::default();
+        };
+        let means = self.means_of_rows(planes, rows, replicates);
+        let mut pixels = vec![Pixel::default(); means[0].len()];
+        for four in means.chunks_exact(4) {
+            for (pixel, sum) in pixels.iter_mut().enumerate() {
+                let at = [0, 1, 2, 3].map(|r: usize| four[r][pixel]);
+                let once = SingleReplicateBound::of(at);
+                sum.add_relative(at.map(DVec3::from), Some(once), shares);
+            }
+        }
+        sum(&pixels)
     }
 }
 
+/// Weights of one pairing of four replicates, in the variance of the mean and in the mean of
+/// products; none for fewer than four replicates.
+fn shares(replicates: u32) -> Option<[f64; 2]> {
+    let fours = replicates / 4;
+    (fours > 0)
+        .then(|| [4.0 / f64::from(replicates), 1.0].map(|share| share / f64::from(3 * fours)))
+}
+
+/// The sum over some pixels.
+fn sum(pixels: &[Pixel]) -> Sum {
+    let mut sum = Sum::default();
+    pixels.iter().for_each(|&pixel| sum += Sum::of(pixel));
+    sum
+}
+
 impl Band {
-    /// Adds the means of four replicates. `shares` are the weights of one pairing, in the variance
-    /// of the mean and in the mean of products.
-    fn add(&mut self, four: &[Vec<[f64; 3]>], shares: [f64; 2]) {
-        let pixels = self
-            .absolute
-            .iter_mut()
-            .zip(&mut self.relative)
-            .zip(&mut self.vouched);
-        for (pixel, ((absolute, relative), vouched)) in pixels.enumerate() {
-            let at = [0, 1, 2, 3].map(|r: usize| four[r][pixel]);
-            absolute.add(
-                at,
-                [|_, _| [1.0; 3]; 2],
-                [1.0; 3],
-                SingleReplicateBound::default(),
-                shares,
-            );
-            relative.add(
-                at,
-                [across, within],
-                among(at),
-                SingleReplicateBound::default(),
-                shares,
-            );
-            vouched.add(
-                at,
-                [across, within],
-                among(at),
-                SingleReplicateBound::of(at),
-                shares,
-            );
+    /// Adds the means of four replicates of a pixel; equal means contribute nothing.
+    fn add(&mut self, pixel: usize, four: [[f64; 3]; 4], shares: [f64; 2]) {
+        if four[1..].iter().any(|other| *other != four[0]) {
+            let at = four.map(DVec3::from);
+            self.absolute[pixel].add(at, shares);
+            self.relative[pixel].add_relative(at, None, shares);
         }
     }
 

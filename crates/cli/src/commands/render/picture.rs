@@ -83,7 +83,7 @@ pub fn render(
     tell::note_losses(&rendered.counters, &mut notes);
     super::note_rendered(&loaded, &rendered, &plan, &[], &mut notes);
     tell::note_shut_away(&loaded, &ready, &film, &mut notes);
-    let noisy = film.uncertainty();
+    let noisy = rendered.noisy_error(&film);
     let noisy = super::claimed(task, (&ready, &rendered), noisy.as_ref());
     tell::error(noisy, &film, &rendered, task.max_error, &mut notes);
     let shortfall = task

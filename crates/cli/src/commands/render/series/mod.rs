@@ -408,7 +408,7 @@ impl<'a> Series<'a> {
         let rendered = self
             .threads
             .run(|| denoise::rendered(session.film(), (self.task.progress, verbosity), self.stop));
-        let noisy = self.threads.run(|| session.film().uncertainty());
+        let noisy = self.threads.run(|| rendered.noisy_error(session.film()));
         let [render, render_cpu] = self.clock.lap_with_cpu();
         let seconds = Seconds {
             load,

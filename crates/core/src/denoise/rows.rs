@@ -1,0 +1,164 @@
+//! Inputs and sums of a filter, row by row: all numbers of a row lie side by side, at offsets known
+//! to the compiler, so that a loop over many of them needs few address registers.
+
+use core::ops::Range;
+
+use super::filter::Guide;
+use super::plane::{Colour, PixelPlane, Window};
+
+/// Loops run to a multiple of this length.
+pub(super) const LANES: usize = 16;
+
+/// Length of a row: a tile with its margins and padding.
+pub(super) const ROW: usize = 192;
+
+pub(super) type Row = [f32; ROW];
+
+/// Number of features.
+pub(super) const FEATURES: usize = 7;
+
+/// A row of the guide, with zeros beyond the picture.
+#[derive(Clone)]
+pub(super) struct Compared {
+    pub colour: [Row; 3],
+    pub variance: Row,
+    pub noise: Row,
+    pub inverse_noise: Row,
+    pub features: [Row; FEATURES],
+    pub tolerances: [Row; FEATURES],
+}
+
+impl Compared {
+    const BLACK: Self = Self {
+        colour: [[0.0; ROW]; 3],
+        variance: [0.0; ROW],
+        noise: [0.0; ROW],
+        inverse_noise: [0.0; ROW],
+        features: [[0.0; ROW]; FEATURES],
+        tolerances: [[0.0; ROW]; FEATURES],
+    };
+
+    /// Copies some rows of a guide's planes.
+    pub fn fill(rows: &mut Vec<Self>, guide: &Guide<'_>, which: Range<usize>) {
+        rows.resize(guide.variance.height.max(rows.len()), Self::BLACK);
+        for y in which {
+            let row = &mut rows[y];
+            for (to, of) in row.colour.iter_mut().zip(guide.colour) {
+                put(to, of, y);
+            }
+            put(&mut row.variance, guide.variance, y);
+            put(&mut row.noise, guide.noise, y);
+            put(&mut row.inverse_noise, guide.inverse_noise, y);
+            let to = row.features.iter_mut().zip(&mut row.tolerances);
+            for ((feature, tolerance), of) in to.zip(guide.features) {
+                put(feature, &of.0, y);
+                put(tolerance, &of.1, y);
+            }
+        }
+    }
+}
+
+/// A row of the targets.
+#[derive(Clone)]
+pub(super) struct Filtered {
+    pub colours: [[Row; 3]; 2],
+    /// Range of the pixels that are not black; none in a black row.
+    lit: Option<(usize, usize)>,
+}
+
+impl Filtered {
+    const BLACK: Self = Self {
+        colours: [[[0.0; ROW]; 3]; 2],
+        lit: None,
+    };
+
+    /// Copies the rows of two colours.
+    pub fn fill(rows: &mut Vec<Self>, colours: [&Colour; 2]) {
+        let height = colours[0][0].height;
+        rows.resize(height.max(rows.len()), Self::BLACK);
+        for (y, row) in rows[..height].iter_mut().enumerate() {
+            row.lit = None;
+            let to = row.colours.as_flattened_mut().iter_mut();
+            for (to, of) in to.zip(colours.into_iter().flatten()) {
+                put(to, of, y);
+                let is_lit = |of: &f32| *of != 0.0;
+                if let Some(first) = to.iter().position(is_lit) {
+                    let end = to.iter().rposition(is_lit).map_or(ROW, |last| last + 1);
+                    row.lit = Some(match row.lit {
+                        Some(lit) => (first.min(lit.0), end.max(lit.1)),
+                        None => (first, end),
+                    });
+                }
+            }
+        }
+    }
+}
+
+/// The part of a block with any pixel within `reach` that is not black; none if there is none.
+pub(super) fn lit_part(rows: &[Filtered], block: Window, reach: usize) -> Option<Window> {
+    let around = block.y.saturating_sub(reach)..(block.y + block.height + reach).min(rows.len());
+    let lit = rows[around].iter().filter_map(|row| row.lit);
+    let (first, end) = lit.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))?;
+    let left = first.saturating_sub(reach).max(block.x);
+    let right = (end + reach).min(block.x + block.width);
+    (left < right).then_some(Window {
+        x: left,
+        width: right - left,
+        ..block
+    })
+}
+
+/// Copies a row of a plane and pads it with zeros.
+fn put(to: &mut Row, of: &PixelPlane, y: usize) {
+    let (to, rest) = to.split_at_mut(of.width);
+    to.copy_from_slice(of.row(y));
+    rest.fill(0.0);
+}
+
+/// A row of weighted sums, sums of weights, and weights of the pixels themselves.
+#[derive(Clone)]
+pub(super) struct Sums {
+    pub colours: [[Row; 3]; 2],
+    pub weights: Row,
+    pub own: Row,
+}
+
+impl Sums {
+    pub const NOTHING: Self = Self {
+        colours: [[[0.0; ROW]; 3]; 2],
+        weights: [0.0; ROW],
+        own: [0.0; ROW],
+    };
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::plane::black;
+    use super::*;
+
+    /// Protects: the filtered part of a block holds every pixel within reach of a lit one, to the last
+    /// row and column, and nothing of a black block.
+    #[test]
+    fn what_is_lit_is_filtered() {
+        let mut colours = [(); 2].map(|()| black([60, 40]));
+        let part = |colours: &[Colour; 2], y: usize| {
+            let mut rows = Vec::new();
+            Filtered::fill(&mut rows, colours.each_ref());
+            let block = Window {
+                x: 5,
+                y,
+                width: 50,
+                height: 4,
+            };
+            lit_part(&rows, block, 3).map(|part| (part.x, part.x + part.width))
+        };
+        assert_eq!(part(&colours, 20), None);
+        colours[1][2].at[20 * 60 + 30] = -1.0;
+        assert_eq!(
+            [13, 14, 20, 23, 24].map(|y| part(&colours, y)),
+            [None, Some((27, 34)), Some((27, 34)), Some((27, 34)), None]
+        );
+        colours[0][0].at[21 * 60 + 6] = 1.0;
+        assert_eq!(part(&colours, 20), Some((5, 34)));
+    }
+}
