@@ -25,7 +25,10 @@
 mod aimed;
 mod bodies;
 mod cameras;
+mod causes;
 mod coplanar;
+mod duplicates;
+mod faces;
 mod facts;
 mod fans;
 mod finding;
@@ -36,10 +39,14 @@ mod meshes;
 mod ray_survey;
 mod rays;
 mod samples;
+mod seams;
+mod sightlines;
 mod stored;
 mod textures;
 mod topology;
+mod triangles;
 mod values;
+mod windings;
 
 use core::time::Duration;
 use std::collections::BTreeMap;
@@ -47,7 +54,7 @@ use std::time::Instant;
 
 use aimed::{AimedRays, EdgeAim};
 pub(crate) use facts::SceneFacts;
-pub use finding::{CheckRun, Code, Finding, Severity, Subject};
+pub use finding::{CheckRun, Code, Finding, Severity, Subject, counted, decimal};
 use ray_survey::RaySurvey;
 use rays::PictureRays;
 
@@ -57,8 +64,10 @@ use crate::observer::Observer;
 use crate::prepare::PrepareError;
 use crate::scene::Scene;
 use crate::settings::{Aov, Sampling, Settings};
+use bodies::Bodies;
 use cameras::View;
-use coplanar::Overlaps;
+use coplanar::{Overlaps, Resolution};
+use duplicates::Doubles;
 use samples::SmallPicture;
 use topology::Topology;
 
@@ -179,27 +188,33 @@ impl Session<'_> {
                     .into_iter()
                     .chain(lamps::check(&facts, &views)),
             );
-            return Ok(report(
-                findings,
-                &views,
-                Vec::new(),
-                [0, scene.cameras.len().max(1)],
-            ));
+            return Ok(Report {
+                cameras: [0, scene.cameras.len().max(1)],
+                ..report(&facts, &views, None, findings)
+            });
         }
         let steps = 2 + views.len() as u64 * 3;
         let progress = |done: u64| self.observer.progress(done, steps);
-        let (topologies, overlaps) = (meshes::topologies(&facts), coplanar::overlaps(&facts));
+        let resolution = Resolution {
+            precision: settings.precision,
+            views: &views,
+        };
+        let topologies = meshes::topologies(&facts);
+        let overlaps = coplanar::overlaps(&facts, &topologies, &resolution);
+        let doubles = Doubles::of(&facts);
         crate::prepare::go_on(self.observer)?;
         progress(1);
         let mut looks = Looks::default();
         let small = self.small(&views[0]);
         let mut ready = prepare(scene, &small, self.observer)?;
-        let mut findings = stored::check(&facts, &ready);
+        let mut findings = Vec::new();
         for (done, view) in views.iter().enumerate() {
             if done > 0 && !ready.turn_to(scene, &view.data) {
                 ready = prepare(scene, &self.small(view), self.observer)?;
             }
-            findings.extend(self.look(&ready, (&facts, &topologies, &overlaps), view, &mut looks));
+            self.look(&ready, (&facts, &topologies, &overlaps), view, &mut looks);
+            let (gaps, leaks) = (ready.closed_gaps(), ready.light_leaks());
+            findings.extend(bodies::closed(&facts, &doubles, &gaps, &leaks));
             crate::prepare::go_on(self.observer)?;
             progress(2 + 3 * done as u64);
         }
@@ -210,11 +225,24 @@ impl Session<'_> {
             .cloned()
             .reduce(RaySurvey::plus)
             .unwrap_or_default();
-        findings.extend(meshes::check(&facts, &topologies, &seen));
-        findings.extend(bodies::check(&facts, &topologies, &seen, &looks.aimed));
-        findings.extend(coplanar::check(&facts, &overlaps, &seen, |pair| {
-            bodies::flickers(&facts, &seen, pair)
-        }));
+        findings.extend(stored::check(&facts, &ready, &seen, &views));
+        findings.extend(meshes::check(&facts, &topologies, &seen, &views));
+        findings.extend(duplicates::check(&facts, &doubles, &seen));
+        let bodies = Bodies {
+            facts: &facts,
+            topologies: &topologies,
+            doubles: &doubles,
+            seen: &seen,
+            resolution: &resolution,
+        };
+        findings.extend(bodies.check(&looks.aimed));
+        findings.extend(coplanar::check(
+            &facts,
+            &overlaps,
+            &seen,
+            &resolution,
+            |pair| doubles.are_one(pair) || bodies.flickers(pair),
+        ));
         findings.extend(samples::check(&facts, &looks.pictures, size));
         findings.extend(materials::check(&facts, settings, &seen, &furnaces));
         findings.extend(textures::check(&facts));
@@ -227,13 +255,11 @@ impl Session<'_> {
             unit: "materials",
             planned: of as u64,
         };
-        let checks = looks.checks(furnaces);
-        Ok(report(
-            findings,
-            &views,
-            checks,
-            [views.len(), scene.cameras.len().max(1)],
-        ))
+        Ok(Report {
+            checks: looks.checks(furnaces),
+            cameras: [views.len(), scene.cameras.len().max(1)],
+            ..report(&facts, &views, Some(&ready), findings)
+        })
     }
 
     /// The cameras that are looked through, each in the picture's size.
@@ -287,7 +313,7 @@ impl Session<'_> {
         (facts, topologies, overlaps): (&SceneFacts<'_>, &BTreeMap<usize, Topology>, &Overlaps),
         view: &View,
         looks: &mut Looks,
-    ) -> Vec<Finding> {
+    ) {
         let seed = self.settings.seed;
         let deadline = &self.deadline;
         looks.rays.push(ready.work(&PictureRays {
@@ -306,7 +332,6 @@ impl Session<'_> {
         looks
             .pictures
             .push(SmallPicture::of(ready, view.index, &self.deadline));
-        bodies::closed(facts, &ready.closed_gaps(), &ready.light_leaks())
     }
 }
 
@@ -344,27 +369,18 @@ impl Looks {
 /// Findings of a kind that are kept.
 const KEPT: usize = 16;
 
-/// The findings, the worst first, each once, with the pixels in which they are.
+/// The findings, the worst first, each cause once, with the pixels in which they are.
 fn report(
-    mut findings: Vec<Finding>,
+    facts: &SceneFacts<'_>,
     views: &[View],
-    checks: Vec<CheckRun>,
-    cameras: [usize; 2],
+    ready: Option<&Ready>,
+    mut findings: Vec<Finding>,
 ) -> Report {
-    for found in &mut findings {
-        let place = found.place.map(glam::DVec3::from);
-        let pixel = |place| {
-            views
-                .iter()
-                .find_map(|view| Some((view.pixel_of(place)?, view.index)))
-        };
-        found.pixel = found.pixel.or_else(|| place.and_then(pixel));
-    }
+    findings.extend(nothing_left(facts));
+    let findings = causes::without_consequences(facts, findings);
+    let mut findings = together(views, findings);
     findings.sort_by(|a, b| {
         (a.severity, a.code, a.subject, &a.why).cmp(&(b.severity, b.code, b.subject, &b.why))
-    });
-    findings.dedup_by(|again, found| {
-        (again.code, again.subject, &again.why) == (found.code, found.subject, &found.why)
     });
     let (all, mut of_kind) = (findings.len(), BTreeMap::new());
     findings.retain(|found| {
@@ -373,11 +389,50 @@ fn report(
         *kept <= KEPT
     });
     let left_out = all - findings.len();
+    if let Some(ready) = ready {
+        sightlines::set_pixels(facts, ready, views, &mut findings);
+    }
     Report {
         findings,
         left_out,
-        checks,
-        cameras,
+        checks: Vec::new(),
+        cameras: [0; 2],
         size: views.first().map_or([1, 1], |view| view.size),
     }
+}
+
+/// That there is no object.
+fn nothing_left(facts: &SceneFacts<'_>) -> Option<Finding> {
+    let why = "it has no object: the file has none, or nothing was left of them when it was read";
+    let remedy = "look at the warnings of reading, and whether the file's scene has a mesh with finite corners";
+    facts.is_empty().then(|| {
+        let (code, severity) = (Code::NothingSeen, Severity::PictureWrong);
+        Finding::new(code, severity, Subject::Scene, why, remedy)
+    })
+}
+
+/// Findings of one kind and cause as one, at the place that is nearest to a camera.
+fn together(views: &[View], mut findings: Vec<Finding>) -> Vec<Finding> {
+    findings.sort_by(|a, b| {
+        (a.severity, a.code, &a.why, &a.remedy, a.subject)
+            .cmp(&(b.severity, b.code, &b.why, &b.remedy, b.subject))
+    });
+    let mut groups: Vec<Finding> = Vec::new();
+    for found in findings {
+        let is_one = |last: &&mut Finding| {
+            (last.severity, last.code, &last.why, &last.remedy)
+                == (found.severity, found.code, &found.why, &found.remedy)
+                && last.subject.is_alike(found.subject)
+        };
+        match groups.last_mut().filter(is_one) {
+            // Of several cameras.
+            Some(last) if last.subject == found.subject => {}
+            Some(last) => last.join(found, |place| cameras::nearness(views, place.into())),
+            None => groups.push(found),
+        }
+    }
+    groups
+        .iter_mut()
+        .for_each(|group| group.others.sort_unstable());
+    groups
 }

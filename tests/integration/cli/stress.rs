@@ -125,6 +125,72 @@ fn findings_are_told_in_words() {
     .exits_with(1);
 }
 
+/// Protects: what a finding counts is said after its number, numbers count from 0 throughout, and
+/// what a check had nothing to look at for is left out.
+#[test]
+fn numbers_say_what_they_count() {
+    let desk = Desk::new();
+    desk.write("faults.scene.toml", FAULTS);
+    let run = desk.run(&["stress", "faults.scene.toml", "--budget", "10min", "-q"]);
+    let text = run.text();
+    for words in [
+        "rays on whose way it lies went only in or only out",
+        "objects[1] - duplicate-object",
+        "furnaces (2 materials)",
+        " metres, pixel ",
+    ] {
+        assert!(text.contains(words), "{words}\n{text}");
+    }
+    assert!(!text.contains("(0 rays)"), "{text}");
+}
+
+/// Protects: models of which reading leaves something out are told so beside what rays find, one
+/// without an object that is left shows nothing, and lost texture coordinates are a finding.
+#[test]
+fn what_reading_left_out_is_told() {
+    let Some(folder) = shared("assets/malformed") else {
+        return;
+    };
+    let desk = Desk::new();
+    let of = |model: &str| {
+        let path = folder.join(model);
+        let run = desk.run(&["stress", &path.to_string_lossy(), "--budget", "10min"]);
+        (run.code, run.text().to_owned())
+    };
+    let (code, text) = of("geometry/nan_positions.gltf");
+    assert!(code == Some(1) && text.contains("nothing-seen"), "{text}");
+    let (code, text) = of("images/texture_without_texcoords.gltf");
+    assert!(
+        code == Some(1) && text.contains("no-texture-coordinates"),
+        "{text}"
+    );
+    let warnings = "1 warning of reading the file above";
+    assert!(text.contains(warnings), "{text}");
+    let (code, text) = of("obj/mtl_missing_texture.obj");
+    assert!(code == Some(1) && text.contains("missing-image"), "{text}");
+    let (code, text) = of("obj/huge_coordinates.obj");
+    assert!(code == Some(0) && text.contains(warnings), "{text}");
+}
+
+/// Protects: findings that have no mark in the picture are said to have none, in the text.
+#[test]
+fn findings_without_a_mark_are_named() {
+    let desk = Desk::new();
+    desk.write("faults.scene.toml", FAULTS);
+    let run = desk.run(&[
+        "stress",
+        "faults.scene.toml",
+        "--budget",
+        "10min",
+        "-o",
+        "m.png",
+    ]);
+    let text = run.text();
+    // The light is above the picture.
+    assert!(text.contains("m.png: no mark for "), "{text}");
+    assert!(text.contains("seen by no camera"), "{text}");
+}
+
 /// Protects: JSON has every finding with its name, place and pixel, equal for equal seeds; a
 /// picture has the places marked, and is refused unless it is a PNG that does not replace the
 /// scene.

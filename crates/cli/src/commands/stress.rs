@@ -1,28 +1,32 @@
 //! `stress`: what of a scene makes its picture wrong or noisy, with place, reason and remedy.
 
+mod words;
+
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use raywright_core::display::Display;
 use raywright_core::settings::{Sampling, Settings};
-use raywright_core::stress::{Effort, Finding, Report, Severity, stress};
+use raywright_core::stress::{
+    CheckRun, Code, Effort, Finding, Report, Severity, Subject, counted, stress,
+};
 use raywright_io::output::{self, Mark, Metadata};
-use raywright_io::{Error, Loaded, Warning};
+use raywright_io::{Error, Loaded, Warning, WarningCode};
 use serde::Serialize;
 
 use crate::args::StressArgs;
-use crate::console::{self, Verbosity, on_one_line};
+use crate::console::{self, Verbosity};
 use crate::failure::{Exit, Failure};
 use crate::notes::Notes;
 use crate::plan::{self, Choices};
 use crate::progress::Progress;
 use crate::ready::{failed, prepared};
-use crate::table::{paragraph, wrapped};
 use crate::targets::Outputs;
 use crate::threads::Threads;
 use crate::watch::{Patience, Watch};
 use crate::{args, interrupt, scene_input};
+use words::Words;
 
 /// Version of the layout of [`StressReport`].
 const FORMAT: u32 = 1;
@@ -59,6 +63,9 @@ struct Entry {
     path: String,
     #[serde(rename = "in")]
     at: String,
+    /// Paths of others of which the same is found, the first hundred, and how many there are.
+    others: Vec<String>,
+    more: usize,
     primitive: Option<u32>,
     place: Option<[f64; 3]>,
     pixel: Option<[f64; 2]>,
@@ -66,9 +73,14 @@ struct Entry {
     count: u64,
     of: u64,
     unit: &'static str,
+    /// What is so of those that are counted.
+    predicate: &'static str,
     why: String,
     remedy: String,
 }
+
+/// Paths of others that an entry has at most.
+const PATHS: usize = 100;
 
 #[derive(Serialize)]
 struct CheckEntry {
@@ -117,7 +129,8 @@ pub fn run(args: &StressArgs, verbosity: Verbosity) -> Result<(), Failure> {
         )
     });
     progress.finish();
-    let report = report.map_err(|error| failed(&loaded.source, error))?;
+    let mut report = report.map_err(|error| failed(&loaded.source, error))?;
+    add_findings_of_reading(&mut report, &loaded.warnings);
     if let Some(path) = &args.output {
         threads.run(|| mark(path, (args, stop), &settings, &loaded, &report))?;
         verbosity.say(path.display());
@@ -126,9 +139,44 @@ pub fn run(args: &StressArgs, verbosity: Verbosity) -> Result<(), Failure> {
     console::print(if args.json {
         json(&loaded, &settings, &report, seconds)
     } else {
-        text(&loaded, &report, seconds)
+        let words = Words {
+            loaded: &loaded,
+            report: &report,
+            picture: args.output.as_deref(),
+            verbosity,
+        };
+        words.text(seconds)
     })?;
     ending(&report, args.deny.into(), &loaded.source.name)
+}
+
+/// Adds what the reader had to leave out of the scene, so that no check sees it there.
+fn add_findings_of_reading(report: &mut Report, warnings: &[Warning]) {
+    for (about, code, remedy) in [
+        (
+            WarningCode::TextureCoordinates,
+            Code::NoTextureCoordinates,
+            "export the mesh with these texture coordinates, or take the image away",
+        ),
+        (
+            WarningCode::Picture,
+            Code::MissingImage,
+            "put an image that can be read where the file names it",
+        ),
+    ] {
+        if report.findings.iter().any(|found| found.code == code) {
+            continue;
+        }
+        let of_code = warnings.iter().filter(|warning| warning.code == about);
+        let finding = |warning: &Warning| {
+            let (severity, why) = (Severity::PictureWrong, warning.message.clone());
+            Finding::new(code, severity, Subject::Scene, why, remedy)
+        };
+        report.findings.extend(of_code.map(finding));
+    }
+    report
+        .findings
+        .sort_by_key(|found| (found.severity, found.code));
 }
 
 /// How a run ends with these findings where some are denied.
@@ -143,11 +191,17 @@ fn ending(report: &Report, denied: Severity, name: &str) -> Result<(), Failure> 
         (0, _) => Ok(()),
         (_, Severity::PictureWrong) => Err(Failure::new(
             Exit::Failed,
-            format_args!("{name}: the picture is wrong, see {}", findings(count)),
+            format_args!(
+                "{name}: the picture is wrong, see {} above",
+                counted(count as u64, "findings")
+            ),
         )),
         _ => Err(Failure::new(
             Exit::Failed,
-            format_args!("{name}: {count} of {} are denied", findings(all)),
+            format_args!(
+                "{name}: {count} of {} denied by --deny",
+                counted(all as u64, "findings")
+            ),
         )),
     }
 }
@@ -160,14 +214,6 @@ fn settings(args: &StressArgs, loaded: &mut Loaded) -> Result<Settings, Failure>
     settings.max_memory = Some(plan::limits(args.max_memory).memory_bytes);
     Choices::from(&args.choices).apply(&mut loaded.scene, &mut settings)?;
     Ok(settings)
-}
-
-fn findings(count: usize) -> String {
-    if count == 1 {
-        "1 finding".to_owned()
-    } else {
-        format!("{count} findings")
-    }
 }
 
 /// Renders the first camera's picture with few samples and marks the places that are in it by their
@@ -202,11 +248,17 @@ fn mark(
         .enumerate()
         .filter_map(|(index, found)| mark_of(index, found))
         .collect();
+    let unmarked = unmarked(report);
+    let note = match unmarked.is_empty() {
+        true => String::new(),
+        false => format!("no mark: {}", unmarked.join(", ")),
+    };
     output::write_marked(
         path,
         &rendered.picture,
         Display::of(&loaded.scene.render),
         &marks,
+        &note,
         &Metadata::default(),
     )?;
     Ok(())
@@ -242,11 +294,19 @@ fn json(loaded: &Loaded, settings: &Settings, report: &Report, seconds: f64) -> 
             count: found.count,
             of: found.of,
             unit: found.unit,
+            predicate: found.predicate,
+            others: found
+                .others
+                .iter()
+                .take(PATHS)
+                .map(|subject| subject.path(&loaded.scene))
+                .collect(),
+            more: found.others.len(),
             why: found.why.clone(),
             remedy: found.remedy.clone(),
         }
     };
-    let check = |run: &raywright_core::stress::CheckRun| CheckEntry {
+    let check = |run: &CheckRun| CheckEntry {
         name: run.name,
         unit: run.unit,
         looked_at: run.looked_at,
@@ -269,123 +329,11 @@ fn json(loaded: &Loaded, settings: &Settings, report: &Report, seconds: f64) -> 
     })
 }
 
-/// The worst first, each with its number.
-fn text(loaded: &Loaded, report: &Report, seconds: f64) -> String {
-    let worst = report.worst().map_or_else(
-        || "nothing found".to_owned(),
-        |worst| {
-            format!(
-                "{}, the worst: {}",
-                findings(report.findings.len()),
-                worst.words()
-            )
-        },
-    );
-    let mut text = format!(
-        "{}\n",
-        paragraph(&format!("{}: {worst}", on_one_line(&loaded.source.name)))
-    );
-    for severity in Severity::ALL {
-        let of = report
-            .findings
-            .iter()
-            .enumerate()
-            .filter(|(_, found)| found.severity == severity);
-        for (position, (index, found)) in of.enumerate() {
-            if position == 0 {
-                text += &format!("\n{}\n", severity.words());
-            }
-            text += &lines(index + 1, found, loaded);
-        }
-    }
-    if report.left_out > 0 {
-        text += &format!(
-            "\n{}\n",
-            paragraph(&format!(
-                "and {} more of the same kinds",
-                findings(report.left_out)
-            ))
-        );
-    }
-    text + &format!("\n{}\n", paragraph(&looked_at(report, seconds)))
-}
-
-/// A finding: what and where, then why and what to do.
-fn lines(number: usize, found: &Finding, loaded: &Loaded) -> String {
-    const INDENT: usize = 6;
-    let room = console::width().unwrap_or(usize::MAX);
-    let path = found.subject.path(&loaded.scene);
-    let mut places = Vec::new();
-    if !path.is_empty() {
-        places.push(loaded.source.locate(&path));
-    }
-    places.extend(
-        found
-            .primitive
-            .map(|primitive| format!("triangle {primitive}")),
-    );
-    places.extend(
-        found
-            .place
-            .map(|[x, y, z]| format!("at ({x:.4}, {y:.4}, {z:.4})")),
-    );
-    places.extend(
-        found
-            .pixel
-            .map(|([x, y], _)| format!("pixel {x:.0},{y:.0}")),
-    );
-    let count = match (found.unit, found.of) {
-        ("", _) => String::new(),
-        (unit, 0) => format!(": {} {unit}", found.count),
-        (unit, of) => format!(": {} of {of} {unit}", found.count),
-    };
-    let head = format!(
-        "{} - {}{count}",
-        found.subject.words(&loaded.scene),
-        found.code.name()
-    );
-    let mut text = format!(
-        "{number:>4}  {}\n",
-        wrapped(&on_one_line(&head), INDENT, room)
-    );
-    let lines = [
-        places.join(", "),
-        found.why.clone(),
-        format!("do: {}", found.remedy),
-    ];
-    for line in lines.iter().filter(|line| !line.is_empty()) {
-        text += &format!(
-            "{:INDENT$}{}\n",
-            "",
-            wrapped(&on_one_line(line), INDENT, room)
-        );
-    }
-    text
-}
-
-/// What was looked at, and what not.
-fn looked_at(report: &Report, seconds: f64) -> String {
-    let run = |run: &raywright_core::stress::CheckRun| match run.is_cut() {
-        true => format!(
-            "{} ({} of {} {})",
-            run.name, run.looked_at, run.planned, run.unit
-        ),
-        false => format!("{} ({} {})", run.name, run.looked_at, run.unit),
-    };
-    let checks: Vec<String> = report.checks.iter().map(run).collect();
-    let mut said = format!(
-        "looked at in {}: meshes, images, materials, lights",
-        crate::clock::spoken(seconds)
-    );
-    checks
-        .iter()
-        .for_each(|check| said += &format!(", {check}"));
-    let [through, of] = report.cameras;
-    if through < of {
-        said += &format!("; through {through} of {of} cameras");
-    }
-    if report.is_cut() {
-        said += "; the time was over before all rays were sent: a larger --budget finds more";
-    }
-    said
+/// Numbers of the findings that have no mark in the picture.
+fn unmarked(report: &Report) -> Vec<String> {
+    let findings = report.findings.iter().enumerate();
+    findings
+        .filter(|&(index, found)| mark_of(index, found).is_none())
+        .map(|(index, _)| (index + 1).to_string())
+        .collect()
 }

@@ -1,237 +1,195 @@
 //! What rays of the cameras say of bodies and surfaces, and where rays start from them.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 
 use super::aimed::AimedRays;
-use super::facts::{Matter, SceneFacts, place};
-use super::finding::{Code, Finding, Severity, Subject};
+use super::coplanar::{Resolution, remedy};
+use super::duplicates::Doubles;
+use super::facts::{SceneFacts, place};
+use super::finding::{Code, Finding, Severity, Subject, decimal, one_digit_above};
 use super::ray_survey::{RaySurvey, Sighting};
 use super::topology::Topology;
 use crate::prepare::{ClosedGap, Lamp, LightLeak};
-use crate::scene::{Object, Shape};
+use crate::scene::{Material, Model, Shape};
 
 /// Share of the rays on whose way something is from which on it is seen in the picture.
 const SEEN: f64 = 0.02;
 /// Share of all rays from which on it is.
 const OF_ALL: f64 = 0.002;
 
-/// What rays say.
-pub(super) fn check(
-    facts: &SceneFacts<'_>,
-    topologies: &BTreeMap<usize, Topology>,
-    seen: &RaySurvey,
-    aimed: &[AimedRays],
-) -> Vec<Finding> {
-    let mut found = open_bodies(facts, topologies, seen);
-    found.extend(nested(facts, seen));
-    found.extend(flickering(facts, seen));
-    found.extend(duplicates(facts));
-    let of = |code, why: &str, remedy: &str, (&object, sighting): (&usize, &Sighting), of: u64| {
-        let finding = Finding::new(
-            code,
-            Severity::PictureWrong,
-            facts.objects[object].subject,
-            why,
-            remedy,
-        );
-        finding
-            .counted(sighting.count, of, "rays")
-            .at(place(sighting.place))
-    };
-    for sighting in &seen.self_hits {
-        let why = "rays that leave the surface meet it again where they start, which shows as dark speckles";
-        let remedy = "leave `classic.spawn` away, or give it a larger `offset`";
-        found.push(of(Code::SelfHit, why, remedy, sighting, seen.starts));
-    }
-    for sighting in seen
-        .beyond
-        .iter()
-        .filter(|(_, beyond)| beyond.count as f64 > OF_ALL * seen.starts as f64)
-    {
-        let why = "rays that leave the surface start beyond another one: its shadow and its reflection are missing there";
-        let remedy = "leave `classic.spawn` away, or give it a smaller `offset`";
-        found.push(of(
-            Code::StartBeyondSurface,
-            why,
-            remedy,
-            sighting,
-            seen.starts,
-        ));
-    }
-    let sent = aimed.iter().map(|rays| rays.sent).sum();
-    for (&object, &(count, point)) in aimed.iter().flat_map(|rays| &rays.leaks) {
-        let why = "rays pass between triangles that share an edge or a corner";
-        let finding = Finding::new(
-            Code::Leak,
-            Severity::PictureWrong,
-            facts.objects[object].subject,
-            why,
-            "please report this: it is a fault of the program",
-        );
-        found.push(finding.counted(count, sent, "rays").at(place(point)));
-    }
-    found
+/// What rays met.
+pub(super) struct Bodies<'a> {
+    pub facts: &'a SceneFacts<'a>,
+    pub topologies: &'a BTreeMap<usize, Topology>,
+    pub doubles: &'a Doubles,
+    pub seen: &'a RaySurvey,
+    pub resolution: &'a Resolution<'a>,
 }
 
-/// Bodies of glass that are not closed, and are no meshes whose edges say so.
-fn open_bodies(
-    facts: &SceneFacts<'_>,
-    topologies: &BTreeMap<usize, Topology>,
-    seen: &RaySurvey,
-) -> Vec<Finding> {
-    let finding = |(&object, sighting): (&usize, &Sighting)| {
-        let own = &facts.objects[object];
-        let edges_tell = facts
-            .mesh(own.object)
-            .and_then(|(mesh, _)| topologies.get(&mesh))
-            .is_some_and(|t| !t.is_closed());
-        let met = RaySurvey::count(&seen.met, &object);
-        // What has no end has an inside that nothing leaves.
-        let is_endless = matches!(own.object.shape, Shape::Plane { .. });
-        let is_few = sighting.count < 3 || (sighting.count as f64) < SEEN * met as f64;
-        if edges_tell || is_endless || is_few {
-            return None;
+impl Bodies<'_> {
+    /// What rays say.
+    pub fn check(&self, aimed: &[AimedRays]) -> Vec<Finding> {
+        let mut found = self.open_bodies();
+        found.extend(self.nested());
+        found.extend(self.flickering());
+        found.extend(self.starts());
+        let sent = aimed.iter().map(|rays| rays.sent).sum();
+        for (&object, &(count, point)) in aimed.iter().flat_map(|rays| &rays.leaks) {
+            let why = "rays pass between triangles that share an edge or a corner";
+            let remedy = "please report this: it is a fault of the program";
+            let predicate = "aimed at edges and corners passed";
+            found.push(
+                self.finding(Code::Leak, object, why, remedy)
+                    .counted(count, sent, "rays", predicate)
+                    .at(place(point)),
+            );
         }
-        let why = "rays go into a body of glass and do not come out of it, or the other way round: it is open, and they are bent and tinted wrongly";
-        let remedy = "close it (a tube by `caps`), or set `thin_walled` where it is to be a pane without an inside";
-        let finding = Finding::new(
-            Code::OpenBody,
-            Severity::PictureWrong,
-            own.subject,
-            why,
-            remedy,
-        );
-        Some(
-            finding
-                .counted(sighting.count, met, "rays")
-                .at(place(sighting.place)),
-        )
-    };
-    seen.unbalanced.iter().filter_map(finding).collect()
-}
-
-fn nested(facts: &SceneFacts<'_>, seen: &RaySurvey) -> Vec<Finding> {
-    let has_priorities = facts
-        .used_materials()
-        .iter()
-        .any(|(_, material)| matches!(&material.model, crate::scene::Model::Physical(m) if m.is_nested()));
-    let finding = |([outer, inner], sighting): (&[usize; 2], &Sighting)| {
-        let met = RaySurvey::count(&seen.met, inner);
-        if sighting.count < 3 || (sighting.count as f64) < SEEN * met as f64 {
-            return None;
-        }
-        let around = facts.objects[*outer].subject.words(facts.scene);
-        let why = format!(
-            "it is within {around} or reaches into it, and each boundary bends light as if there were air between them"
-        );
-        let remedy = "give both materials a `priority`: the body with the greater one is there where they overlap";
-        let finding = Finding::new(
-            Code::NestedGlass,
-            Severity::PictureWrong,
-            facts.objects[*inner].subject,
-            why,
-            remedy,
-        );
-        Some(
-            finding
-                .counted(sighting.count, met, "rays")
-                .at(place(sighting.place)),
-        )
-    };
-    if has_priorities {
-        Vec::new()
-    } else {
-        seen.nested.iter().filter_map(finding).collect()
+        found
     }
-}
 
-/// Whether of two surfaces in one place each is seen here and there.
-pub(super) fn flickers(facts: &SceneFacts<'_>, seen: &RaySurvey, [a, b]: [usize; 2]) -> bool {
-    let [one, other] = [[a, b], [b, a]].map(|pair| RaySurvey::count(&seen.coincident, &pair));
-    let differ = facts.objects[a].object.material != facts.objects[b].object.material;
-    differ && one + other >= 10 && 20 * one.min(other) >= one + other
-}
+    /// A finding that makes the picture wrong.
+    fn finding(
+        &self,
+        code: Code,
+        object: usize,
+        why: impl Into<String>,
+        remedy: impl Into<String>,
+    ) -> Finding {
+        let subject = self.facts.objects[object].subject;
+        Finding::new(code, Severity::PictureWrong, subject, why, remedy)
+    }
 
-/// Those of which that is so.
-fn flickering(facts: &SceneFacts<'_>, seen: &RaySurvey) -> Vec<Finding> {
-    let finding = |(pair, sighting): (&[usize; 2], &Sighting)| {
-        let [a, b] = *pair;
-        if a > b || !flickers(facts, seen, *pair) {
-            return None;
+    /// Rays that start from a surface.
+    fn starts(&self) -> Vec<Finding> {
+        let seen = self.seen;
+        let mut found = Vec::new();
+        for (&object, sighting) in &seen.self_hits {
+            let why = "rays that leave the surface meet it again where they start, which shows as dark speckles";
+            let remedy = "leave `classic.spawn` away, or give it a larger `offset`";
+            let predicate = "that start from a surface met it again";
+            found.push(
+                self.finding(Code::SelfHit, object, why, remedy)
+                    .counted(sighting.count, seen.starts, "rays", predicate)
+                    .at(place(sighting.place)),
+            );
         }
-        let all = sighting.count + RaySurvey::count(&seen.coincident, &[b, a]);
-        let with = facts.objects[b].subject.words(facts.scene);
-        let why = format!(
-            "it lies in one place with {with}, and rounding decides from ray to ray which of them is seen"
-        );
-        let finding = Finding::new(
-            Code::FlickeringSurfaces,
-            Severity::PictureWrong,
-            facts.objects[a].subject,
-            why,
-            "move one of them by a thousandth of its size, or take it away",
-        );
-        Some(
-            finding
-                .counted(all, seen.rays, "rays")
-                .at(place(sighting.place)),
-        )
-    };
-    seen.coincident.iter().filter_map(finding).collect()
-}
+        let many = |sighting: &Sighting| sighting.count as f64 > OF_ALL * seen.starts as f64;
+        for (&object, sighting) in seen.beyond.iter().filter(|(_, sighting)| many(sighting)) {
+            let why = "rays that leave the surface start beyond another one: its shadow and its reflection are missing there";
+            let remedy = "leave `classic.spawn` away, or give it a smaller `offset`";
+            let predicate = "that start from a surface started beyond another";
+            found.push(
+                self.finding(Code::StartBeyondSurface, object, why, remedy)
+                    .counted(sighting.count, seen.starts, "rays", predicate)
+                    .at(place(sighting.place)),
+            );
+        }
+        found
+    }
 
-/// Objects that are there twice.
-fn duplicates(facts: &SceneFacts<'_>) -> Vec<Finding> {
-    let mut first: HashMap<String, usize> = HashMap::new();
-    let mut found = Vec::new();
-    for (index, own) in facts
-        .objects
-        .iter()
-        .enumerate()
-        .take(facts.scene.objects.len())
-    {
-        let Object {
-            shape,
-            transform,
-            transform_end,
-            side,
-            ..
-        } = own.object;
-        let key = format!("{shape:?}{transform:?}{transform_end:?}{side:?}");
-        let Some(&before) = first.get(&key) else {
-            first.insert(key, index);
-            continue;
+    /// Bodies of glass that are not closed, and are no meshes whose edges say so.
+    fn open_bodies(&self) -> Vec<Finding> {
+        let finding = |(&object, sighting): (&usize, &Sighting)| {
+            let own = &self.facts.objects[object];
+            let edges_tell = self
+                .facts
+                .mesh(own.object)
+                .and_then(|(mesh, _)| self.topologies.get(&mesh))
+                .is_some_and(|t| !t.is_closed());
+            let met = RaySurvey::count(&self.seen.met, &object);
+            // What has no end has an inside that nothing leaves.
+            let is_endless = matches!(own.object.shape, Shape::Plane { .. });
+            let is_few = sighting.count < 3 || (sighting.count as f64) < SEEN * met as f64;
+            if edges_tell || is_endless || is_few || self.doubles.has_twin(object) {
+                return None;
+            }
+            let why = "rays go into a body of glass and do not come out of it, or the other way round: it is open, and they are bent and tinted wrongly";
+            let remedy = "close it (a tube by `caps`), or set `thin_walled` where it is to be a pane without an inside";
+            let predicate = "on whose way it lies went only in or only out";
+            Some(
+                self.finding(Code::OpenBody, object, why, remedy)
+                    .counted(sighting.count, met, "rays", predicate)
+                    .at(place(sighting.place)),
+            )
         };
-        let passes = [before, index]
-            .iter()
-            .any(|&object| facts.objects[object].matter != Matter::Opaque);
-        let other = facts.objects[before].subject.words(facts.scene);
-        let (severity, why) = match passes {
-            true => (
-                Severity::PictureWrong,
-                format!(
-                    "{other} is there again in the same place, and light that passes is bent or dimmed twice"
-                ),
-            ),
-            false => (
-                Severity::Harmless,
-                format!("{other} is there again in the same place; the first one is seen"),
-            ),
-        };
-        found.push(Finding::new(
-            Code::DuplicateObject,
-            severity,
-            own.subject,
-            why,
-            "remove one of them",
-        ));
+        self.seen.unbalanced.iter().filter_map(finding).collect()
     }
-    found
+
+    fn nested(&self) -> Vec<Finding> {
+        let is_nested =
+            |material: &Material| matches!(&material.model, Model::Physical(m) if m.is_nested());
+        let used = self.facts.used_materials();
+        if used.iter().any(|(_, material)| is_nested(material)) {
+            return Vec::new();
+        }
+        let finding = |(&[outer, inner], sighting): (&[usize; 2], &Sighting)| {
+            let met = RaySurvey::count(&self.seen.met, &inner);
+            let is_few = sighting.count < 3 || (sighting.count as f64) < SEEN * met as f64;
+            if is_few || self.doubles.are_one([outer, inner]) {
+                return None;
+            }
+            let around = self.facts.objects[outer].subject.words(self.facts.scene);
+            let why = format!(
+                "it is within {around} or reaches into it, and each boundary bends light as if there were air between them"
+            );
+            let remedy = "give both materials a `priority`: the body with the greater one is there where they overlap";
+            let predicate = "on whose way it lies came into it within the other body";
+            Some(
+                self.finding(Code::NestedGlass, inner, why, remedy)
+                    .counted(sighting.count, met, "rays", predicate)
+                    .at(place(sighting.place)),
+            )
+        };
+        self.seen.nested.iter().filter_map(finding).collect()
+    }
+
+    /// Whether of two surfaces in one place each is seen here and there.
+    pub fn flickers(&self, [a, b]: [usize; 2]) -> bool {
+        let objects = &self.facts.objects;
+        let [one, other] =
+            [[a, b], [b, a]].map(|pair| RaySurvey::count(&self.seen.coincident, &pair));
+        let differ = objects[a].object.material != objects[b].object.material;
+        differ && one + other >= 10 && 20 * one.min(other) >= one + other
+    }
+
+    /// Those of which that is so.
+    fn flickering(&self) -> Vec<Finding> {
+        let finding = |(pair, sighting): (&[usize; 2], &Sighting)| {
+            let [a, b] = *pair;
+            if a > b || !self.flickers(*pair) || self.doubles.are_one(*pair) {
+                return None;
+            }
+            let pairs = [[a, b], [b, a]];
+            let all = pairs.map(|pair| RaySurvey::count(&self.seen.coincident, &pair));
+            let apart = pairs
+                .iter()
+                .filter_map(|pair| self.seen.apart.get(pair))
+                .fold(0.0_f64, |most, &apart| most.max(apart));
+            let with = self.facts.objects[b].subject.words(self.facts.scene);
+            let why = format!(
+                "it lies in one place with {with}, at most {} metres apart, and rounding decides from ray to ray which of them is seen",
+                decimal(apart)
+            );
+            let remedy = remedy(
+                self.resolution.at(sighting.place),
+                apart,
+                self.resolution.precision,
+            );
+            let predicate = "of the cameras met both in one place";
+            Some(
+                self.finding(Code::FlickeringSurfaces, a, why, remedy)
+                    .counted(all.iter().sum(), self.seen.rays, "rays", predicate)
+                    .at(place(sighting.place)),
+            )
+        };
+        self.seen.coincident.iter().filter_map(finding).collect()
+    }
 }
 
 /// Gaps and covers that storing closes.
 pub(super) fn closed(
     facts: &SceneFacts<'_>,
+    doubles: &Doubles,
     gaps: &[ClosedGap],
     leaks: &[LightLeak],
 ) -> Vec<Finding> {
@@ -243,8 +201,8 @@ pub(super) fn closed(
             words(gap.other)
         );
         let remedy = format!(
-            "leave {:.1e} metres or more between them, or add --precision reference",
-            gap.resolved
+            "leave {} metres or more between them, or add --precision reference",
+            one_digit_above(gap.resolved)
         );
         Finding::new(
             Code::ClosedGap,
@@ -264,8 +222,8 @@ pub(super) fn closed(
             words(leak.cover)
         );
         let remedy = format!(
-            "leave {:.1e} metres or more between them, or add --precision reference",
-            leak.resolved
+            "leave {} metres or more between them, or add --precision reference",
+            one_digit_above(leak.resolved)
         );
         Finding::new(
             Code::LightThroughCover,
@@ -275,5 +233,9 @@ pub(super) fn closed(
             remedy,
         )
     };
-    gaps.iter().map(gap).chain(leaks.iter().map(leak)).collect()
+    let apart = gaps.iter().filter(|gap| {
+        let pair = [gap.object, gap.other].map(|object| facts.index_of(object as u32));
+        !doubles.are_one(pair)
+    });
+    apart.map(gap).chain(leaks.iter().map(leak)).collect()
 }

@@ -2,10 +2,10 @@
 //! things are.
 
 use glam::DVec3;
-use raywright_bvh::Aabb;
+use raywright_bvh::{Aabb, Ray};
 
 use super::facts::{Matter, SceneFacts};
-use super::finding::{Code, Finding, Severity, Subject};
+use super::finding::{Code, Finding, Severity, Subject, decimal};
 use super::ray_survey::RaySurvey;
 use crate::camera::{Camera as Prepared, axes};
 use crate::scene::{Camera, Fit, Projection, Shape};
@@ -39,6 +39,16 @@ impl View {
         is_inside.then_some(pixel)
     }
 
+    /// The ray through the middle of the lens to a place of its picture.
+    pub fn ray_to(&self, [x, y]: [f64; 2]) -> Ray<f64> {
+        self.prepared.ray(x, y, [0.5; 2])
+    }
+
+    /// From its eye, in metres.
+    pub fn distance_to(&self, point: DVec3) -> f64 {
+        point.distance(self.eye())
+    }
+
     fn eye(&self) -> DVec3 {
         axes(&self.data.pose).0
     }
@@ -55,13 +65,54 @@ impl View {
     }
 }
 
+/// How near a place is to the cameras: what is in view of one before what is not, then by distance.
+pub(super) fn nearness(views: &[View], place: DVec3) -> (bool, f64) {
+    let of = |view: &View| (view.pixel_of(place).is_none(), place.distance(view.eye()));
+    let nearer = |a: &(bool, f64), b: &(bool, f64)| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1));
+    views
+        .iter()
+        .map(of)
+        .min_by(nearer)
+        .unwrap_or((true, f64::INFINITY))
+}
+
+/// Of things in places the one that is nearest to a camera.
+pub(super) fn nearest<T>(
+    views: &[View],
+    places: impl Iterator<Item = (T, DVec3)>,
+) -> Option<(T, DVec3)> {
+    places
+        .map(|(thing, place)| (nearness(views, place), (thing, place)))
+        .min_by(|(a, _), (b, _)| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)))
+        .map(|(_, nearest)| nearest)
+}
+
+/// Whether a corner or the middle of a box is in view.
+pub(super) fn is_in_view(views: &[View], bounds: &Aabb) -> bool {
+    let corner = |i: u32| {
+        let high = glam::BVec3::new(i & 1 == 1, i & 2 == 2, i & 4 == 4);
+        DVec3::select(high, bounds.max, bounds.min)
+    };
+    (0..8)
+        .map(corner)
+        .chain([bounds.centre()])
+        .any(|place| views.iter().any(|view| view.pixel_of(place).is_some()))
+}
+
 /// What is wrong with the cameras, by what rays of each saw.
 pub(super) fn check(facts: &SceneFacts<'_>, views: &[View], seen: &[RaySurvey]) -> Vec<Finding> {
     let mut found = Vec::new();
     for (view, seen) in views.iter().zip(seen) {
-        if seen.hits == 0 && !facts.objects.is_empty() {
+        if seen.hits == 0 && !facts.is_empty() {
             let why = "no ray of it meets anything: its picture shows the sky or nothing";
-            let remedy = "turn it to the scene with --eye and --target, or leave it out: a scene without a camera is shown whole";
+            let remedy = match view.subject {
+                Subject::Camera(None) => {
+                    "look whether objects are hidden, or nothing is left of them"
+                }
+                _ => {
+                    "turn it to the scene with --eye and --target, or leave it out: a scene without a camera is shown whole"
+                }
+            };
             found.push(Finding::new(
                 Code::NothingSeen,
                 Severity::PictureWrong,
@@ -110,7 +161,12 @@ fn within_bodies(facts: &SceneFacts<'_>, view: &View, seen: &RaySurvey) -> Vec<F
                 why,
                 "move it out, unless it is meant to be in there",
             )
-            .counted(sighting.count, seen.rays, "rays"),
+            .counted(
+                sighting.count,
+                seen.rays,
+                "rays",
+                "left it without entering it",
+            ),
         );
     }
     let alone = seen
@@ -142,7 +198,7 @@ fn within_bodies(facts: &SceneFacts<'_>, view: &View, seen: &RaySurvey) -> Vec<F
                 why,
                 "move it out of there",
             )
-            .counted(sighting.count, seen.rays, "rays"),
+            .counted(sighting.count, seen.rays, "rays", "met its inside first"),
         );
     }
     found
@@ -225,7 +281,9 @@ fn unfocused(facts: &SceneFacts<'_>, view: &View) -> Option<Finding> {
     let reach = half.dot(frame.z_axis.abs());
     let [near, far] = [along - reach, along + reach];
     let why = format!(
-        "its lens is sharp at {focus_distance}, and everything lies between {near:.3} and {far:.3}"
+        "its lens is sharp at {focus_distance} metres, and everything lies between {} and {} metres",
+        decimal(near),
+        decimal(far)
     );
     let remedy = "set `focus_distance` to the distance of what is to be sharp";
     (focus_distance < near || focus_distance > far).then(|| {

@@ -8,17 +8,20 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 
+use super::cameras::View;
+use super::faces::{ALL_MESH_FACES, Face, area, clipped, counter_clockwise, faces};
 use super::facts::{SceneFacts, place};
-use super::finding::{Code, Finding, Severity};
+use super::finding::{Code, Finding, Severity, decimal, one_digit_above};
 use super::ray_survey::RaySurvey;
-use crate::scene::Shape;
+use super::topology::Topology;
+use crate::settings::PrecisionChoice;
 
-/// Sides of the polygon that stands for a disk.
-const SIDES: u32 = 24;
 /// Normals that differ by less are parallel.
 const PARALLEL: f64 = 1e-9;
-/// Share of the greatest coordinate below which two planes are one: what f32 hardly tells apart.
-const ONE_PLANE: f64 = 1e-7;
+/// How many roundings apart surfaces have to be to be told apart.
+const ROUNDINGS: f64 = 4.0;
+/// Share of the greatest coordinate below which two planes are one in doubles too.
+const ONE_PLANE: f64 = 1e-12;
 /// Overlaps of which account is kept; a pile of sheets has one for each two.
 const MOST: usize = 4096;
 /// Pairs of faces that are compared. Faces that all lie beside each other have half the square of
@@ -35,7 +38,37 @@ pub(super) struct Overlap {
     /// Convex, counter-clockwise about the normal; empty where both have no end.
     outline: Vec<DVec3>,
     place: DVec3,
+    /// How far apart they are there at most, in metres.
+    gap: f64,
     tolerance: f64,
+}
+
+/// What a precision tells apart in the pictures of some cameras.
+pub(super) struct Resolution<'a> {
+    pub precision: PrecisionChoice,
+    pub views: &'a [View],
+}
+
+impl Resolution<'_> {
+    fn roundoff(&self) -> f64 {
+        0.5 * match self.precision {
+            PrecisionChoice::Robust => f64::from(f32::EPSILON),
+            PrecisionChoice::Reference => f64::EPSILON,
+        }
+    }
+
+    /// How far surfaces have to be apart at a place, in metres: a ray's way there is rounded, and
+    /// so is the place itself.
+    pub fn at(&self, place: DVec3) -> f64 {
+        let in_view = self
+            .views
+            .iter()
+            .filter(|view| view.pixel_of(place).is_some());
+        let farthest = in_view
+            .map(|view| view.distance_to(place))
+            .fold(0.0, f64::max);
+        ROUNDINGS * self.roundoff() * (place.abs().max_element() + farthest)
+    }
 }
 
 impl Overlap {
@@ -77,118 +110,26 @@ impl Overlaps {
     }
 }
 
-/// A flat face in the world.
-struct Face {
-    object: usize,
-    normal: DVec3,
-    /// Corners in order; of a plane, which has none, a point.
-    corners: Vec<DVec3>,
-    is_endless: bool,
-    is_sheet: bool,
-}
-
-impl Face {
-    /// Its normal's direction without a sign, and how far along that its plane is.
-    fn key(&self) -> [f64; 2] {
-        // Directions that are no multiples of each other have other products with it, but for rare
-        // ones.
-        let tilt = self.normal.dot(DVec3::new(0.539_134, 0.617_291, 0.573_008));
-        [tilt.abs(), self.normal.dot(self.corners[0]) * tilt.signum()]
-    }
-}
-
-/// The flat faces of an object that stands still.
-fn faces(object: usize, facts: &SceneFacts<'_>) -> Vec<Face> {
-    let own = &facts.objects[object];
-    if own.object.transform_end.is_some() {
-        return Vec::new();
-    }
-    let turned = own.map.matrix3.inverse().transpose();
-    let face = |normal: DVec3, corners: &[DVec3], is_sheet: bool| {
-        let corners = corners
-            .iter()
-            .map(|&corner| own.map.transform_point3(corner))
-            .collect();
-        Face {
-            object,
-            normal: (turned * normal).normalize(),
-            corners,
-            is_endless: false,
-            is_sheet,
-        }
-    };
-    let v = DVec3::from_array;
-    let found = match own.object.shape {
-        Shape::Plane { point, normal } => vec![Face {
-            is_endless: true,
-            ..face(v(normal), &[v(point)], true)
-        }],
-        Shape::Disk {
-            centre,
-            normal,
-            radius,
-        } => {
-            let (x, y) = v(normal).normalize().any_orthonormal_pair();
-            let angle = |i: u32| f64::from(i) / f64::from(SIDES) * core::f64::consts::TAU;
-            let corner =
-                |i: u32| v(centre) + (x * libm::cos(angle(i)) + y * libm::sin(angle(i))) * radius;
-            vec![face(
-                v(normal),
-                &(0..SIDES).map(corner).collect::<Vec<_>>(),
-                true,
-            )]
-        }
-        Shape::Quad {
-            corner,
-            edge_u,
-            edge_v,
-        } => {
-            let (c, a, b) = (v(corner), v(edge_u), v(edge_v));
-            vec![face(a.cross(b), &[c, c + a, c + a + b, c + b], true)]
-        }
-        Shape::Triangle { vertices } => {
-            let [a, b, c] = vertices.map(v);
-            vec![face((b - a).cross(c - a), &[a, b, c], true)]
-        }
-        Shape::Box { min, max } => {
-            let ends = [v(min), v(max)];
-            let side = |index: usize| {
-                let (axis, end) = (index / 2, index % 2);
-                let corner = |i: usize, j: usize| {
-                    let mut corner = ends[end];
-                    (corner[(axis + 1) % 3], corner[(axis + 2) % 3]) =
-                        (ends[i][(axis + 1) % 3], ends[j][(axis + 2) % 3]);
-                    corner
-                };
-                let out = DVec3::AXES[axis] * if end == 1 { 1.0 } else { -1.0 };
-                face(
-                    out,
-                    &[corner(0, 0), corner(1, 0), corner(1, 1), corner(0, 1)],
-                    false,
-                )
-            };
-            (0..6).map(side).collect()
-        }
-        _ => Vec::new(),
-    };
-    found
-        .into_iter()
-        .filter(|face| {
-            face.normal.is_finite() && face.corners.iter().all(|corner| corner.is_finite())
-        })
-        .collect()
-}
-
 /// Finds what lies in one plane and overlaps there, of objects of different materials.
-pub(super) fn overlaps(facts: &SceneFacts<'_>) -> Overlaps {
+pub(super) fn overlaps(
+    facts: &SceneFacts<'_>,
+    topologies: &BTreeMap<usize, Topology>,
+    resolution: &Resolution<'_>,
+) -> Overlaps {
+    let mut room = ALL_MESH_FACES;
     let mut all: Vec<Face> = (0..facts.scene.objects.len())
-        .flat_map(|object| faces(object, facts))
+        .flat_map(|object| faces(object, facts, topologies, &mut room))
         .collect();
     let reach = all
         .iter()
         .flat_map(|face| &face.corners)
         .fold(0.0_f64, |most, corner| most.max(corner.abs().max_element()));
-    let tolerance = reach * ONE_PLANE;
+    let way = resolution
+        .views
+        .iter()
+        .map(|view| view.distance_to(DVec3::ZERO))
+        .fold(reach, f64::max);
+    let tolerance = (reach * ONE_PLANE).max(ROUNDINGS * resolution.roundoff() * way);
     all.sort_by(|a, b| a.key()[0].total_cmp(&b.key()[0]));
     let mut found = Overlaps::default();
     for parallel in all.chunk_by_mut(|a, b| b.key()[0] - a.key()[0] <= PARALLEL) {
@@ -260,8 +201,12 @@ fn overlap(facts: &SceneFacts<'_>, a: &Face, b: &Face, tolerance: f64) -> Option
         return None;
     }
     let (bounded, other) = if a.is_endless { (b, a) } else { (a, b) };
-    let is_far = |corner: &DVec3| (*corner - other.corners[0]).dot(other.normal).abs() > tolerance;
-    if bounded.corners.iter().any(is_far) {
+    let apart = |corner: &DVec3| (*corner - other.corners[0]).dot(other.normal).abs();
+    if bounded
+        .corners
+        .iter()
+        .any(|corner| apart(corner) > tolerance)
+    {
         return None;
     }
     let normal = bounded.normal;
@@ -274,6 +219,12 @@ fn overlap(facts: &SceneFacts<'_>, a: &Face, b: &Face, tolerance: f64) -> Option
         }
     }
     let place = outline.iter().sum::<DVec3>() / outline.len() as f64;
+    // What rounding makes of corners is no gap.
+    let reach = outline
+        .iter()
+        .fold(0.0_f64, |most, corner| most.max(corner.abs().max_element()));
+    let gap = outline.iter().map(apart).fold(0.0, f64::max);
+    let gap = if gap > ONE_PLANE * reach { gap } else { 0.0 };
     let outline = if bounded.is_endless {
         Vec::new()
     } else {
@@ -286,48 +237,9 @@ fn overlap(facts: &SceneFacts<'_>, a: &Face, b: &Face, tolerance: f64) -> Option
         normal,
         outline,
         place,
+        gap,
         tolerance,
     })
-}
-
-/// A face's corners, counter-clockwise about a normal.
-fn counter_clockwise(face: &Face, normal: DVec3) -> Vec<DVec3> {
-    let mut corners = face.corners.clone();
-    if area(&corners, normal) < 0.0 {
-        corners.reverse();
-    }
-    corners
-}
-
-/// Twice the area of a polygon, below zero where it is clockwise about the normal.
-fn area(corners: &[DVec3], normal: DVec3) -> f64 {
-    let first = corners.first().copied().unwrap_or_default();
-    corners
-        .windows(2)
-        .map(|pair| (pair[0] - first).cross(pair[1] - first).dot(normal))
-        .sum()
-}
-
-/// A convex polygon cut by the edges of another ("Reentrant Polygon Clipping", Sutherland, Hodgman
-/// 1974).
-fn clipped(mut corners: Vec<DVec3>, by: &[DVec3], normal: DVec3) -> Vec<DVec3> {
-    for (i, &from) in by.iter().enumerate() {
-        let inwards = normal.cross(by[(i + 1) % by.len()] - from);
-        let inside = |corner: DVec3| inwards.dot(corner - from);
-        let mut kept = Vec::with_capacity(corners.len() + 1);
-        for (j, &corner) in corners.iter().enumerate() {
-            let next = corners[(j + 1) % corners.len()];
-            let (here, there) = (inside(corner), inside(next));
-            if here >= 0.0 {
-                kept.push(corner);
-            }
-            if (here > 0.0 && there < 0.0) || (here < 0.0 && there > 0.0) {
-                kept.push(corner + (next - corner) * (here / (here - there)));
-            }
-        }
-        corners = kept;
-    }
-    corners
 }
 
 /// An object that others cover, of which one is named.
@@ -337,35 +249,44 @@ struct Covered {
     /// Rays that see any of them there, and those of which that is itself.
     rays: [u64; 2],
     place: DVec3,
+    gap: f64,
+    /// Whether each is seen here and there.
+    flickers: bool,
 }
 
 /// What overlaps and is not told by rays that see now the one and now the other: the picture is
-/// wrong where all that is to be seen of one of them is where others are seen.
+/// wrong where all that is to be seen of one of them is where others are seen, and where rounding
+/// decides from ray to ray.
 pub(super) fn check(
     facts: &SceneFacts<'_>,
     overlaps: &Overlaps,
     seen: &RaySurvey,
-    flickers: impl Fn([usize; 2]) -> bool,
+    resolution: &Resolution<'_>,
+    is_told: impl Fn([usize; 2]) -> bool,
 ) -> Vec<Finding> {
     let mut pairs: BTreeMap<[usize; 2], &Overlap> = BTreeMap::new();
     for overlap in &overlaps.list {
         pairs.entry(overlap.objects).or_insert(overlap);
     }
-    let mut all: BTreeMap<usize, Covered> = BTreeMap::new();
+    let mut all: BTreeMap<(bool, usize), Covered> = BTreeMap::new();
     for ([a, b], overlap) in pairs {
         let [first, second] = [[a, b], [b, a]].map(|pair| RaySurvey::count(&seen.coplanar, &pair));
         let is_seen = first + second >= 3;
-        if flickers([a, b]) || !is_seen && !overlap.are_sheets {
+        let flickers = first + second >= 10 && 20 * first.min(second) >= first + second;
+        let is_apart = overlap.gap > resolution.at(overlap.place) && !flickers;
+        if is_told([a, b]) || is_apart || !is_seen && !overlap.are_sheets {
             continue;
         }
         let [hidden, other] = if second > first { [a, b] } else { [b, a] };
         let sighting = seen.coplanar.get(&[other, hidden]).filter(|_| is_seen);
         let place = sighting.map_or(overlap.place, |sighting| sighting.place);
-        let covered = all.entry(hidden).or_insert(Covered {
+        let covered = all.entry((flickers, hidden)).or_insert(Covered {
             other,
             others: 0,
             rays: [0; 2],
             place,
+            gap: overlap.gap,
+            flickers,
         });
         if is_seen {
             (covered.rays[0], covered.rays[1]) = (
@@ -376,11 +297,17 @@ pub(super) fn check(
         covered.others += 1;
     }
     all.iter()
-        .map(|(&hidden, covered)| finding(facts, hidden, covered, seen))
+        .map(|(&(_, hidden), covered)| finding(facts, hidden, covered, seen, resolution))
         .collect()
 }
 
-fn finding(facts: &SceneFacts<'_>, hidden: usize, covered: &Covered, seen: &RaySurvey) -> Finding {
+fn finding(
+    facts: &SceneFacts<'_>,
+    hidden: usize,
+    covered: &Covered,
+    seen: &RaySurvey,
+    resolution: &Resolution<'_>,
+) -> Finding {
     let named = facts.objects[covered.other].subject.words(facts.scene);
     let others = match covered.others {
         1 => named,
@@ -388,29 +315,46 @@ fn finding(facts: &SceneFacts<'_>, hidden: usize, covered: &Covered, seen: &RayS
     };
     let [rays, own] = covered.rays;
     let is_lost = 20 * own < rays && RaySurvey::count(&seen.first, &hidden) <= own;
-    let (severity, why) = if is_lost {
-        (
-            Severity::PictureWrong,
-            format!("it lies in one plane with {others}, which is seen everywhere in its place"),
-        )
-    } else {
-        let why = format!(
-            "it lies in one plane with {others} in part: the order of objects or rounding decides what is seen there"
-        );
-        (Severity::Harmless, why)
+    let least = resolution.at(covered.place);
+    let lies = match covered.gap {
+        0.0 => format!("it lies in one plane with {others}"),
+        gap => format!(
+            "it lies {} metres from {others}, and only what is {} metres apart is told apart there",
+            decimal(gap),
+            one_digit_above(least)
+        ),
     };
-    let remedy = "move one of them by a thousandth of its size, or take it away";
+    let (code, severity, end) = if covered.flickers {
+        let end = ": rounding decides from ray to ray which of them is seen";
+        (Code::FlickeringSurfaces, Severity::PictureWrong, end)
+    } else if is_lost {
+        let end = ", which is seen everywhere in its place";
+        (Code::CoplanarSurfaces, Severity::PictureWrong, end)
+    } else {
+        let end = ": the order of objects or rounding decides what is seen where both are";
+        (Code::CoplanarSurfaces, Severity::Harmless, end)
+    };
     let finding = Finding::new(
-        Code::CoplanarSurfaces,
+        code,
         severity,
         facts.objects[hidden].subject,
-        why,
-        remedy,
+        lies + end,
+        remedy(least, covered.gap, resolution.precision),
     );
     let counted = if rays > 0 {
-        finding.counted(rays, seen.rays, "rays")
+        finding.counted(rays, seen.rays, "rays", "of the cameras met that place")
     } else {
         finding
     };
     counted.at(place(covered.place))
+}
+
+/// What to do about surfaces so far apart, where only those of another distance are told apart.
+pub(super) fn remedy(least: f64, gap: f64, precision: PrecisionChoice) -> String {
+    let exact = match precision {
+        PrecisionChoice::Robust if gap > 0.0 => ", or add --precision reference",
+        _ => "",
+    };
+    let least = one_digit_above(least);
+    format!("move one of them {least} metres or more away, or take it away{exact}")
 }

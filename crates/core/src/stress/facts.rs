@@ -4,13 +4,15 @@
 use std::collections::BTreeMap;
 
 use glam::{DAffine3, DVec3};
-use raywright_bvh::Aabb;
+use raywright_bvh::shapes::transform_bounds;
+use raywright_bvh::{Aabb, Shape as _};
 
 use super::finding::Subject;
 use crate::affine::affine;
 use crate::generate::{count_of, places};
 use crate::lookup::Lookup;
 use crate::scene::{AlphaMode, Material, MeshData, Model, Object, Scene, Shape, SideRule};
+use crate::shape::placed_shape;
 
 /// What a material makes of a surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -60,6 +62,8 @@ pub(crate) struct ObjectFacts<'a> {
     pub matter: Matter,
     /// From its own space to the world, of a generator's the first one's.
     pub map: DAffine3,
+    /// The box around it, of a generator's around the first one; none where it has no end.
+    pub bounds: Option<Aabb>,
 }
 
 impl ObjectFacts<'_> {
@@ -93,7 +97,8 @@ impl<'a> SceneFacts<'a> {
             let first = places(&generator.kind).next();
             (&generator.object, first.unwrap_or_default())
         });
-        let facts = |(index, (object, place)): (usize, (&'a Object, DVec3))| {
+        let mut meshes = BTreeMap::new();
+        let mut facts = |(index, (object, place)): (usize, (&'a Object, DVec3))| {
             let material = lookup.material(&object.material);
             let matter = material.map_or(Matter::Opaque, |(_, material)| Matter::of(material));
             let map = DAffine3::from_translation(place) * affine(&object.transform);
@@ -103,9 +108,14 @@ impl<'a> SceneFacts<'a> {
                 material,
                 matter,
                 map,
+                bounds: bounds_of(&lookup, &mut meshes, object, map),
             }
         };
-        let objects = listed.chain(generated).enumerate().map(facts).collect();
+        let objects = listed
+            .chain(generated)
+            .enumerate()
+            .map(&mut facts)
+            .collect();
         let mut next = scene.objects.len() as u64;
         let start = |kind| {
             let start = next;
@@ -172,6 +182,11 @@ impl<'a> SceneFacts<'a> {
         used
     }
 
+    /// Whether there is no object at all.
+    pub fn is_empty(&self) -> bool {
+        self.objects.is_empty()
+    }
+
     /// The length of the diagonal of everything that has an end.
     pub fn diagonal(&self) -> f64 {
         if self.bounds.is_empty() {
@@ -180,6 +195,28 @@ impl<'a> SceneFacts<'a> {
             self.bounds.extent().length()
         }
     }
+}
+
+/// The box around an object where a map puts it.
+fn bounds_of<'a>(
+    lookup: &Lookup<'a>,
+    meshes: &mut BTreeMap<&'a str, Aabb>,
+    object: &'a Object,
+    map: DAffine3,
+) -> Option<Aabb> {
+    let bounds = match &object.shape {
+        Shape::Mesh(name) => {
+            let data = lookup.mesh_data(name)?;
+            let around = || Aabb::from_points(data.positions.iter());
+            let own = meshes.entry(name.as_str()).or_insert_with(around);
+            (!own.is_empty()).then(|| transform_bounds(&map, own))
+        }
+        shape => match placed_shape::<f64>(shape, map)? {
+            (shape, None) => shape.bounds(),
+            (shape, Some(map)) => Some(transform_bounds(&map, &shape.bounds()?)),
+        },
+    };
+    bounds.filter(|bounds| bounds.min.is_finite() && bounds.max.is_finite())
 }
 
 /// A place as findings have it.

@@ -195,6 +195,11 @@ impl Subject {
         }
     }
 
+    /// Whether another one is of the same kind: both objects, both materials.
+    pub(super) fn is_alike(self, other: Self) -> bool {
+        core::mem::discriminant(&self) == core::mem::discriminant(&other)
+    }
+
     /// Its path in the scene's file; empty for all of it.
     pub fn path(self, scene: &Scene) -> String {
         let listed = scene.objects.len();
@@ -210,11 +215,12 @@ impl Subject {
         }
     }
 
-    /// What messages call it: by its name, or by its place in the scene's list, counted from 1.
+    /// What messages call it: by its name, or by its path, whose numbers count from 0 as all others
+    /// do.
     pub fn words(self, scene: &Scene) -> String {
         let called = |kind: &str, name: Option<&String>, index: usize| match name {
             Some(name) if !name.is_empty() => format!("{kind} `{name}`"),
-            _ => format!("{kind} {}", index + 1),
+            _ => format!("{kind}s[{index}]"),
         };
         let listed = scene.objects.len();
         match self {
@@ -258,19 +264,24 @@ pub struct Finding {
     pub severity: Severity,
     /// What it is about.
     pub subject: Subject,
-    /// The first primitive of the subject that has it, where it is about primitives.
+    /// Other subjects of which the same is found, for the same cause.
+    pub others: Vec<Subject>,
+    /// A primitive of the subject that has it, the nearest to a camera, where it is about
+    /// primitives.
     pub primitive: Option<u32>,
-    /// A place of it in the world, where it has one.
+    /// A place of it in the world, the nearest to a camera, where it has one.
     pub place: Option<Triple>,
     /// Where in a picture that is, in pixels from the top left, and the camera's place in the
-    /// scene's list; none where no camera has it in view.
+    /// scene's list; none where no camera sees it.
     pub pixel: Option<([f64; 2], usize)>,
     /// How many.
     pub count: u64,
     /// Of how many; zero where that says nothing.
     pub of: u64,
-    /// What is counted.
+    /// What is counted, in the plural.
     pub unit: &'static str,
+    /// What is so of those that are counted, in the past tense and said after their number.
+    pub predicate: &'static str,
     /// What is wrong, in one sentence.
     pub why: String,
     /// What to do.
@@ -291,25 +302,62 @@ impl Finding {
             code,
             severity,
             subject,
+            others: Vec::new(),
             primitive: None,
             place: None,
             pixel: None,
             count: 1,
             of: 0,
             unit: "",
+            predicate: "",
             why,
             remedy,
         }
     }
 
-    /// So many of so many.
+    /// So many of so many, and what is so of them.
     #[must_use]
-    pub fn counted(self, count: u64, of: u64, unit: &'static str) -> Self {
+    pub fn counted(self, count: u64, of: u64, unit: &'static str, predicate: &'static str) -> Self {
         Self {
             count,
             of,
             unit,
+            predicate,
             ..self
+        }
+    }
+
+    /// How many, in words; none where nothing is counted.
+    pub fn share(&self) -> Option<String> {
+        if self.unit.is_empty() {
+            return None;
+        }
+        let number = if self.of == 0 {
+            counted(self.count, self.unit)
+        } else {
+            format!("{} of {}", self.count, counted(self.of, self.unit))
+        };
+        Some(format!("{number} {}", self.predicate).trim_end().to_owned())
+    }
+
+    /// Takes in another one of the same kind and cause, whose subject may be nearer.
+    pub(super) fn join<K: PartialOrd>(&mut self, other: Self, nearness: impl Fn(Triple) -> K) {
+        let subject = other.subject;
+        if self.others.last() == Some(&subject) {
+            return;
+        }
+        self.count += other.count;
+        self.of += other.of;
+        let is_nearer = match (self.place, other.place) {
+            (Some(own), Some(others)) => nearness(others) < nearness(own),
+            (own, others) => own.is_none() && others.is_some(),
+        };
+        if is_nearer {
+            self.others.push(self.subject);
+            (self.subject, self.primitive) = (subject, other.primitive);
+            (self.place, self.pixel) = (other.place, other.pixel);
+        } else {
+            self.others.push(subject);
         }
     }
 
@@ -319,14 +367,52 @@ impl Finding {
         Self { place, ..self }
     }
 
-    /// From a primitive on.
+    /// Of a primitive.
     #[must_use]
-    pub fn from_primitive(self, primitive: u32) -> Self {
+    pub fn of_primitive(self, primitive: u32) -> Self {
         Self {
             primitive: Some(primitive),
             ..self
         }
     }
+}
+
+/// A number of what is named in the plural.
+pub fn counted(count: u64, unit: &str) -> String {
+    let unit = match count {
+        1 => unit.strip_suffix('s').unwrap_or(unit),
+        _ => unit,
+    };
+    format!("{count} {unit}")
+}
+
+/// A number with four digits, written out where it is of a usual size.
+pub fn decimal(x: f64) -> String {
+    let size = x.abs();
+    if x == 0.0 {
+        return "0".to_owned();
+    }
+    if !(1e-3..1e6).contains(&size) {
+        let short = format!("{x:.3e}");
+        let (digits, power) = short.split_once('e').unwrap_or((&short, "0"));
+        return format!("{}e{power}", without_zeros(digits));
+    }
+    let places = (3.0 - size.log10().floor()).max(0.0) as usize;
+    without_zeros(&format!("{x:.places$}")).to_owned()
+}
+
+fn without_zeros(digits: &str) -> &str {
+    if digits.contains('.') {
+        digits.trim_end_matches('0').trim_end_matches('.')
+    } else {
+        digits
+    }
+}
+
+/// A number with one digit, rounded up: a distance from which on something holds.
+pub(super) fn one_digit_above(x: f64) -> String {
+    let step = libm::pow(10.0, x.log10().floor());
+    decimal((x / step).ceil() * step)
 }
 
 /// A check with what it sent.
@@ -346,5 +432,29 @@ impl CheckRun {
     /// Whether time ended it.
     pub fn is_cut(&self) -> bool {
         self.looked_at < self.planned
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Protects: numbers have four digits and no zeros behind them, and powers of ten where they
+    /// are very small or large.
+    #[test]
+    fn numbers_are_short() {
+        let of = [0.0, 2.0, 0.012345, -1234.56, 123456.7, 1e-8, 1.5e9].map(decimal);
+        assert_eq!(
+            of,
+            ["0", "2", "0.01235", "-1235", "123457", "1e-8", "1.5e9"]
+        );
+        assert_eq!(
+            [1.2e-6, 3.0, 171.0].map(one_digit_above),
+            ["2e-6", "3", "200"]
+        );
+        assert_eq!(
+            [counted(1, "rays"), counted(2, "rays")],
+            ["1 ray", "2 rays"]
+        );
     }
 }

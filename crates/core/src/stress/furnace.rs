@@ -25,7 +25,6 @@ pub(super) struct FurnaceResult {
     pub material: usize,
     /// Mean of what comes from the brightest row of pixels that the ball fills, over what it gets.
     pub sent_back: f64,
-    pub samples: u64,
 }
 
 impl FurnaceResult {
@@ -60,7 +59,6 @@ pub(super) fn measure(
             FurnaceResult {
                 material: index,
                 sent_back,
-                samples: u64::from(EDGE * EDGE * SAMPLES),
             }
         }));
     }

@@ -4,43 +4,26 @@ use core::f64::consts::PI;
 use std::collections::HashMap;
 
 use glam::DVec3;
-use raywright_bvh::{Aabb, Shape as _};
+use raywright_bvh::Aabb;
 
-use super::cameras::View;
-use super::facts::{ObjectFacts, SceneFacts, place};
-use super::finding::{Code, Finding, Severity, Subject};
+use super::cameras::{View, nearest};
+use super::facts::{Matter, ObjectFacts, SceneFacts, place};
+use super::finding::{Code, Finding, Severity, Subject, decimal};
 use crate::display::curve::decode;
 use crate::scene::{
     Colour, ColourSpace, ImageData, Light, LightKind, Model, Physical, Pixels, Shape, SideRule,
     Sky, TextureRef, TransferCurve,
 };
-use crate::shape::placed_shape;
 
 /// What is wrong with the lights of a scene.
 pub(super) fn check(facts: &SceneFacts<'_>, views: &[View]) -> Vec<Finding> {
     let (mut found, mut first) = (Vec::new(), HashMap::new());
     for (index, light) in facts.scene.lights.iter().enumerate() {
         let subject = Subject::Light(index);
-        if let Some(why) = misses(light, &facts.bounds) {
-            let remedy = "move it, turn it, or raise its `range`";
-            found.push(Finding::new(
-                Code::LightMissesScene,
-                Severity::SlowOrNoisy,
-                subject,
-                why,
-                remedy,
-            ));
-        }
+        found.extend(misses(subject, light, &facts.bounds));
         let twin = *first.entry(format!("{:?}", light.kind)).or_insert(index);
         if twin != index {
-            let why = format!("{} is there again", Subject::Light(twin).words(facts.scene));
-            found.push(Finding::new(
-                Code::DuplicateLight,
-                Severity::Harmless,
-                subject,
-                why,
-                "make one of both, with the sum of their colours",
-            ));
+            found.push(twins(facts, [twin, index]));
         }
     }
     let lamps = || {
@@ -55,8 +38,33 @@ pub(super) fn check(facts: &SceneFacts<'_>, views: &[View]) -> Vec<Finding> {
     found
 }
 
-/// Why nothing of a light comes to where the scene is.
-fn misses(light: &Light, bounds: &Aabb) -> Option<String> {
+/// A light that is in the place of another one.
+fn twins(facts: &SceneFacts<'_>, [twin, index]: [usize; 2]) -> Finding {
+    let [a, b] = [twin, index].map(|index| &facts.scene.lights[index]);
+    let other = Subject::Light(twin).words(facts.scene);
+    let (severity, end) = if a.colour == b.colour {
+        let end = "it lights twice as much as one does";
+        (Severity::PictureWrong, end)
+    } else {
+        let end = "of another colour, and both are added";
+        (Severity::Harmless, end)
+    };
+    let at = match b.kind {
+        LightKind::Directional { .. } => None,
+        LightKind::Point { position, .. } | LightKind::Spot { position, .. } => Some(position),
+    };
+    Finding::new(
+        Code::DuplicateLight,
+        severity,
+        Subject::Light(index),
+        format!("it is in one place with {other}: {end}"),
+        "remove one of them; if both are meant, make one with the sum of their colours",
+    )
+    .at(at)
+}
+
+/// A light of which nothing comes to where the scene is.
+fn misses(subject: Subject, light: &Light, bounds: &Aabb) -> Option<Finding> {
     if bounds.is_empty() {
         return None;
     }
@@ -70,11 +78,21 @@ fn misses(light: &Light, bounds: &Aabb) -> Option<String> {
             position, range, ..
         } => (DVec3::from(position), range),
     };
+    let finding = |why: String, remedy: String| {
+        let severity = Severity::SlowOrNoisy;
+        Finding::new(Code::LightMissesScene, severity, subject, why, remedy).at(place(position))
+    };
     let nearest = position.clamp(bounds.min, bounds.max).distance(position);
     if let Some(range) = range.filter(|range| *range <= nearest) {
-        return Some(format!(
-            "its range of {range} ends before anything, so that it lights nothing: the nearest object is {nearest:.3} away"
-        ));
+        let why = format!(
+            "its `range` of {range} metres ends before anything, so that it lights nothing: the nearest object is {} metres away",
+            decimal(nearest)
+        );
+        let remedy = format!(
+            "move it nearer, or raise its `range` above {} metres, or leave that away",
+            decimal(nearest)
+        );
+        return Some(finding(why, remedy));
     }
     let LightKind::Spot {
         direction,
@@ -94,7 +112,12 @@ fn misses(light: &Light, bounds: &Aabb) -> Option<String> {
         .clamp(-1.0, 1.0)
         .acos();
     let reach = outer_angle.to_radians() + (radius / way.length()).min(1.0).asin();
-    (off > reach).then(|| "its cone points past everything".to_owned())
+    let why = format!(
+        "its cone points past everything: the scene is {:.0} degrees from its `direction`, and its `outer_angle` is {outer_angle} degrees",
+        off.to_degrees()
+    );
+    let remedy = "turn its `direction` to the scene, or widen its `outer_angle`";
+    (off > reach).then(|| finding(why, remedy.to_owned()))
 }
 
 /// A flat lamp with one side, behind which everything is.
@@ -145,10 +168,9 @@ fn small_lamps<'a>(
     lamps: impl Iterator<Item = &'a ObjectFacts<'a>>,
     views: &[View],
 ) -> Option<Finding> {
-    let (mut count, mut of) = (0, 0);
-    let mut first: Option<(Subject, DVec3)> = None;
+    let (mut of, mut small) = (0, Vec::new());
     for own in lamps {
-        let Some(bounds) = bounds_of(own) else {
+        let Some(bounds) = own.bounds else {
             continue;
         };
         let (centre, radius) = (bounds.centre(), 0.5 * bounds.extent().length());
@@ -157,11 +179,11 @@ fn small_lamps<'a>(
             .iter()
             .any(|view| view.sees_within_pixel(centre, radius))
         {
-            count += 1;
-            first = first.or(Some((own.subject, centre)));
+            small.push((own.subject, centre));
         }
     }
-    let (subject, centre) = first?;
+    let count = small.len() as u64;
+    let (subject, centre) = nearest(views, small.into_iter())?;
     let why = "lamps that are in view are smaller than a pixel: samples meet one here and there, as bright specks";
     let remedy =
         "make them larger, hide them from the camera, or light by a `lights` entry in their place";
@@ -173,19 +195,9 @@ fn small_lamps<'a>(
             why,
             remedy,
         )
-        .counted(count, of, "lamps")
+        .counted(count, of, "lamps", "came out smaller than a pixel")
         .at(place(centre)),
     )
-}
-
-fn bounds_of(own: &ObjectFacts<'_>) -> Option<Aabb> {
-    match placed_shape::<f64>(&own.object.shape, own.map)? {
-        (shape, None) => shape.bounds(),
-        (shape, Some(map)) => Some(raywright_bvh::shapes::transform_bounds(
-            &map,
-            &shape.bounds()?,
-        )),
-    }
 }
 
 /// Points of a sky picture that have most of its light.
@@ -235,8 +247,22 @@ fn sky_spikes(facts: &SceneFacts<'_>) -> Option<Finding> {
             why,
             remedy,
         )
-        .counted(count, pixels.len() as u64, "texels")
+        .counted(count, pixels.len() as u64, "texels", "had that much light")
     })
+}
+
+/// The body of glass that an object is within.
+pub(super) fn glass_around(facts: &SceneFacts<'_>, object: usize) -> Option<Subject> {
+    const MOST: usize = 1000;
+    let own = facts.objects[object].bounds?;
+    let holds = |outer: &Aabb| outer.min.cmplt(own.min).all() && outer.max.cmpgt(own.max).all();
+    facts
+        .objects
+        .iter()
+        .filter(|other| other.matter == Matter::Body)
+        .take(MOST)
+        .find(|other| other.bounds.is_some_and(|outer| holds(&outer)))
+        .map(|other| other.subject)
 }
 
 /// The greatest radiance that anything in a scene gives off; none where that is not known, or where

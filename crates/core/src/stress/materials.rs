@@ -1,7 +1,7 @@
 //! Materials: values that are none, energy, glass and what it absorbs.
 
 use super::facts::{Matter, SceneFacts, place};
-use super::finding::{Code, Finding, Severity, Subject};
+use super::finding::{Code, Finding, Severity, Subject, decimal};
 use super::furnace::FurnaceResult;
 use super::ray_survey::RaySurvey;
 use crate::scene::{AlphaMode, Model};
@@ -20,8 +20,10 @@ pub(super) fn check(
     furnaces: &[FurnaceResult],
 ) -> Vec<Finding> {
     let mut found = Vec::new();
-    for (&material, sighting) in &seen.not_numbers {
-        let why = "an expression or image of it gives what is no finite number";
+    for (&(material, key), sighting) in &seen.not_numbers {
+        let why = format!(
+            "its `{key}` is no finite number in places: an expression or an image gives none there"
+        );
         let finding = Finding::new(
             Code::ValuesNotNumbers,
             Severity::PictureWrong,
@@ -31,7 +33,12 @@ pub(super) fn check(
         );
         found.push(
             finding
-                .counted(sighting.count, seen.hits, "rays")
+                .counted(
+                    sighting.count,
+                    seen.hits,
+                    "rays",
+                    "that met anything saw it so",
+                )
                 .at(place(sighting.place)),
         );
     }
@@ -40,12 +47,14 @@ pub(super) fn check(
             .iter()
             .any(|furnace| furnace.material == material && furnace.makes_energy())
     };
-    for (&material, sighting) in seen
+    for (key, sighting) in seen
         .out_of_range
         .iter()
-        .filter(|(material, _)| !makes_energy(**material))
+        .filter(|((material, _), _)| !makes_energy(*material))
     {
-        let why = "a value of it is above 1, where its range ends";
+        let &(material, name) = key;
+        let greatest = seen.greatest.get(key).copied().unwrap_or(1.0);
+        let why = format!("its `{name}` is up to {greatest:.3}, and its range ends at 1");
         let finding = Finding::new(
             Code::ValuesOutOfRange,
             Severity::Harmless,
@@ -55,7 +64,12 @@ pub(super) fn check(
         );
         found.push(
             finding
-                .counted(sighting.count, seen.hits, "rays")
+                .counted(
+                    sighting.count,
+                    seen.hits,
+                    "rays",
+                    "that met anything saw it so",
+                )
                 .at(place(sighting.place)),
         );
     }
@@ -63,7 +77,7 @@ pub(super) fn check(
         furnaces
             .iter()
             .filter(|furnace| furnace.makes_energy())
-            .map(energy),
+            .map(|furnace| energy(furnace, seen)),
     );
     found.extend(invisible(facts));
     found.extend(absorption(facts));
@@ -71,20 +85,28 @@ pub(super) fn check(
     found
 }
 
-fn energy(furnace: &FurnaceResult) -> Finding {
-    let sent_back = furnace.sent_back;
+fn energy(furnace: &FurnaceResult, seen: &RaySurvey) -> Finding {
+    let (sent_back, material) = (furnace.sent_back, furnace.material);
+    let beyond = seen.greatest.iter().filter(|((of, _), _)| *of == material);
+    let values: Vec<String> = beyond
+        .map(|((_, key), value)| format!("`{key}` is up to {value:.3}"))
+        .collect();
+    let values = match values.is_empty() {
+        true => String::new(),
+        false => format!(" ({})", values.join(", ")),
+    };
     let why = format!(
-        "under even light it sends back {sent_back:.3} times what it gets: it glows, and between two of it light has no end"
+        "under even light it sends back {sent_back:.3} times what it gets{values}: it glows, and between two of it light has no end"
     );
     let remedy = "bring its colours, weights and factors to 1 at most";
-    Finding::new(
-        Code::EnergyMade,
-        Severity::PictureWrong,
-        Subject::Material(furnace.material),
-        why,
-        remedy,
-    )
-    .counted(furnace.samples, 0, "samples")
+    let severity = Severity::PictureWrong;
+    let subject = Subject::Material(material);
+    let finding = Finding::new(Code::EnergyMade, severity, subject, why, remedy);
+    let sighting = seen
+        .out_of_range
+        .iter()
+        .find(|((of, _), _)| *of == material);
+    finding.at(sighting.and_then(|(_, sighting)| place(sighting.place)))
 }
 
 /// Glass through which no path has segments to come.
@@ -151,12 +173,16 @@ fn absorption(facts: &SceneFacts<'_>) -> Vec<Finding> {
             .fold(0.0_f64, f64::max);
         let depth = greatest * size;
         let why = match depth {
-            _ if depth > BLACK * 10.0 => {
-                "light is absorbed within a hair of the scene's size, so that the body is black"
-            }
-            _ if depth < CLEAR => {
-                "light is hardly absorbed within the scene's size, so that the body is clear"
-            }
+            _ if depth > BLACK * 10.0 => format!(
+                "light is absorbed within {} metres, and the scene is {} metres across, so that the body is black",
+                decimal(1.0 / greatest),
+                decimal(size)
+            ),
+            _ if depth < CLEAR => format!(
+                "light is absorbed over {} metres, and the scene is {} metres across, so that the body is clear",
+                decimal(1.0 / greatest),
+                decimal(size)
+            ),
             _ => return None,
         };
         let remedy = "give `attenuation_distance` in metres, about as large as the body";

@@ -4,10 +4,12 @@ use std::collections::{BTreeMap, HashSet};
 
 use glam::DVec3;
 
+use super::cameras::{View, nearest};
 use super::facts::{Matter, ObjectFacts, SceneFacts, place};
-use super::finding::{Code, Finding, Severity};
+use super::finding::{Code, Finding, Severity, decimal};
 use super::ray_survey::{RaySurvey, Sightings};
-use super::topology::{Tally, Topology, TriangleCounts};
+use super::topology::{Tally, Topology, TriangleEdge};
+use super::triangles::TriangleCounts;
 use crate::scene::{MeshData, Model};
 
 /// Share of the rays that see an object from which on what they see of it counts.
@@ -27,6 +29,7 @@ pub(super) fn check(
     facts: &SceneFacts<'_>,
     topologies: &BTreeMap<usize, Topology>,
     seen: &RaySurvey,
+    views: &[View],
 ) -> Vec<Finding> {
     let mut found = Vec::new();
     for (mesh, (data, objects)) in facts.shown_meshes() {
@@ -37,6 +40,7 @@ pub(super) fn check(
             data,
             objects,
             seen,
+            views,
         };
         shown.single(&TriangleCounts::of(data), &mut found);
         shown.duplicates(topology, &mut found);
@@ -52,34 +56,71 @@ struct Shown<'a> {
     data: &'a MeshData,
     objects: Vec<&'a ObjectFacts<'a>>,
     seen: &'a RaySurvey,
+    views: &'a [View],
 }
 
 impl Shown<'_> {
     /// Where a triangle of an object is.
-    fn place(&self, facts: &ObjectFacts<'_>, triangle: Option<u32>) -> Option<[f64; 3]> {
-        let corners = self.data.indices.get(triangle? as usize)?;
-        let middle = corners
-            .iter()
-            .map(|&corner| self.data.positions.at(corner as usize))
-            .sum::<DVec3>()
-            / 3.0;
-        place(facts.map.transform_point3(middle))
+    fn place(&self, facts: &ObjectFacts<'_>, triangle: u32) -> DVec3 {
+        let corners = self.data.indices[triangle as usize];
+        self.middle(facts, &corners)
     }
 
-    fn finding(
+    /// The middle of some corners as an object shows them.
+    fn middle(&self, facts: &ObjectFacts<'_>, corners: &[u32]) -> DVec3 {
+        let sum: DVec3 = corners
+            .iter()
+            .map(|&corner| self.data.positions.at(corner as usize))
+            .sum();
+        facts.map.transform_point3(sum / corners.len() as f64)
+    }
+
+    /// A finding about triangles, at the one that is nearest to a camera.
+    fn about_triangles(
         &self,
         (code, severity): (Code, Severity),
         facts: &ObjectFacts<'_>,
-        (tally, of, unit): (Tally, u64, &'static str),
+        (tally, predicate): (&Tally, &'static str),
         (why, remedy): (&str, &str),
     ) -> Finding {
-        let finding =
-            Finding::new(code, severity, facts.subject, why, remedy).counted(tally.count, of, unit);
+        let places = tally
+            .some
+            .iter()
+            .map(|&triangle| (triangle, self.place(facts, triangle)));
+        let near = nearest(self.views, places);
+        let finding = Finding::new(code, severity, facts.subject, why, remedy).counted(
+            tally.count,
+            self.triangles(),
+            "triangles",
+            predicate,
+        );
         Finding {
-            primitive: tally.first,
+            primitive: near.map(|(triangle, _)| triangle),
             ..finding
         }
-        .at(self.place(facts, tally.first))
+        .at(near.and_then(|(_, at)| place(at)))
+    }
+
+    /// A finding about edges, in the middle of the one that is nearest to a camera, with its
+    /// triangle.
+    fn about_edges(
+        &self,
+        (code, severity): (Code, Severity),
+        facts: &ObjectFacts<'_>,
+        (tally, of, predicate): (&Tally<TriangleEdge>, u64, &'static str),
+        (why, remedy): (&str, &str),
+    ) -> Finding {
+        let places = tally
+            .some
+            .iter()
+            .map(|edge| (edge.triangle, self.middle(facts, &edge.ends)));
+        let near = nearest(self.views, places);
+        let finding = Finding::new(code, severity, facts.subject, why, remedy);
+        Finding {
+            primitive: near.map(|(triangle, _)| triangle),
+            ..finding.counted(tally.count, of, "edges", predicate)
+        }
+        .at(near.and_then(|(_, at)| place(at)))
     }
 
     fn triangles(&self) -> u64 {
@@ -96,40 +137,24 @@ impl Shown<'_> {
         let Some(&first) = self.objects.first() else {
             return;
         };
-        let mut add =
-            |code, severity, facts: &ObjectFacts<'_>, tally: Tally, words: (&str, &str)| {
-                if tally.count > 0 {
-                    found.push(self.finding(
-                        (code, severity),
-                        facts,
-                        (tally, self.triangles(), "triangles"),
-                        words,
-                    ));
-                }
-            };
+        let mut add = |kind, facts: &ObjectFacts<'_>, what: (&Tally, &'static str), words| {
+            if what.0.count > 0 {
+                found.push(self.about_triangles(kind, facts, what, words));
+            }
+        };
         let harmless = Severity::Harmless;
         let words = (
             "triangles have no area, so that no ray meets them: two corners are one, or all three lie on a line",
             "nothing, or remove them where the model is made",
         );
-        add(
-            Code::DegenerateTriangles,
-            harmless,
-            first,
-            counts.degenerate,
-            words,
-        );
+        let what = (&counts.degenerate, "had no area");
+        add((Code::DegenerateTriangles, harmless), first, what, words);
         let words = (
             "triangles are over 10,000 times as long as they are high",
             "nothing, unless shading looks broken there: mesh that part anew",
         );
-        add(
-            Code::SliverTriangles,
-            harmless,
-            first,
-            counts.slivers,
-            words,
-        );
+        let what = (&counts.slivers, "had such a shape");
+        add((Code::SliverTriangles, harmless), first, what, words);
         let worst = self
             .objects
             .iter()
@@ -143,17 +168,13 @@ impl Shown<'_> {
             "all three vertex normals point to the other side than the triangle, so that it is shaded as if it were turned away",
             "compute the normals anew, or turn the triangles over",
         );
-        add(
-            Code::NormalsAgainstFaces,
-            severity,
-            worst.copied().unwrap_or(first),
-            counts.against,
-            words,
-        );
+        let what = (&counts.against, "had such normals");
+        let facts = worst.copied().unwrap_or(first);
+        add((Code::NormalsAgainstFaces, severity), facts, what, words);
     }
 
     fn duplicates(&self, topology: &Topology, found: &mut Vec<Finding>) {
-        let [same, turned] = topology.duplicates;
+        let [same, turned] = &topology.duplicates;
         let tally = if same.count > 0 { same } else { turned };
         let passes = self
             .objects
@@ -172,13 +193,9 @@ impl Shown<'_> {
                 "triangles are there twice in one place; one of each two is never seen",
             ),
         };
-        let what = (tally, self.triangles(), "triangles");
-        found.push(self.finding(
-            (Code::DuplicateTriangles, severity),
-            facts,
-            what,
-            (why, "remove the copies"),
-        ));
+        let words = (why, "remove the copies");
+        let kind = (Code::DuplicateTriangles, severity);
+        found.push(self.about_triangles(kind, facts, (tally, "repeated another"), words));
     }
 
     /// Edges of bodies that have to be closed.
@@ -197,28 +214,22 @@ impl Shown<'_> {
         } else {
             Severity::Harmless
         };
-        let remedy =
-            "close the body, or set `thin_walled` where it is to be a pane without an inside";
-        let why = match severity {
-            Severity::PictureWrong => {
-                "a body of glass is open: light goes in and does not come out, or the other way round, and is bent and tinted wrongly"
-            }
-            _ => "a body of glass has open edges; no ray of the cameras has come through one",
-        };
         if topology.open.count > 0 {
-            let what = (topology.open, topology.edges, "edges");
-            found.push(self.finding((Code::OpenEdges, severity), facts, what, (why, remedy)));
+            let (why, remedy) = open_words(topology.seam, severity);
+            let what = (&topology.open, topology.edges, "had one triangle only");
+            let kind = (Code::OpenEdges, severity);
+            found.push(self.about_edges(kind, facts, what, (&why, &remedy)));
         }
         if topology.non_manifold.count > 0 {
-            let what = (topology.non_manifold, topology.edges, "edges");
+            let what = (
+                &topology.non_manifold,
+                topology.edges,
+                "had more than two triangles",
+            );
             let why = "more than two triangles meet at an edge of a body of glass, so that its inside is not told from its outside";
             let remedy = "divide the body there, or remove the walls within it";
-            found.push(self.finding(
-                (Code::NonManifoldEdges, severity),
-                facts,
-                what,
-                (why, remedy),
-            ));
+            let kind = (Code::NonManifoldEdges, severity);
+            found.push(self.about_edges(kind, facts, what, (why, remedy)));
         }
     }
 
@@ -250,28 +261,19 @@ impl Shown<'_> {
         };
         let remedy = "turn them over where the model is made (\"recalculate outside\")";
         if topology.flipped.count > 0 {
-            let what = (topology.flipped, topology.edges, "edges");
-            let why = why("neighbouring triangles disagree about which side is out");
-            found.push(self.finding(
-                (Code::FlippedTriangles, severity),
-                facts,
-                what,
-                (&why, remedy),
-            ));
+            let what = (&topology.flipped, "faced the other way than most");
+            let why = why("triangles disagree with their neighbours about which side is out");
+            let kind = (Code::FlippedTriangles, severity);
+            found.push(self.about_triangles(kind, facts, what, (&why, remedy)));
         }
         if !inside_out.is_empty() {
-            let first = inside_out.iter().map(|part| part.first).min();
             let tally = Tally {
                 count: inside_out.iter().map(|part| part.triangles).sum(),
-                first,
+                some: inside_out.iter().map(|part| part.first).collect(),
             };
             let why = why("closed surfaces have their outside within");
-            found.push(self.finding(
-                (Code::InsideOut, severity),
-                facts,
-                (tally, self.triangles(), "triangles"),
-                (&why, remedy),
-            ));
+            let (kind, what) = ((Code::InsideOut, severity), (&tally, "belonged to them"));
+            found.push(self.about_triangles(kind, facts, what, (&why, remedy)));
         }
     }
 
@@ -283,14 +285,25 @@ impl Shown<'_> {
                 continue;
             };
             let sets = material.uv_sets();
-            let lacks = |set: u32| self.data.uvs.get(set as usize).is_none_or(Vec::is_empty);
+            // Readers put (0, 0) where a file has none.
+            let lacks = |set: u32| {
+                let uvs = self.data.uvs.get(set as usize);
+                uvs.is_none_or(|uvs| uvs.iter().all(|uv| *uv == [0.0; 2]))
+            };
             if let Some(set) = sets.iter().copied().find(|&set| lacks(set)) {
-                let why = if set == 0 {
-                    "the material shows an image and the mesh has no texture coordinates: each triangle shows its own copy of a corner of it".to_owned()
-                } else {
-                    format!(
+                let is_there = self
+                    .data
+                    .uvs
+                    .get(set as usize)
+                    .is_some_and(|uvs| !uvs.is_empty());
+                let why = match (set, is_there) {
+                    (_, true) => format!(
+                        "the material shows an image by set {set} of texture coordinates, which the mesh lacks or which is (0, 0) everywhere: one texel is shown everywhere"
+                    ),
+                    (0, false) => "the material shows an image and the mesh has no texture coordinates: each triangle shows its own copy of a corner of it".to_owned(),
+                    _ => format!(
                         "the material reads set {set} of texture coordinates, which the mesh does not have: one texel is shown everywhere"
-                    )
+                    ),
                 };
                 let remedy = "export the mesh with texture coordinates, or take the image away";
                 let finding = Finding::new(
@@ -300,11 +313,10 @@ impl Shown<'_> {
                     why,
                     remedy,
                 );
-                found.push(
-                    finding
-                        .counted(self.triangles(), self.triangles(), "triangles")
-                        .at(self.place(facts, Some(0))),
-                );
+                let all = (0..self.triangles().min(1 << 10) as u32)
+                    .map(|triangle| ((), self.place(facts, triangle)));
+                let at = nearest(self.views, all).and_then(|(_, at)| place(at));
+                found.push(finding.at(at));
                 return;
             }
             let Model::Physical(m) = &material.model else {
@@ -356,8 +368,35 @@ impl Shown<'_> {
         };
         let why = "triangles with a normal map have texture coordinates without area, so that the map's directions are not known there";
         let words = (why, "unwrap the mesh anew, or give it tangents");
-        let what = (tally, self.triangles(), "triangles");
-        (tally.count > 0)
-            .then(|| self.finding((Code::FlatTextureCoordinates, severity), facts, what, words))
+        let what = (&tally, "had such coordinates");
+        let kind = (Code::FlatTextureCoordinates, severity);
+        (tally.count > 0).then(|| self.about_triangles(kind, facts, what, words))
     }
+}
+
+/// What open edges of glass make, and what to do.
+fn open_words(seam: Option<f64>, severity: Severity) -> (String, String) {
+    let is_seen = severity == Severity::PictureWrong;
+    if let Some(apart) = seam {
+        let seen = if is_seen {
+            "rays come through it"
+        } else {
+            "no ray of the cameras has come through it"
+        };
+        // The same for meshes that differ in rounding alone.
+        let apart = decimal(libm::pow(10.0, apart.log10().ceil()));
+        let why = format!(
+            "a body of glass has a seam: its corners there are less than {apart} metres apart, where rounding has parted what was one corner; {seen}"
+        );
+        let remedy =
+            "merge them by distance where the model is made: 1e-5 of the mesh's size is enough";
+        return (why, remedy.to_owned());
+    }
+    let why = if is_seen {
+        "a body of glass is open: light goes in and does not come out, or the other way round, and is bent and tinted wrongly"
+    } else {
+        "a body of glass has open edges; no ray of the cameras has come through one"
+    };
+    let remedy = "close the body, or set `thin_walled` where it is to be a pane without an inside";
+    (why.to_owned(), remedy.to_owned())
 }

@@ -7,38 +7,66 @@ use glam::DVec3;
 
 use super::finding::CheckRun;
 
-/// Rays that saw something, and where the first of them did.
+/// A point on the way of a ray.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct RayPoint {
+    pub ray: u64,
+    pub place: DVec3,
+    /// From where the ray starts, in metres.
+    pub distance: f64,
+}
+
+/// Rays that saw something, and the nearest place where one did.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sighting {
     pub count: u64,
-    ray: u64,
     pub place: DVec3,
+    ray: u64,
+    distance: f64,
+}
+
+impl From<RayPoint> for Sighting {
+    fn from(at: RayPoint) -> Self {
+        let RayPoint {
+            ray,
+            place,
+            distance,
+        } = at;
+        Self {
+            count: 1,
+            place,
+            ray,
+            distance,
+        }
+    }
 }
 
 /// Sightings by what they are of.
 pub(crate) type Sightings<K> = BTreeMap<K, Sighting>;
 
-pub(super) fn note<K: Ord>(sightings: &mut Sightings<K>, key: K, ray: u64, place: DVec3) {
-    merge(
-        sightings,
-        key,
-        Sighting {
-            count: 1,
-            ray,
-            place,
-        },
-    );
+pub(super) fn note<K: Ord>(sightings: &mut Sightings<K>, key: K, at: RayPoint) {
+    merge(sightings, key, at.into());
 }
 
 fn merge<K: Ord>(sightings: &mut Sightings<K>, key: K, other: Sighting) {
     let known = sightings
         .entry(key)
         .or_insert(Sighting { count: 0, ..other });
-    known.count += other.count;
-    if other.ray < known.ray {
-        (known.ray, known.place) = (other.ray, other.place);
+    let count = known.count + other.count;
+    if (other.distance, other.ray) < (known.distance, known.ray) {
+        *known = other;
     }
+    known.count = count;
 }
+
+/// Keeps a value where it is the greatest of its key.
+pub(super) fn keep_greatest<K: Ord>(greatest: &mut BTreeMap<K, f64>, key: K, value: f64) {
+    let known = greatest.entry(key).or_insert(value);
+    *known = known.max(value);
+}
+
+/// A value of a material, by its key in the scene.
+pub(crate) type ValueKey = (usize, &'static str);
 
 /// What rays of a camera saw. Objects are named by their facts.
 #[derive(Clone, Debug, Default)]
@@ -60,6 +88,8 @@ pub(crate) struct RaySurvey {
     pub nested: Sightings<[usize; 2]>,
     /// The first surface of a ray and the next one, where they are in one place and of two objects.
     pub coincident: Sightings<[usize; 2]>,
+    /// How far apart these are at most, in metres.
+    pub apart: BTreeMap<[usize; 2], f64>,
     /// Rays that see the first of two objects where both have a face in one plane.
     pub coplanar: Sightings<[usize; 2]>,
     /// Backs that the camera looks through.
@@ -69,9 +99,10 @@ pub(crate) struct RaySurvey {
     pub starts: u64,
     pub self_hits: Sightings<usize>,
     pub beyond: Sightings<usize>,
-    /// Values of materials, by their places.
-    pub not_numbers: Sightings<usize>,
-    pub out_of_range: Sightings<usize>,
+    pub not_numbers: Sightings<ValueKey>,
+    pub out_of_range: Sightings<ValueKey>,
+    /// The greatest of those that are out of range.
+    pub greatest: BTreeMap<ValueKey, f64>,
 }
 
 impl RaySurvey {
@@ -92,8 +123,6 @@ impl RaySurvey {
             (&mut self.against, other.against),
             (&mut self.self_hits, other.self_hits),
             (&mut self.beyond, other.beyond),
-            (&mut self.not_numbers, other.not_numbers),
-            (&mut self.out_of_range, other.out_of_range),
         ] {
             others
                 .into_iter()
@@ -107,6 +136,20 @@ impl RaySurvey {
             others
                 .into_iter()
                 .for_each(|(key, sighting)| merge(own, key, sighting));
+        }
+        for (own, others) in [
+            (&mut self.not_numbers, other.not_numbers),
+            (&mut self.out_of_range, other.out_of_range),
+        ] {
+            others
+                .into_iter()
+                .for_each(|(key, sighting)| merge(own, key, sighting));
+        }
+        for (key, value) in other.greatest {
+            keep_greatest(&mut self.greatest, key, value);
+        }
+        for (pair, apart) in other.apart {
+            keep_greatest(&mut self.apart, pair, apart);
         }
         self
     }

@@ -10,7 +10,7 @@ use raywright_bvh::{Hit, Interval, Ray, Real, Surface, Vector};
 use super::Deadline;
 use super::coplanar::Overlaps;
 use super::facts::{Matter, SceneFacts, unit};
-use super::ray_survey::{RaySurvey, note};
+use super::ray_survey::{RayPoint, RaySurvey, keep_greatest, note};
 use super::values::{Values, judge_values};
 use crate::dispatch::PreparedWork;
 use crate::integrator::PathSegment;
@@ -151,6 +151,15 @@ impl<R: Real> Walker<'_, R> {
         }
     }
 
+    /// Where a ray of the camera meets a surface.
+    fn point_of(&self, surface: &Surface<R>, hit: &Hit<R>, ray: u64) -> RayPoint {
+        RayPoint {
+            ray,
+            place: self.prepared.in_world(surface.point),
+            distance: hit.t.to_f64(),
+        }
+    }
+
     /// What is seen: values there, rays that start there, and what else is in its place.
     fn look_at_first(&self, ray: &Ray<R>, hit: &Hit<R>, index: u64, found: &mut RaySurvey) {
         let prepared = self.prepared;
@@ -159,24 +168,27 @@ impl<R: Real> Walker<'_, R> {
             ..PathSegment::of_camera(prepared)
         };
         let at = Interaction::of(prepared, &leg, hit);
-        let (object, place) = (
-            self.facts.index_of(hit.outermost()),
-            prepared.in_world(at.surface.point),
-        );
-        note(&mut found.first, object, index, place);
-        for other in self.overlaps.at(object, place, at.surface.normal.to_f64()) {
-            note(&mut found.coplanar, [object, other], index, place);
+        let object = self.facts.index_of(hit.outermost());
+        let seen = self.point_of(&at.surface, hit, index);
+        note(&mut found.first, object, seen);
+        let normal = at.surface.normal.to_f64();
+        for other in self.overlaps.at(object, seen.place, normal) {
+            note(&mut found.coplanar, [object, other], seen);
         }
         if !at.outside {
-            note(&mut found.first_within, object, index, place);
+            note(&mut found.first_within, object, seen);
         }
         if self.turns_away(ray, hit) {
-            note(&mut found.against, object, index, place);
+            note(&mut found.against, object, seen);
         }
+        let material = at.material as usize;
         match judge_values(prepared, &at) {
             Values::Fine => {}
-            Values::NotNumbers => note(&mut found.not_numbers, at.material as usize, index, place),
-            Values::OutOfRange => note(&mut found.out_of_range, at.material as usize, index, place),
+            Values::NotNumbers { key } => note(&mut found.not_numbers, (material, key), seen),
+            Values::OutOfRange { key, value } => {
+                note(&mut found.out_of_range, (material, key), seen);
+                keep_greatest(&mut found.greatest, (material, key), value);
+            }
         }
         for start in 0..STARTS {
             self.start_from(&at, hit, [index, start], found);
@@ -227,10 +239,8 @@ impl<R: Real> Walker<'_, R> {
         };
         let direction = R::Vec3::from_f64(direction);
         let ray = prepared.spawn(at, direction, R::ONE).at_time(at.time);
-        let (object, place) = (
-            self.facts.index_of(hit.outermost()),
-            prepared.in_world(at.surface.point),
-        );
+        let object = self.facts.index_of(hit.outermost());
+        let seen = self.point_of(&at.surface, hit, index);
         found.starts += 1;
         let range = Interval {
             min: prepared.least_distances().secondary,
@@ -240,7 +250,7 @@ impl<R: Real> Walker<'_, R> {
         let is_same =
             |other: &Hit<R>| (other.order(), other.instance) == (hit.order(), hit.instance);
         if again.as_ref().is_some_and(is_same) && self.meets_rays_once(object, at.outside) {
-            note(&mut found.self_hits, object, index, place);
+            note(&mut found.self_hits, object, seen);
         }
         if matches!(prepared.rules.spawn, Spawn::Constant { .. }) {
             let own = at.surface.spawn(direction);
@@ -259,7 +269,7 @@ impl<R: Real> Walker<'_, R> {
             };
             // Its own surface is looked at above.
             if length > R::ZERO && between().is_some_and(|other| !is_same(&other)) {
-                note(&mut found.beyond, object, index, place);
+                note(&mut found.beyond, object, seen);
             }
         }
     }
@@ -285,35 +295,32 @@ impl<R: Real> Walker<'_, R> {
     fn look_behind(&self, ray: &Ray<R>, index: u64, found: &mut RaySurvey) {
         let (mut range, mut depths) = (Interval::positive(), BTreeMap::<usize, i64>::new());
         let mut before: Option<Crossing<R>> = None;
-        let mut met: Vec<(usize, DVec3)> = Vec::new();
+        let mut met: Vec<(usize, RayPoint)> = Vec::new();
         for step in 0..HITS {
             let Some(hit) = self.prepared.geometry.closest(ray, range, &mut ()) else {
-                return end(&depths, &met, index, found);
+                return end(&depths, &met, found);
             };
             range.min = hit.t;
             let crossing = self.crossing(ray, &hit);
-            let place = self.prepared.in_world(crossing.surface.point);
+            let seen = self.point_of(&crossing.surface, &hit, index);
             if !met.iter().any(|(object, _)| *object == crossing.object) {
-                met.push((crossing.object, place));
-                note(&mut found.met, crossing.object, index, place);
+                met.push((crossing.object, seen));
+                note(&mut found.met, crossing.object, seen);
             }
             if step == 0 && !crossing.enters && self.facts.objects[crossing.object].hides_back() {
-                note(&mut found.backs, crossing.object, index, place);
+                note(&mut found.backs, crossing.object, seen);
             }
             if let Some(first) = before.as_ref().filter(|_| step == 1)
-                && are_coincident(ray, first, &crossing)
+                && let Some(apart) = coincidence(ray, first, &crossing)
             {
-                note(
-                    &mut found.coincident,
-                    [first.object, crossing.object],
-                    index,
-                    place,
-                );
+                let pair = [first.object, crossing.object];
+                note(&mut found.coincident, pair, seen);
+                keep_greatest(&mut found.apart, pair, apart);
             }
             if step > 0 && !self.looks_through {
                 return;
             }
-            self.enter_or_leave(&crossing, &mut depths, index, found);
+            self.enter_or_leave(&crossing, &mut depths, seen, found);
             before = Some(crossing);
         }
     }
@@ -323,7 +330,7 @@ impl<R: Real> Walker<'_, R> {
         &self,
         crossing: &Crossing<R>,
         depths: &mut BTreeMap<usize, i64>,
-        index: u64,
+        seen: RayPoint,
         found: &mut RaySurvey,
     ) {
         let facts = &self.facts.objects[crossing.object];
@@ -335,41 +342,35 @@ impl<R: Real> Walker<'_, R> {
                 .iter()
                 .filter(|(object, depth)| **depth > 0 && **object != crossing.object);
             for (&other, _) in around {
-                note(
-                    &mut found.nested,
-                    [other, crossing.object],
-                    index,
-                    self.prepared.in_world(crossing.surface.point),
-                );
+                note(&mut found.nested, [other, crossing.object], seen);
             }
         }
         *depths.entry(crossing.object).or_insert(0) += if crossing.enters { 1 } else { -1 };
     }
 }
 
-/// Whether two surfaces of two objects, one behind the other on a ray, are in one place as far as
-/// hits tell.
-fn are_coincident<R: Real>(ray: &Ray<R>, first: &Crossing<R>, second: &Crossing<R>) -> bool {
+/// How far apart two surfaces of two objects are, one behind the other on a ray, that are in one
+/// place as far as hits tell.
+fn coincidence<R: Real>(ray: &Ray<R>, first: &Crossing<R>, second: &Crossing<R>) -> Option<f64> {
     let (a, b) = (&first.surface, &second.surface);
     let [m, n] = [a.normal.to_f64(), b.normal.to_f64()];
     let apart = (b.point.to_f64() - a.point.to_f64()).dot(m).abs();
     let error = 2.0 * (a.error.to_f64() + b.error.to_f64());
     let is_slanted = m.dot(ray.direction.to_f64()).abs() > 0.05;
-    first.object != second.object && is_slanted && m.dot(n).abs() > 1.0 - 1e-6 && apart <= error
+    let is_one = is_slanted && m.dot(n).abs() > 1.0 - 1e-6 && apart <= error;
+    (first.object != second.object && is_one).then_some(apart)
 }
 
 /// The end of a ray that has met everything on its way: bodies that it entered and did not leave.
-fn end(depths: &BTreeMap<usize, i64>, met: &[(usize, DVec3)], index: u64, found: &mut RaySurvey) {
+fn end(depths: &BTreeMap<usize, i64>, met: &[(usize, RayPoint)], found: &mut RaySurvey) {
     for (&object, &depth) in depths.iter().filter(|(_, depth)| **depth != 0) {
-        let place = met
-            .iter()
-            .find(|(other, _)| *other == object)
-            .map_or(DVec3::NAN, |(_, place)| *place);
         let of = if depth == -1 {
             &mut found.within
         } else {
             &mut found.unbalanced
         };
-        note(of, object, index, place);
+        if let Some(&(_, seen)) = met.iter().find(|(other, _)| *other == object) {
+            note(of, object, seen);
+        }
     }
 }

@@ -1,8 +1,8 @@
 //! A small picture of each camera: samples that are no numbers, rays that were cut short, what is
 //! black, and lights that were not found.
 
-use super::facts::SceneFacts;
-use super::finding::{CheckRun, Code, Finding, Severity, Subject};
+use super::facts::{SceneFacts, place};
+use super::finding::{CheckRun, Code, Finding, Severity, Subject, decimal};
 use super::{Deadline, lamps};
 use crate::counters::{Counters, SampleLoss};
 use crate::dispatch::Ready;
@@ -86,7 +86,12 @@ pub(super) fn check(
         );
     }
     found.extend(unreached(facts, pictures));
-    found.extend(pictures.iter().filter_map(by_chance));
+    tell_why_black(facts, &mut found);
+    found.extend(
+        pictures
+            .iter()
+            .filter_map(|picture| by_chance(facts, picture)),
+    );
     found
 }
 
@@ -119,7 +124,7 @@ fn losses(picture: &SmallPicture, size: [u32; 2]) -> Vec<Finding> {
                 "samples are not finite numbers and are dropped, so that the picture is wrong where they lie",
                 "look for numbers that are too large or not defined in materials, lights and sky, or add --precision reference",
             )
-            .counted(dropped, of, "samples")
+            .counted(dropped, of, "samples", "had to be dropped")
         },
         SampleLoss::CutShort { rays, most } => Finding::new(
             Code::RaysCutShort,
@@ -128,7 +133,7 @@ fn losses(picture: &SmallPicture, size: [u32; 2]) -> Vec<Finding> {
             format!("rays end after {most} surfaces that are absent or there in part, and what lies behind is missing"),
             "leave fewer such surfaces one behind the other",
         )
-        .counted(rays, 0, "rays"),
+        .counted(rays, 0, "rays", "ended so"),
     }
     };
     picture.counters.losses().map(finding).collect()
@@ -169,9 +174,8 @@ fn too_bright(picture: &SmallPicture, brightest: f64, size: [u32; 2]) -> Option<
         .iter()
         .filter(|&&pixel| is_beyond(pixel))
         .count();
-    let why = "pixels are over four times as bright as the brightest light of the scene, which no surface can be: light that is found too rarely, or \
-               a material that makes some";
-    let remedy = "more --spp, or --clamp for less noise and less light; a material that makes light is named by itself";
+    let why = "pixels are over four times as bright as the brightest light of the scene, which no surface can be: light is found too rarely there";
+    let remedy = "take more --spp, or --clamp for less noise and less light";
     let finding = Finding::new(
         Code::BrighterThanLights,
         Severity::SlowOrNoisy,
@@ -179,11 +183,43 @@ fn too_bright(picture: &SmallPicture, brightest: f64, size: [u32; 2]) -> Option<
         why,
         remedy,
     );
-    let finding = finding.counted(count as u64, picture.picture.rgb.len() as u64, "pixels");
+    let of = picture.picture.rgb.len() as u64;
+    let finding = finding.counted(count as u64, of, "pixels", "came out that bright");
     Some(Finding {
         pixel: picture.full(first, size),
         ..finding
     })
+}
+
+/// Where everything is black since lights are shut away, tells that as one.
+fn tell_why_black(facts: &SceneFacts<'_>, found: &mut Vec<Finding>) {
+    if !found.iter().any(|found| found.code == Code::BlackPicture) {
+        return;
+    }
+    let is_shut = |found: &Finding| found.code == Code::UnreachedLight;
+    let shut: Vec<String> = found
+        .iter()
+        .filter(|found| is_shut(found))
+        .map(|found| found.subject.words(facts.scene))
+        .collect();
+    let Some(first) = shut.first() else {
+        return;
+    };
+    found.retain(|found| !is_shut(found));
+    let lights = match shut.len() {
+        1 => format!("{first} is"),
+        more => format!("{first} and {} more are", more - 1),
+    };
+    for black in found
+        .iter_mut()
+        .filter(|found| found.code == Code::BlackPicture)
+    {
+        black.why = format!(
+            "everything that is seen is black: {lights} shut away, or turned from all of that"
+        );
+        black.remedy =
+            "open the cover of the light or take it away, or add a light or a sky".to_owned();
+    }
 }
 
 /// Lights from which nothing arrives in the picture of any camera.
@@ -205,7 +241,12 @@ fn unreached(facts: &SceneFacts<'_>, pictures: &[SmallPicture]) -> Vec<Finding> 
     };
     let finding = |shut: &ShutAway| {
         let subject = subject_of(shut);
-        let why = "no ray to it arrives: it is shut away, or turned from all that is seen";
+        if let Subject::Object(index) = subject
+            && let Some(glass) = lamps::glass_around(facts, index)
+        {
+            return Some(through_glass(facts, index, glass));
+        }
+        let why = "it lights nothing that is seen: it is shut away, or turned from all of that";
         let remedy =
             "open its cover or take it away; if it is meant to be hidden, it only costs noise";
         // Of a generator's lamps some may well be hidden.
@@ -219,30 +260,60 @@ fn unreached(facts: &SceneFacts<'_>, pictures: &[SmallPicture]) -> Vec<Finding> 
                 why,
                 remedy,
             )
-            .counted(in_vain(shut), in_vain(shut), "rays")
+            .counted(
+                in_vain(shut),
+                in_vain(shut),
+                "rays",
+                "to it ended on their way",
+            )
         })
     };
     first.shut_away.iter().filter_map(finding).collect()
 }
 
-/// Light that is found by chance alone.
-fn by_chance(picture: &SmallPicture) -> Option<Finding> {
+/// Light that is found by chance alone, by what it comes from.
+fn by_chance(facts: &SceneFacts<'_>, picture: &SmallPicture) -> Option<Finding> {
     const ENOUGH: u64 = 1000;
     const RARE: u64 = 1000;
     let Counters { unaided, found, .. } = picture.counters;
     if unaided < ENOUGH || found * RARE > unaided {
         return None;
     }
-    let why = "lamps and suns that shine by way of mirrors or glass are met by chance, and hardly any path meets one";
-    let remedy = "make them larger, or what they shine through thin (`thin_walled`) or rough; or take more --spp";
-    Some(
-        Finding::new(
-            Code::LightByChance,
-            Severity::SlowOrNoisy,
-            Subject::Scene,
-            why,
-            remedy,
-        )
-        .counted(unaided - found, unaided, "paths"),
-    )
+    let lamps = || facts.objects.iter().filter(|own| own.emits());
+    let within = lamps().find_map(|own| {
+        let glass = lamps::glass_around(facts, own.subject.index())?;
+        Some((own, glass))
+    });
+    let finding = if let Some((own, glass)) = within {
+        through_glass(facts, own.subject.index(), glass)
+    } else if lamps().next().is_some() {
+        let why = "lamps and suns that shine by way of mirrors or glass are met by chance, and hardly any path meets one";
+        let remedy = "make them larger, or what they shine through thin (`thin_walled`) or rough; or take more --spp";
+        met_by_chance(Subject::Scene, why, remedy)
+    } else {
+        let why = "the sky has a small bright sun, and hardly any path by way of mirrors or glass meets it";
+        let remedy = "take more --spp, or a sky with a larger sun or none";
+        met_by_chance(Subject::Sky, why, remedy)
+    };
+    Some(finding.counted(unaided - found, unaided, "paths", "met no light"))
+}
+
+fn met_by_chance(subject: Subject, why: impl Into<String>, remedy: impl Into<String>) -> Finding {
+    let (code, severity) = (Code::LightByChance, Severity::SlowOrNoisy);
+    Finding::new(code, severity, subject, why, remedy)
+}
+
+/// A lamp within a body of glass.
+fn through_glass(facts: &SceneFacts<'_>, lamp: usize, glass: Subject) -> Finding {
+    let (own, glass) = (&facts.objects[lamp], glass.words(facts.scene));
+    let across = own.bounds.map_or(0.0, |bounds| bounds.extent().length());
+    let why = format!(
+        "it is {} metres across and shines through {glass}, which is glass around it: paths come to it by chance alone, and hardly any does",
+        decimal(across)
+    );
+    let remedy = format!(
+        "set `thin_walled` for the material of {glass}, make the lamp larger, or take more --spp"
+    );
+    let at = own.bounds.and_then(|bounds| place(bounds.centre()));
+    met_by_chance(own.subject, why, remedy).at(at)
 }

@@ -1,10 +1,12 @@
 //! What stored coordinates make of a scene, and how large it is.
 
 use glam::DVec3;
-use raywright_bvh::Real;
+use raywright_bvh::{Aabb, Real};
 
+use super::cameras::{View, is_in_view};
 use super::facts::{SceneFacts, place};
-use super::finding::{Code, Finding, Severity, Subject};
+use super::finding::{Code, Finding, Severity, Subject, decimal};
+use super::ray_survey::RaySurvey;
 use crate::dispatch::Ready;
 use crate::extent::Uses;
 use crate::prepare::rounded;
@@ -16,6 +18,9 @@ use crate::validate::{Problem, no_area};
 const USUAL: [f64; 2] = [1e-3, 1e6];
 /// Share of a scene's size below which an object is hardly a part of it.
 const TINY: f64 = 1e-6;
+
+/// Share of an object's reach below which that of the others makes it an outlier.
+const FAR: f64 = 1e-5;
 
 /// Shapes of which storing leaves nothing, by the problems for which preparing them is refused.
 pub(super) fn lost_shapes(scene: &Scene, problems: &[Problem]) -> Vec<Finding> {
@@ -45,9 +50,26 @@ pub(super) fn lost_shapes(scene: &Scene, problems: &[Problem]) -> Vec<Finding> {
     problems.iter().map(finding).collect()
 }
 
-/// What storing takes from the objects of a prepared scene.
-pub(super) fn check(facts: &SceneFacts<'_>, ready: &Ready) -> Vec<Finding> {
-    let subject = |object: u32| facts.objects[facts.index_of(object)].subject;
+/// What storing takes from the objects of a prepared scene: the picture is wrong where a camera
+/// has that in view.
+pub(super) fn check(
+    facts: &SceneFacts<'_>,
+    ready: &Ready,
+    seen: &RaySurvey,
+    views: &[View],
+) -> Vec<Finding> {
+    let finding = |code, object: u32, why: &str, remedy: String| {
+        let index = facts.index_of(object);
+        let own = &facts.objects[index];
+        let is_seen = RaySurvey::count(&seen.met, &index) > 0
+            || own.bounds.is_none_or(|bounds| is_in_view(views, &bounds));
+        let at = own.bounds.and_then(|bounds| place(bounds.centre()));
+        let (severity, end) = match is_seen {
+            true => (Severity::PictureWrong, ""),
+            false => (Severity::Harmless, "; no camera has it in view"),
+        };
+        Finding::new(code, severity, own.subject, format!("{why}{end}"), remedy).at(at)
+    };
     let exact = match ready.settings().precision {
         PrecisionChoice::Reference => "",
         PrecisionChoice::Robust => ", or add --precision reference",
@@ -56,32 +78,26 @@ pub(super) fn check(facts: &SceneFacts<'_>, ready: &Ready) -> Vec<Finding> {
     let mut found: Vec<Finding> = lost
         .iter()
         .map(|&object| {
-            let why = "so far from the rest of the scene, all corners of its triangles are stored as one, so that nothing of it is seen";
+            let why = "so far from the rest of the scene, all corners of its triangles are stored as one, so that nothing is left of it";
             let remedy = format!("move it nearer to the rest of the scene{exact}");
-            Finding::new(Code::LostObject, Severity::PictureWrong, subject(object), why, remedy)
+            finding(Code::LostObject, object, why, remedy)
         })
         .collect();
     if let Some(object) = ready.unresolved().filter(|object| !lost.contains(object)) {
         let why = "so far from the rest of the scene, points a thousandth of its size apart are stored as one: its shape is shattered";
         let remedy = format!("move it nearer to the rest of the scene{exact}");
-        found.push(Finding::new(
-            Code::UnresolvedObject,
-            Severity::PictureWrong,
-            subject(object),
-            why,
-            remedy,
-        ));
+        found.push(finding(Code::UnresolvedObject, object, why, remedy));
     }
     found.extend(match ready.settings().precision {
-        PrecisionChoice::Robust => lost_triangles::<f32>(facts, lost),
-        PrecisionChoice::Reference => lost_triangles::<f64>(facts, lost),
+        PrecisionChoice::Robust => lost_triangles::<f32>(facts, lost, seen),
+        PrecisionChoice::Reference => lost_triangles::<f64>(facts, lost, seen),
     });
     found.extend(scale(facts));
     found
 }
 
 /// Triangles with an area that storing makes flat, of objects of which others stay.
-fn lost_triangles<R: Real>(facts: &SceneFacts<'_>, lost: &[u32]) -> Vec<Finding> {
+fn lost_triangles<R: Real>(facts: &SceneFacts<'_>, lost: &[u32], seen: &RaySurvey) -> Vec<Finding> {
     let origin = crate::origin::StorageOrigin::of::<R>(facts.scene, &facts.lookup).origin;
     // What instances share is stored in its own space.
     let uses = Uses::of(facts.scene);
@@ -129,7 +145,8 @@ fn lost_triangles<R: Real>(facts: &SceneFacts<'_>, lost: &[u32]) -> Vec<Finding>
         }
         let Some(first) = first else { continue };
         let of = data.indices.len() as u64;
-        let severity = if count * 100 >= of {
+        let is_seen = RaySurvey::count(&seen.met, &own.subject.index()) > 0;
+        let severity = if count * 100 >= of && is_seen {
             Severity::PictureWrong
         } else {
             Severity::Harmless
@@ -146,8 +163,8 @@ fn lost_triangles<R: Real>(facts: &SceneFacts<'_>, lost: &[u32]) -> Vec<Finding>
         let at = place(map.transform_point3(data.positions.at(corner as usize)));
         found.push(
             finding
-                .counted(count, of, "triangles")
-                .from_primitive(first)
+                .counted(count, of, "triangles", "lost their area")
+                .of_primitive(first)
                 .at(at),
         );
     }
@@ -167,11 +184,22 @@ fn is_safe<R: Real>(data: &MeshData, away: DVec3, scale: f64) -> bool {
 
 /// Sizes that are probably in other units.
 fn scale(facts: &SceneFacts<'_>) -> Vec<Finding> {
-    let size = facts.diagonal();
-    let mut found = Vec::new();
+    let far = outliers(facts);
+    let mut found: Vec<Finding> = far.iter().map(|outlier| outlier.finding(facts)).collect();
+    let rest = facts
+        .objects
+        .iter()
+        .enumerate()
+        .filter(|(index, _)| !far.iter().any(|outlier| outlier.object == *index))
+        .filter_map(|(_, own)| own.bounds);
+    let size = match far.is_empty() {
+        true => facts.diagonal(),
+        false => diagonal(rest),
+    };
     if size > 0.0 && !(USUAL[0]..=USUAL[1]).contains(&size) {
         let why = format!(
-            "all of it is {size:.1e} metres across: it is probably in other units, and lights and glass are in metres"
+            "all of it is {} metres across: it is probably in other units, and lights and glass are in metres",
+            decimal(size)
         );
         found.push(Finding::new(
             Code::ExtremeScale,
@@ -188,7 +216,11 @@ fn scale(facts: &SceneFacts<'_>) -> Vec<Finding> {
         };
         let size_of = radius * own.map.matrix3.determinant().abs().cbrt();
         if size_of < TINY * size {
-            let why = format!("it is {:.1e} of the scene's size", size_of / size);
+            let why = format!(
+                "its radius is {} metres, {} of the scene's size",
+                decimal(size_of),
+                decimal(size_of / size)
+            );
             let finding = Finding::new(
                 Code::ExtremeScale,
                 Severity::Harmless,
@@ -196,8 +228,88 @@ fn scale(facts: &SceneFacts<'_>) -> Vec<Finding> {
                 why,
                 "look whether it is in other units than the rest",
             );
-            found.push(finding);
+            found.push(finding.at(own.bounds.and_then(|bounds| place(bounds.centre()))));
         }
     }
     found
+}
+
+fn diagonal(bounds: impl Iterator<Item = Aabb>) -> f64 {
+    let all = bounds.fold(Aabb::EMPTY, |all, bounds| all.union(bounds));
+    if all.is_empty() {
+        0.0
+    } else {
+        all.extent().length()
+    }
+}
+
+/// An object that reaches far beyond most others.
+struct Outlier {
+    object: usize,
+    /// How far it reaches from the middle of the others, and how far they do, in metres.
+    reach: f64,
+    others: f64,
+}
+
+impl Outlier {
+    fn finding(&self, facts: &SceneFacts<'_>) -> Finding {
+        let own = &facts.objects[self.object];
+        let why = format!(
+            "it reaches {} metres far, and most other objects no more than {} metres",
+            decimal(self.reach),
+            decimal(self.others)
+        );
+        Finding::new(
+            Code::ExtremeScale,
+            Severity::Harmless,
+            own.subject,
+            why,
+            "look whether it is in other units than the rest, or out of its place",
+        )
+        .at(own.bounds.and_then(|bounds| place(bounds.centre())))
+    }
+}
+
+/// Objects without which the scene is a small share of its size, of less than half of them.
+fn outliers(facts: &SceneFacts<'_>) -> Vec<Outlier> {
+    const FEWEST: usize = 3;
+    let bounded: Vec<(usize, Aabb)> = facts
+        .objects
+        .iter()
+        .enumerate()
+        .filter_map(|(index, own)| Some((index, own.bounds?)))
+        .collect();
+    if bounded.len() < FEWEST {
+        return Vec::new();
+    }
+    let median = |axis: usize| {
+        let mut centres: Vec<f64> = bounded.iter().map(|(_, own)| own.centre()[axis]).collect();
+        let middle = centres.len() / 2;
+        *centres.select_nth_unstable_by(middle, f64::total_cmp).1
+    };
+    let middle = DVec3::from([0, 1, 2].map(median));
+    let reach = |bounds: &Aabb| {
+        let farthest = (bounds.min - middle).abs().max((bounds.max - middle).abs());
+        farthest.length()
+    };
+    let mut reaches: Vec<(f64, usize)> = bounded
+        .iter()
+        .map(|(index, bounds)| (reach(bounds), *index))
+        .collect();
+    reaches.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    let half = reaches.len() / 2 + 1;
+    let jump = (half..reaches.len())
+        .find(|&at| reaches[at - 1].0 < FAR * reaches[at].0 && reaches[at - 1].0 > 0.0);
+    let Some(first) = jump else {
+        return Vec::new();
+    };
+    let others = reaches[first - 1].0;
+    reaches[first..]
+        .iter()
+        .map(|&(reach, object)| Outlier {
+            object,
+            reach,
+            others,
+        })
+        .collect()
 }

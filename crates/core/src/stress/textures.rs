@@ -16,24 +16,31 @@ pub(super) fn check(facts: &SceneFacts<'_>) -> Vec<Finding> {
         let Model::Physical(m) = &material.model else {
             continue;
         };
-        let normals = m.normal_texture.iter().chain(
-            m.clearcoat
-                .iter()
-                .filter_map(|coat| coat.normal_texture.as_ref()),
-        );
-        let directions = m
-            .anisotropy
-            .iter()
-            .filter_map(|layer| layer.texture.as_ref());
-        let numbers = m
-            .metallic_roughness_texture
-            .iter()
-            .chain(&m.transmission_texture)
-            .chain(directions);
-        for reference in normals.clone().chain(numbers) {
-            found.extend(read_as_colour(facts, reference, Subject::Material(index)));
+        let coat = m.clearcoat.as_ref();
+        let normals = [
+            ("normal_texture", m.normal_texture.as_ref()),
+            (
+                "clearcoat.normal_texture",
+                coat.and_then(|coat| coat.normal_texture.as_ref()),
+            ),
+        ];
+        let directions = m.anisotropy.as_ref();
+        let numbers = [
+            (
+                "metallic_roughness_texture",
+                m.metallic_roughness_texture.as_ref(),
+            ),
+            ("transmission_texture", m.transmission_texture.as_ref()),
+            (
+                "anisotropy.texture",
+                directions.and_then(|layer| layer.texture.as_ref()),
+            ),
+        ];
+        for (slot, reference) in normals.into_iter().chain(numbers) {
+            let subject = Subject::Material(index);
+            found.extend(reference.and_then(|r| read_as_colour(facts, r, subject, slot)));
         }
-        for reference in normals {
+        for reference in normals.into_iter().filter_map(|(_, reference)| reference) {
             found.extend(no_normals(facts, reference));
         }
     }
@@ -63,14 +70,18 @@ fn read_as_colour(
     facts: &SceneFacts<'_>,
     reference: &TextureRef,
     subject: Subject,
+    slot: &str,
 ) -> Option<Finding> {
     let is_colour = facts.lookup.texture(&reference.name)?.colour_space == ColourSpace::Srgb;
     let has_codes = matches!(data_of(facts, reference)?.pixels, Pixels::Codes(_));
     let why = format!(
-        "the texture `{}` holds directions or numbers, and is read by the curve of colours",
+        "its `{slot}` holds directions or numbers, and the texture there, `{}`, is read as sRGB colours",
         reference.name
     );
-    let remedy = "give that texture `colour_space = \"linear\"`";
+    let remedy = format!(
+        "give the texture `{}` the line `colour_space = \"linear\"`",
+        reference.name
+    );
     (is_colour && has_codes).then(|| {
         Finding::new(
             Code::DataReadAsColour,
@@ -98,8 +109,10 @@ fn no_normals(facts: &SceneFacts<'_>, reference: &TextureRef) -> Option<Finding>
         why,
         remedy,
     );
-    (2 * inwards > pixels.len())
-        .then(|| finding.counted(inwards as u64, pixels.len() as u64, "texels"))
+    (2 * inwards > pixels.len()).then(|| {
+        let of = pixels.len() as u64;
+        finding.counted(inwards as u64, of, "texels", "pointed inwards")
+    })
 }
 
 fn judge(facts: &SceneFacts<'_>, index: usize) -> Vec<Finding> {
@@ -129,7 +142,7 @@ fn judge(facts: &SceneFacts<'_>, index: usize) -> Vec<Finding> {
             why,
             remedy,
         );
-        found.push(finding.counted(mended, 3 * texels, "channels"));
+        found.push(finding.counted(mended, 3 * texels, "channels", "had such numbers"));
     }
     let is_uniform = match &data.pixels {
         Pixels::Codes(pixels) => pixels.iter().all(|pixel| *pixel == pixels[0]),
@@ -149,7 +162,7 @@ fn judge(facts: &SceneFacts<'_>, index: usize) -> Vec<Finding> {
                     why,
                     remedy,
                 );
-                found.push(finding.counted(wrong, texels, "texels"));
+                found.push(finding.counted(wrong, texels, "texels", "had such numbers"));
             }
             pixels.iter().all(|pixel| *pixel == pixels[0])
         }
@@ -163,7 +176,7 @@ fn judge(facts: &SceneFacts<'_>, index: usize) -> Vec<Finding> {
             why,
             "write the value as a factor: it takes no memory and no time",
         );
-        found.push(finding.counted(texels, texels, "texels"));
+        found.push(finding.counted(texels, 0, "texels", "in all"));
     }
     found
 }

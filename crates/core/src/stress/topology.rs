@@ -7,97 +7,56 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::fans::{Fan, fans};
+use super::seams::seam;
+use super::windings::turned_triangles;
 use crate::scene::MeshData;
 
-/// The height of a triangle as a share of its longest edge below which it is next to a line.
-const SLIVER: f64 = 1e-4;
+/// Of what is counted so many are kept.
+const KEPT: usize = 1 << 10;
 
-/// How many, and the first of them.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Tally {
+/// How many, and some of them: the first that were counted.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Tally<T = u32> {
     pub count: u64,
-    pub first: Option<u32>,
+    pub some: Vec<T>,
 }
 
-impl Tally {
-    pub fn add(&mut self, index: u32) {
-        self.count += 1;
-        self.first = Some(self.first.map_or(index, |first| first.min(index)));
-    }
-
-    fn plus(self, other: Self) -> Self {
-        let first = [self.first, other.first].into_iter().flatten().min();
+impl<T> Default for Tally<T> {
+    fn default() -> Self {
         Self {
-            count: self.count + other.count,
-            first,
+            count: 0,
+            some: Vec::new(),
+        }
+    }
+}
+
+impl<T> Tally<T> {
+    pub fn add(&mut self, one: T) {
+        self.count += 1;
+        if self.some.len() < KEPT {
+            self.some.push(one);
         }
     }
 
-    pub fn of(indices: impl Iterator<Item = u32>) -> Self {
+    pub fn plus(mut self, other: Self) -> Self {
+        self.count += other.count;
+        let room = KEPT - self.some.len();
+        self.some.extend(other.some.into_iter().take(room));
+        self
+    }
+
+    pub fn of(all: impl Iterator<Item = T>) -> Self {
         let mut tally = Self::default();
-        indices.for_each(|index| tally.add(index));
+        all.for_each(|one| tally.add(one));
         tally
     }
 }
 
-/// What single triangles are.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct TriangleCounts {
-    pub degenerate: Tally,
-    pub slivers: Tally,
-    /// All three normals point to the other side.
-    pub against: Tally,
-}
-
-impl TriangleCounts {
-    pub fn of(data: &MeshData) -> Self {
-        const BLOCK: usize = 1 << 14;
-        let block = |(block, triangles): (usize, &[[u32; 3]])| {
-            let mut counts = Self::default();
-            for (i, corners) in triangles.iter().enumerate() {
-                counts.judge(
-                    data,
-                    (block * BLOCK + i) as u32,
-                    corners.map(|c| c as usize),
-                );
-            }
-            counts
-        };
-        let plus = |a: Self, b: Self| Self {
-            degenerate: a.degenerate.plus(b.degenerate),
-            slivers: a.slivers.plus(b.slivers),
-            against: a.against.plus(b.against),
-        };
-        data.indices
-            .par_chunks(BLOCK)
-            .enumerate()
-            .map(block)
-            .reduce(Self::default, plus)
-    }
-
-    fn judge(&mut self, data: &MeshData, index: u32, corners: [usize; 3]) {
-        let [a, b, c] = corners.map(|corner| data.positions.at(corner));
-        let (normal, longest) = ((b - a).cross(c - a), longest_edge([a, b, c]));
-        let height = normal.length() / longest;
-        // As validation judges single triangles: edges whose angle has no sine.
-        if a == b || b == c || c == a || height <= 1e-12 * longest {
-            return self.degenerate.add(index);
-        }
-        if height < SLIVER * longest {
-            self.slivers.add(index);
-        }
-        let normals = corners.map(|corner| data.normals.get(corner));
-        if normals
-            .iter()
-            .all(|n| n.is_some_and(|n| DVec3::from(n.map(f64::from)).dot(normal) < 0.0))
-        {
-            self.against.add(index);
-        }
-    }
-}
-
-fn longest_edge([a, b, c]: [DVec3; 3]) -> f64 {
-    (b - a).length().max((c - b).length()).max((a - c).length())
+/// An edge with one of its triangles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct TriangleEdge {
+    pub triangle: u32,
+    pub ends: [u32; 2],
 }
 
 /// A connected part of a mesh without open edges.
@@ -124,10 +83,12 @@ pub(crate) struct SharedEdge {
 pub(crate) struct Topology {
     /// Triangles that are there again, with the same side out and with the other one.
     pub duplicates: [Tally; 2],
-    /// Edges by a triangle of theirs.
     pub edges: u64,
-    pub open: Tally,
-    pub non_manifold: Tally,
+    pub open: Tally<TriangleEdge>,
+    /// Where corners are apart by rounding alone, how far at most: as one they leave no edge open.
+    pub seam: Option<f64>,
+    pub non_manifold: Tally<TriangleEdge>,
+    /// Triangles that disagree with most of those that they hang together with.
     pub flipped: Tally,
     pub components: Vec<Component>,
     /// Some edges of exactly two triangles whose sides agree.
@@ -146,17 +107,28 @@ impl Topology {
         let kept = found.without_duplicates(&data.indices, &corners);
         let edges = sorted_edges(&data.indices, &corners, &kept);
         let mut parents: Vec<u32> = (0..data.positions.len() as u32).collect();
-        let mut open_corners = Vec::new();
+        let mut irregular = Irregular::default();
         for run in edges.chunk_by(|a, b| a.0 == b.0) {
-            found.judge(data, run, &mut open_corners);
+            found.judge(data, run, &mut irregular);
             // All corners of a triangle hang together by its edges.
             let [low, high] = [(run[0].0 >> 32) as u32, run[0].0 as u32];
             join(&mut parents, low, high);
         }
         let every = (found.shared.len() / AIMED).max(1);
         found.shared = found.shared.iter().copied().step_by(every).collect();
-        found.fans = fans(&data.indices, &corners, &kept, &open_corners);
-        found.components = components(data, (&corners, &kept), &mut parents, &open_corners);
+        if irregular.turned.count > 0 {
+            let turned = turned_triangles(data.indices.len(), &edges);
+            // A band with one side has none that are turned more than others.
+            found.flipped = if turned.count > 0 {
+                turned
+            } else {
+                irregular.turned
+            };
+        }
+        found.seam = seam(data, &irregular.open);
+        let open = &irregular.corners;
+        found.fans = fans(&data.indices, &corners, &kept, open);
+        found.components = components(data, (&corners, &kept), &mut parents, open);
         found
     }
 
@@ -215,36 +187,51 @@ impl Topology {
     }
 
     /// Judges an edge by its triangles.
-    fn judge(&mut self, data: &MeshData, run: &[(u64, u32)], open_corners: &mut Vec<u32>) {
+    fn judge(&mut self, data: &MeshData, run: &[(u64, u32)], irregular: &mut Irregular) {
         self.edges += 1;
         let forwards = run.iter().filter(|(_, triangle)| triangle & 1 == 0).count();
-        let (backwards, first) = (run.len() - forwards, run[0].1 >> 1);
+        let ends = [(run[0].0 >> 32) as u32, run[0].0 as u32];
+        let edge = TriangleEdge {
+            triangle: run[0].1 >> 1,
+            ends,
+        };
         match run.len() {
             1 => {
-                self.open.add(first);
-                open_corners.extend([(run[0].0 >> 32) as u32, run[0].0 as u32]);
+                self.open.add(edge);
+                let [low, high] = ends;
+                let is_forwards = forwards == 1;
+                irregular.open.push(if is_forwards {
+                    [low, high]
+                } else {
+                    [high, low]
+                });
             }
             2 if forwards == 1 => {
-                if self
-                    .edges
-                    .is_multiple_of((data.indices.len() as u64 / (4 * AIMED as u64)).max(1))
-                {
+                let every = (data.indices.len() as u64 / (4 * AIMED as u64)).max(1);
+                if self.edges.is_multiple_of(every) {
                     self.shared
                         .extend(shared_edge(data, [run[0].1 >> 1, run[1].1 >> 1]));
                 }
+                return;
             }
-            2 => {
-                self.flipped.add(first);
-                open_corners.extend([(run[0].0 >> 32) as u32, run[0].0 as u32]);
-            }
+            2 => irregular.turned.add(edge.triangle),
             // Bodies that touch along an edge have as many triangles each way.
-            _ if forwards == backwards => {}
-            _ => {
-                self.non_manifold.add(first);
-                open_corners.extend([(run[0].0 >> 32) as u32, run[0].0 as u32]);
-            }
+            _ if 2 * forwards == run.len() => return,
+            _ => self.non_manifold.add(edge),
         }
+        irregular.corners.extend(ends);
     }
+}
+
+/// What of a mesh is not as in a closed surface.
+#[derive(Default)]
+struct Irregular {
+    /// Open edges, from and to in the direction of their triangle.
+    open: Vec<[u32; 2]>,
+    /// Corners at which some edge is open, turned over, or of more than two triangles.
+    corners: Vec<u32>,
+    /// Neighbours that disagree about which side is out.
+    turned: Tally,
 }
 
 /// The edge of two triangles of one mesh, by places.

@@ -5,12 +5,12 @@ use raywright_bvh::{Real, Vector};
 use crate::interaction::Interaction;
 use crate::prepare::{Material, Prepared};
 
-/// What the values at a point are, by the worst of them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// What the values at a point are, by the worst of them, with its key in the scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Values {
     Fine,
-    OutOfRange,
-    NotNumbers,
+    OutOfRange { key: &'static str, value: f64 },
+    NotNumbers { key: &'static str },
 }
 
 /// A little above the end of a range: what rounding makes of one.
@@ -20,33 +20,32 @@ const ONE: f64 = 1.0 + 1e-5;
 pub(super) fn judge_values<R: Real>(prepared: &Prepared<R>, at: &Interaction<R>) -> Values {
     let here = prepared.sources.at(at);
     let material = &prepared.materials[at.material as usize];
-    let emission = material.emission_at(&here).to_f64();
-    let (colour, shares) = match material {
-        Material::Classic(m) => (
-            m.colour.colour(&here),
-            [m.local.number(&here), R::ZERO, R::ZERO],
-        ),
-        Material::Physical(m) => (
-            m.base_at(&here),
-            [
-                m.roughness.number(&here),
-                m.metallic.number(&here),
-                m.opacity.number(&here),
-            ],
-        ),
+    let emission = ("emission", material.emission_at(&here).to_f64().to_array());
+    let number = |key: &'static str, value: R| (key, [value.to_f64(); 3]);
+    let shares = match material {
+        Material::Classic(m) => vec![
+            ("colour", m.colour.colour(&here).to_f64().to_array()),
+            number("local", m.local.number(&here)),
+        ],
+        Material::Physical(m) => vec![
+            ("base_colour", m.base_at(&here).to_f64().to_array()),
+            number("roughness", m.roughness.number(&here)),
+            number("metallic", m.metallic.number(&here)),
+            number("opacity", m.opacity.number(&here)),
+        ],
         Material::Unused => return Values::Fine,
     };
-    let (colour, shares) = (colour.to_f64(), shares.map(Real::to_f64));
-    if !colour.is_finite() || !emission.is_finite() || shares.iter().any(|share| !share.is_finite())
-    {
-        return Values::NotNumbers;
+    let is_wrong = |(_, value): &&(&str, [f64; 3])| !value.iter().all(|x| x.is_finite());
+    if let Some(&(key, _)) = shares.iter().chain([&emission]).find(is_wrong) {
+        return Values::NotNumbers { key };
     }
-    let is_physical = matches!(material, Material::Physical(_));
-    let is_beyond =
-        is_physical && (colour.max_element() > ONE || shares.iter().any(|&share| share > ONE));
-    if is_beyond {
-        Values::OutOfRange
-    } else {
-        Values::Fine
+    let greatest = |value: &[f64; 3]| value.iter().copied().fold(0.0, f64::max);
+    let is_beyond = |(_, value): &&(&str, [f64; 3])| greatest(value) > ONE;
+    match (material, shares.iter().find(is_beyond)) {
+        (Material::Physical(_), Some((key, value))) => Values::OutOfRange {
+            key,
+            value: greatest(value),
+        },
+        _ => Values::Fine,
     }
 }

@@ -4,6 +4,7 @@
 mod data;
 mod light;
 mod meshes;
+mod places;
 
 use raywright_core::scene::Scene;
 use raywright_core::stress::{Code, Effort, Finding, Report, Severity, stress};
@@ -91,6 +92,15 @@ fn finds(scene: &Scene, code: Code, severity: Severity, follows: &[Code]) -> Fin
     found
 }
 
+/// The fault is found, and nothing else is said.
+#[track_caller]
+fn alone(scene: &Scene, code: Code, severity: Severity) -> Finding {
+    let found = finds(scene, code, severity, &[]);
+    let all = report(scene).findings;
+    assert_eq!(all.len(), 1, "{:?}", listed(&all));
+    found
+}
+
 /// Protects: nothing is said of a scene without a fault, everything that was to be looked at is,
 /// and the same seed finds the same.
 #[test]
@@ -104,6 +114,16 @@ fn a_scene_without_fault_has_no_findings() {
         first.checks
     );
     assert_eq!(report(&clean), first);
+}
+
+/// Protects: a scene of which reading has left no object shows nothing.
+#[test]
+fn a_scene_without_objects() {
+    alone(
+        &scene(&json!({ "objects": [] })),
+        Code::NothingSeen,
+        PictureWrong,
+    );
 }
 
 /// Protects: each kind of finding has a name of its own, in small letters.

@@ -29,8 +29,12 @@ const RADIUS: f64 = 11.0;
 const WIDTH: f64 = 1.5;
 /// Largest radius as a share of a small picture's shorter edge.
 const SHARE: f64 = 0.08;
+/// Height of letters in pixels, and codes of a note's colour.
+const LETTER_HEIGHT: u32 = 16;
+const NOTE: [u8; 3] = [255; 3];
 
-/// Writes a picture with marks over it as PNG, converted for display, atomically.
+/// Writes a picture with marks over it, and a note in its lower left corner as
+/// far as there is room, as PNG, converted for display, atomically.
 ///
 /// # Errors
 /// Of kind [`File`](crate::ErrorKind::File) if the file cannot be written.
@@ -39,6 +43,7 @@ pub fn write_marked(
     picture: &Picture,
     display: Display,
     marks: &[Mark],
+    note: &str,
     metadata: &Metadata,
 ) -> Result<(), Error> {
     let display = Display {
@@ -47,6 +52,10 @@ pub fn write_marked(
     };
     let mut shown = over_paper(picture, display);
     marks.iter().for_each(|mark| draw(&mut shown, mark));
+    let room = (shown.width() / letter_width()) as usize;
+    let letters: Vec<char> = note.chars().take(room).collect();
+    let top = shown.height().saturating_sub(LETTER_HEIGHT + 1);
+    write_outlined(&mut shown, [1, top], &letters, NOTE);
     let bytes = encoded(&shown, display, metadata).map_err(|cause| Error::write(path, &cause))?;
     write_atomically(path, &bytes)
 }
@@ -92,17 +101,22 @@ fn draw(shown: &mut RgbImage, mark: &Mark) {
     let letters: Vec<char> = mark.label.chars().collect();
     let room = width.saturating_sub(letters.len() as u32 * letter_width());
     let left = ((mark.pixel[0] + reach).max(0.0) as u32).min(room);
-    let top = ((mark.pixel[1] - 8.0).max(0.0) as u32).min(height.saturating_sub(16));
+    let top = (mark.pixel[1] - 8.0).max(0.0) as u32;
+    let top = top.min(height.saturating_sub(LETTER_HEIGHT));
+    write_outlined(shown, [left, top], &letters, mark.colour);
+}
+
+fn write_outlined(shown: &mut RgbImage, [left, top]: [u32; 2], letters: &[char], colour: [u8; 3]) {
     // A dark outline keeps the bright letters readable on any background.
     for [x, y] in [[0, 1], [2, 1], [1, 0], [1, 2]] {
         write_letters(
             shown,
             [(left + x).saturating_sub(1), (top + y).saturating_sub(1)],
-            &letters,
+            letters,
             [0; 3],
         );
     }
-    write_letters(shown, [left, top], &letters, mark.colour);
+    write_letters(shown, [left, top], letters, colour);
 }
 
 #[cfg(test)]
@@ -111,8 +125,9 @@ mod tests {
     use crate::limits::Limits;
     use crate::output::read_picture;
 
-    /// Protects: a mark is a ring of its colour about its point, with its label beside it; the rest
-    /// of the picture is unchanged, and marks at or beyond the edge are clipped.
+    /// Protects: a mark is a ring of its colour about its point, with its label beside it, and a note
+    /// stands in the lower left corner; the rest of the picture is unchanged, and marks at or beyond
+    /// the edge are clipped.
     #[test]
     fn marks_lie_over_the_picture() {
         let folder = tempfile::tempdir().expect("a temporary folder");
@@ -127,7 +142,16 @@ mod tests {
             colour: [255, 0, 0],
         };
         let marks = [mark(60.5, 60.5), mark(0.0, 119.0), mark(500.0, -40.0)];
-        write_marked(&path, &grey, Display::PLAIN, &marks, &Metadata::default()).expect("a file");
+        let note = "no mark: 4";
+        write_marked(
+            &path,
+            &grey,
+            Display::PLAIN,
+            &marks,
+            note,
+            &Metadata::default(),
+        )
+        .expect("a file");
         let shown = read_picture(&path, &Limits::default())
             .expect("a picture")
             .picture;
@@ -148,5 +172,11 @@ mod tests {
             .filter(|&(x, y)| is_red(x, y))
             .count();
         assert!(beside > 5, "{beside}");
+        let is_white = |&(x, y): &(u32, u32)| {
+            let pixel = shown.pixel(x, y);
+            pixel.is_some_and(|pixel| pixel.iter().all(|&channel| channel > 0.8))
+        };
+        let below = (0..100).flat_map(|x| (103..120).map(move |y| (x, y)));
+        assert!(below.filter(is_white).count() > 20);
     }
 }

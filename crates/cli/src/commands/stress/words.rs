@@ -1,0 +1,197 @@
+//! What `stress` found as text for people.
+
+use std::path::Path;
+
+use raywright_core::stress::{CheckRun, Finding, Report, Severity, counted, decimal};
+use raywright_io::{Loaded, Warning};
+
+use super::unmarked;
+use crate::console::{self, Verbosity, on_one_line};
+use crate::table::{paragraph, wrapped};
+
+/// Names of others that a text has at most.
+const NAMES: usize = 3;
+
+/// A report in words.
+pub(super) struct Words<'a> {
+    pub loaded: &'a Loaded,
+    pub report: &'a Report,
+    /// The picture in which places are marked.
+    pub picture: Option<&'a Path>,
+    pub verbosity: Verbosity,
+}
+
+impl Words<'_> {
+    /// The worst first, each with its number.
+    pub fn text(&self, seconds: f64) -> String {
+        let (name, report) = (on_one_line(&self.loaded.source.name), self.report);
+        let mut text = format!("{}\n", paragraph(&format!("{name}: {}", self.summary())));
+        for severity in Severity::ALL {
+            let of = report
+                .findings
+                .iter()
+                .enumerate()
+                .filter(|(_, found)| found.severity == severity);
+            for (position, (index, found)) in of.enumerate() {
+                if position == 0 {
+                    text += &format!("\n{}\n", severity.words());
+                }
+                text += &self.lines(index + 1, found);
+            }
+        }
+        if report.left_out > 0 {
+            let more = counted(report.left_out as u64, "findings");
+            text += &format!(
+                "\n{}\n",
+                paragraph(&format!("and {more} more of the same kinds"))
+            );
+        }
+        if let Some(marked) = self.marked() {
+            text += &format!("\n{}\n", paragraph(&marked));
+        }
+        text + &format!("\n{}\n", paragraph(&looked_at(report, seconds)))
+    }
+
+    /// How many findings there are, and warnings of reading beside them.
+    fn summary(&self) -> String {
+        let findings = match self.report.worst() {
+            None => "nothing found by rays and in the data".to_owned(),
+            Some(worst) => format!(
+                "{}, the worst: {}",
+                counted(self.report.findings.len() as u64, "findings"),
+                worst.words()
+            ),
+        };
+        let is_warning = |warning: &&Warning| warning.severity() > raywright_io::Severity::Note;
+        match self.loaded.warnings.iter().filter(is_warning).count() {
+            0 => findings,
+            count => {
+                let place = if self.verbosity == Verbosity::Quiet {
+                    "left out by -q"
+                } else {
+                    "above"
+                };
+                let warnings = counted(count as u64, "warnings");
+                format!("{findings}; {warnings} of reading the file {place}")
+            }
+        }
+    }
+
+    /// What a finding is about, with others of which it is found too.
+    fn subjects(&self, found: &Finding) -> String {
+        let scene = &self.loaded.scene;
+        let mut words = found.subject.words(scene);
+        for other in found.others.iter().take(NAMES) {
+            words += &format!(", {}", other.words(scene));
+        }
+        match found.others.len().saturating_sub(NAMES) {
+            0 => words,
+            more => format!("{words} and {more} more"),
+        }
+    }
+
+    /// A finding: what and where, then why and what to do.
+    fn lines(&self, number: usize, found: &Finding) -> String {
+        const INDENT: usize = 6;
+        let room = console::width().unwrap_or(usize::MAX);
+        let head = format!("{} - {}", self.subjects(found), found.code.name());
+        let mut text = format!(
+            "{number:>4}  {}\n",
+            wrapped(&on_one_line(&head), INDENT, room)
+        );
+        let lines = [
+            self.places(found),
+            found.why.clone(),
+            found.share().unwrap_or_default(),
+            format!("do: {}", found.remedy),
+        ];
+        for line in lines.iter().filter(|line| !line.is_empty()) {
+            text += &format!(
+                "{:INDENT$}{}\n",
+                "",
+                wrapped(&on_one_line(line), INDENT, room)
+            );
+        }
+        text
+    }
+
+    /// Where a finding is: in the file, in the mesh, in the world and in the picture.
+    fn places(&self, found: &Finding) -> String {
+        let path = found.subject.path(&self.loaded.scene);
+        let mut places = Vec::new();
+        if !path.is_empty() {
+            places.push(self.loaded.source.locate(&path));
+        }
+        places.extend(
+            found
+                .primitive
+                .map(|primitive| format!("triangle {primitive}")),
+        );
+        places.extend(found.place.map(metres));
+        places.extend(match (found.place, found.pixel) {
+            (_, Some(([x, y], 0))) => Some(format!("pixel {x:.0},{y:.0}")),
+            (_, Some(([x, y], camera))) => {
+                Some(format!("pixel {x:.0},{y:.0} of cameras[{camera}]"))
+            }
+            (Some(_), None) => Some("seen by no camera".to_owned()),
+            (None, None) => None,
+        });
+        places.join(", ")
+    }
+
+    /// Which findings have no mark in the picture.
+    fn marked(&self) -> Option<String> {
+        let picture = self.picture?;
+        let unmarked = unmarked(self.report);
+        let name = picture.display();
+        Some(
+            match (unmarked.is_empty(), self.report.findings.is_empty()) {
+                (_, true) => format!("{name}: nothing to mark"),
+                (true, false) => format!("{name}: each finding is marked"),
+                (false, false) => format!(
+                    "{name}: no mark for {}, which the first camera sees no place of",
+                    unmarked.join(", ")
+                ),
+            },
+        )
+    }
+}
+
+/// A place in words. What rounding has made of a zero is one.
+fn metres(place: [f64; 3]) -> String {
+    let greatest = place.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+    let rounded = |x: f64| if x.abs() < 1e-12 * greatest { 0.0 } else { x };
+    let [x, y, z] = place.map(|x| decimal(rounded(x)));
+    format!("at ({x}, {y}, {z}) metres")
+}
+
+/// What was looked at, and what not.
+fn looked_at(report: &Report, seconds: f64) -> String {
+    let run = |run: &CheckRun| match run.is_cut() {
+        true => format!(
+            "{} ({} of {})",
+            run.name,
+            run.looked_at,
+            counted(run.planned, run.unit)
+        ),
+        false => format!("{} ({})", run.name, counted(run.looked_at, run.unit)),
+    };
+    // Where there is nothing to aim at or to measure, nothing is said.
+    let checks = report.checks.iter().filter(|run| run.planned > 0);
+    let checks: Vec<String> = checks.map(run).collect();
+    let mut said = format!(
+        "looked at in {}: meshes, images, materials, lights",
+        crate::clock::spoken(seconds)
+    );
+    checks
+        .iter()
+        .for_each(|check| said += &format!(", {check}"));
+    let [through, of] = report.cameras;
+    if through < of {
+        said += &format!("; through {through} of {}", counted(of as u64, "cameras"));
+    }
+    if report.is_cut() {
+        said += "; the time was over before all rays were sent: a larger --budget finds more";
+    }
+    said
+}

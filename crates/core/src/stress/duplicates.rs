@@ -1,0 +1,174 @@
+//! Objects that are there again in the same place, however their files say where that is.
+
+use std::collections::HashMap;
+use std::collections::hash_map::DefaultHasher;
+use std::hash::{Hash, Hasher};
+
+use super::facts::{Matter, ObjectFacts, SceneFacts, place};
+use super::finding::{Code, Finding, Severity};
+use super::ray_survey::RaySurvey;
+use crate::scene::{MeshData, Object, Shape};
+
+/// Share of an object's size that parts two places. No round number of it is on the border between
+/// two steps.
+const STEP: f64 = 0.739_085e-8;
+
+/// Where and what an object is, the same for all that are in one place.
+type Key = (String, Vec<i64>);
+
+/// Which objects are in one place and of one shape.
+pub(super) struct Doubles {
+    /// The first of those in its place, for each listed object.
+    first: Vec<usize>,
+    /// Whether others are in its place.
+    have_twins: Vec<bool>,
+}
+
+impl Doubles {
+    pub fn of(facts: &SceneFacts<'_>) -> Self {
+        let mut places: HashMap<Key, usize> = HashMap::new();
+        let mut meshes: HashMap<usize, u64> = HashMap::new();
+        let listed = facts.objects.iter().take(facts.scene.objects.len());
+        let first_of = |(index, own): (usize, &ObjectFacts<'_>)| {
+            let content = facts
+                .mesh(own.object)
+                .map(|(mesh, data)| *meshes.entry(mesh).or_insert_with(|| content_of(data)));
+            *places.entry(key(own, content)).or_insert(index)
+        };
+        let first: Vec<usize> = listed.enumerate().map(first_of).collect();
+        let mut have_twins = vec![false; first.len()];
+        for (index, &first) in first.iter().enumerate().filter(|(i, first)| i != *first) {
+            (have_twins[index], have_twins[first]) = (true, true);
+        }
+        Self { first, have_twins }
+    }
+
+    /// Whether both of two objects are in one place.
+    pub fn are_one(&self, [a, b]: [usize; 2]) -> bool {
+        let first = |object: usize| self.first.get(object);
+        first(a).is_some() && first(a) == first(b)
+    }
+
+    /// Whether there are others in the place of one.
+    pub fn has_twin(&self, object: usize) -> bool {
+        self.have_twins
+            .get(object)
+            .is_some_and(|&has_twin| has_twin)
+    }
+}
+
+/// Objects that are there twice.
+pub(super) fn check(facts: &SceneFacts<'_>, doubles: &Doubles, seen: &RaySurvey) -> Vec<Finding> {
+    let twins = doubles.first.iter().enumerate();
+    twins
+        .filter(|(index, first)| index != *first)
+        .map(|(index, &first)| finding(facts, seen, [first, index]))
+        .collect()
+}
+
+/// A number that meshes of the same corners and triangles have in common.
+fn content_of(data: &MeshData) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    for corner in data.positions.iter() {
+        corner.to_array().map(f64::to_bits).hash(&mut hasher);
+    }
+    data.indices.hash(&mut hasher);
+    hasher.finish()
+}
+
+fn key(own: &ObjectFacts<'_>, content: Option<u64>) -> Key {
+    let Object {
+        shape,
+        transform_end,
+        transform,
+        side,
+        ..
+    } = own.object;
+    // On its way it is where both ends are said alike.
+    let way = transform_end
+        .as_ref()
+        .map(|end| format!("{transform:?}{end:?}"));
+    let matrix = own.map.matrix3;
+    let scale = matrix.determinant().abs().cbrt();
+    // A ball is the same however it is turned.
+    if let Shape::Sphere { centre, radius } = *shape
+        && is_similar(matrix, scale)
+        && way.is_none()
+    {
+        let (centre, size) = (own.map.transform_point3(centre.into()), radius * scale);
+        let mut place = steps(&centre.to_array(), size);
+        place.extend(steps(&[libm::log(size)], 1.0));
+        return (format!("ball{side:?}"), place);
+    }
+    let what = match content {
+        Some(content) => format!("mesh{content:x}"),
+        None => format!("{shape:?}"),
+    };
+    let columns = [matrix.x_axis, matrix.y_axis, matrix.z_axis];
+    let mut place: Vec<i64> = columns
+        .iter()
+        .flat_map(|column| steps(&column.to_array(), scale.max(f64::MIN_POSITIVE)))
+        .collect();
+    let size = own.bounds.map_or(1.0, |bounds| bounds.extent().length());
+    let origin = own.map.translation.to_array();
+    place.extend(steps(&origin, size.max(f64::MIN_POSITIVE)));
+    (format!("{what}{side:?}{way:?}"), place)
+}
+
+/// Numbers in steps of a size. Where that is finer than their own digits, the digits count.
+fn steps(values: &[f64], size: f64) -> Vec<i64> {
+    let step = |value: &f64| {
+        let steps = (value / (STEP * size)).round();
+        if steps.abs() < 1e15 {
+            steps as i64
+        } else {
+            (value + 0.0).to_bits() as i64
+        }
+    };
+    values.iter().map(step).collect()
+}
+
+/// Whether a matrix only turns, mirrors and scales alike along all axes.
+fn is_similar(matrix: glam::DMat3, scale: f64) -> bool {
+    let square = matrix.transpose() * matrix;
+    let other = glam::DMat3::from_diagonal(glam::DVec3::splat(scale * scale));
+    square.abs_diff_eq(other, 1e-9 * scale * scale)
+}
+
+fn finding(facts: &SceneFacts<'_>, seen: &RaySurvey, [before, index]: [usize; 2]) -> Finding {
+    let own = &facts.objects[index];
+    let pair = [&facts.objects[before], own];
+    let other = pair[0].subject.words(facts.scene);
+    let sightings = [before, index].map(|object| RaySurvey::count(&seen.met, &object));
+    let is_seen = sightings.iter().sum::<u64>() > 0;
+    let (severity, what) = if pair.iter().any(|own| own.matter != Matter::Opaque) {
+        let what = "light that passes is bent or dimmed twice";
+        (Severity::PictureWrong, what)
+    } else if pair.iter().all(|own| own.emits()) {
+        let what = "both shine, so that it lights twice as much as it is seen to";
+        (Severity::PictureWrong, what)
+    } else if pair[0].object.material == pair[1].object.material {
+        (
+            Severity::Harmless,
+            "of the same material, so that nothing of it is seen",
+        )
+    } else if is_seen {
+        let what = "of another material, and only one of the two is seen, whichever rounding or the file's order brings to the front";
+        (Severity::PictureWrong, what)
+    } else {
+        (Severity::Harmless, "of another material; no camera sees it")
+    };
+    let why = format!("it is in one place with {other}: {what}");
+    let seen_at = [before, index]
+        .iter()
+        .find_map(|object| place(seen.met.get(object)?.place));
+    let at = seen_at.or_else(|| own.bounds.and_then(|bounds| place(bounds.centre())));
+    Finding::new(
+        Code::DuplicateObject,
+        severity,
+        own.subject,
+        why,
+        "remove one of them",
+    )
+    .at(at)
+}

@@ -1,0 +1,175 @@
+//! Flat faces of objects as polygons in the world.
+
+use std::collections::BTreeMap;
+
+use glam::DVec3;
+
+use super::facts::SceneFacts;
+use super::topology::Topology;
+use crate::scene::Shape;
+
+/// Sides of the polygon that stands for a disk.
+const SIDES: u32 = 24;
+/// Triangles of a mesh that are compared one by one, and of all meshes together.
+const MESH_FACES: usize = 64;
+pub(super) const ALL_MESH_FACES: usize = 1 << 18;
+
+/// A flat face in the world.
+pub(super) struct Face {
+    pub object: usize,
+    pub normal: DVec3,
+    /// Corners in order; of a plane, which has none, a point.
+    pub corners: Vec<DVec3>,
+    pub is_endless: bool,
+    pub is_sheet: bool,
+}
+
+impl Face {
+    /// Its normal's direction without a sign, and how far along that its plane is.
+    pub fn key(&self) -> [f64; 2] {
+        // Directions that are no multiples of each other have other products with it, but for rare
+        // ones.
+        let tilt = self.normal.dot(DVec3::new(0.539_134, 0.617_291, 0.573_008));
+        [tilt.abs(), self.normal.dot(self.corners[0]) * tilt.signum()]
+    }
+}
+
+/// The flat faces of an object that stands still, of meshes of those with few triangles.
+pub(super) fn faces(
+    object: usize,
+    facts: &SceneFacts<'_>,
+    topologies: &BTreeMap<usize, Topology>,
+    room: &mut usize,
+) -> Vec<Face> {
+    let own = &facts.objects[object];
+    if own.object.transform_end.is_some() {
+        return Vec::new();
+    }
+    let turned = own.map.matrix3.inverse().transpose();
+    let face = |normal: DVec3, corners: &[DVec3], is_sheet: bool| {
+        let corners = corners
+            .iter()
+            .map(|&corner| own.map.transform_point3(corner))
+            .collect();
+        Face {
+            object,
+            normal: (turned * normal).normalize(),
+            corners,
+            is_endless: false,
+            is_sheet,
+        }
+    };
+    let v = DVec3::from_array;
+    let found = match own.object.shape {
+        Shape::Plane { point, normal } => vec![Face {
+            is_endless: true,
+            ..face(v(normal), &[v(point)], true)
+        }],
+        Shape::Disk {
+            centre,
+            normal,
+            radius,
+        } => {
+            let (x, y) = v(normal).normalize().any_orthonormal_pair();
+            let angle = |i: u32| f64::from(i) / f64::from(SIDES) * core::f64::consts::TAU;
+            let corner =
+                |i: u32| v(centre) + (x * libm::cos(angle(i)) + y * libm::sin(angle(i))) * radius;
+            vec![face(
+                v(normal),
+                &(0..SIDES).map(corner).collect::<Vec<_>>(),
+                true,
+            )]
+        }
+        Shape::Quad {
+            corner,
+            edge_u,
+            edge_v,
+        } => {
+            let (c, a, b) = (v(corner), v(edge_u), v(edge_v));
+            vec![face(a.cross(b), &[c, c + a, c + a + b, c + b], true)]
+        }
+        Shape::Triangle { vertices } => {
+            let [a, b, c] = vertices.map(v);
+            vec![face((b - a).cross(c - a), &[a, b, c], true)]
+        }
+        Shape::Box { min, max } => {
+            let ends = [v(min), v(max)];
+            let side = |index: usize| {
+                let (axis, end) = (index / 2, index % 2);
+                let corner = |i: usize, j: usize| {
+                    let mut corner = ends[end];
+                    (corner[(axis + 1) % 3], corner[(axis + 2) % 3]) =
+                        (ends[i][(axis + 1) % 3], ends[j][(axis + 2) % 3]);
+                    corner
+                };
+                let out = DVec3::AXES[axis] * if end == 1 { 1.0 } else { -1.0 };
+                face(
+                    out,
+                    &[corner(0, 0), corner(1, 0), corner(1, 1), corner(0, 1)],
+                    false,
+                )
+            };
+            (0..6).map(side).collect()
+        }
+        Shape::Mesh(_) => match facts.mesh(own.object) {
+            Some((mesh, data)) if data.indices.len() <= MESH_FACES.min(*room) => {
+                *room -= data.indices.len();
+                let is_sheet = topologies.get(&mesh).is_none_or(|t| !t.is_closed());
+                let at = |corner: u32| data.positions.at(corner as usize);
+                let of = |&corners: &[u32; 3]| {
+                    let [a, b, c] = corners.map(at);
+                    face((b - a).cross(c - a), &[a, b, c], is_sheet)
+                };
+                data.indices.iter().map(of).collect()
+            }
+            _ => Vec::new(),
+        },
+        _ => Vec::new(),
+    };
+    found
+        .into_iter()
+        .filter(|face| {
+            face.normal.is_finite() && face.corners.iter().all(|corner| corner.is_finite())
+        })
+        .collect()
+}
+
+/// A face's corners, counter-clockwise about a normal.
+pub(super) fn counter_clockwise(face: &Face, normal: DVec3) -> Vec<DVec3> {
+    let mut corners = face.corners.clone();
+    if area(&corners, normal) < 0.0 {
+        corners.reverse();
+    }
+    corners
+}
+
+/// Twice the area of a polygon, below zero where it is clockwise about the normal.
+pub(super) fn area(corners: &[DVec3], normal: DVec3) -> f64 {
+    let first = corners.first().copied().unwrap_or_default();
+    corners
+        .windows(2)
+        .map(|pair| (pair[0] - first).cross(pair[1] - first).dot(normal))
+        .sum()
+}
+
+/// A convex polygon cut by the edges of another ("Reentrant Polygon Clipping", Sutherland, Hodgman
+/// 1974).
+pub(super) fn clipped(mut corners: Vec<DVec3>, by: &[DVec3], normal: DVec3) -> Vec<DVec3> {
+    for (i, &from) in by.iter().enumerate() {
+        let inwards = normal.cross(by[(i + 1) % by.len()] - from);
+        let inside = |corner: DVec3| inwards.dot(corner - from);
+        let mut kept = Vec::with_capacity(corners.len() + 1);
+        for (j, &corner) in corners.iter().enumerate() {
+            let next = corners[(j + 1) % corners.len()];
+            let (here, there) = (inside(corner), inside(next));
+            if here >= 0.0 {
+                kept.push(corner);
+            }
+            if (here > 0.0 && there < 0.0) || (here < 0.0 && there > 0.0) {
+                kept.push(corner + (next - corner) * (here / (here - there)));
+            }
+        }
+        corners = kept;
+    }
+    corners
+}

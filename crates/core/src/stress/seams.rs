@@ -1,0 +1,87 @@
+//! Seams of a mesh that are open by rounding alone: its corners there nearly coincide.
+
+use std::collections::HashMap;
+
+use crate::scene::MeshData;
+
+/// Share of a mesh's size within which corners are one place but for rounding.
+const ROUNDING: f64 = 1e-5;
+
+/// How far corners are apart that are one but for rounding, where as one they leave none of these
+/// edges open. Edges run from a corner to another in the direction of their triangle.
+pub(super) fn seam(data: &MeshData, open: &[[u32; 2]]) -> Option<f64> {
+    let at = |corner: u32| data.positions.at(corner as usize);
+    let bounds = raywright_bvh::Aabb::from_points(data.positions.iter());
+    let reach = ROUNDING * bounds.extent().length();
+    if open.is_empty() || reach == 0.0 || !reach.is_finite() {
+        return None;
+    }
+    let mut corners: Vec<u32> = open.iter().flatten().copied().collect();
+    corners.sort_unstable();
+    corners.dedup();
+    let mut cells: HashMap<[i64; 3], u32> = HashMap::with_capacity(corners.len());
+    let mut merged: HashMap<u32, u32> = HashMap::with_capacity(corners.len());
+    let mut apart: f64 = 0.0;
+    for corner in corners {
+        let place = at(corner);
+        let cell = ((place - bounds.min) / reach).floor().as_i64vec3();
+        let near = (0..27)
+            .map(|i| cell + glam::I64Vec3::new(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1))
+            .filter_map(|cell| cells.get(&cell.to_array()).copied())
+            .map(|other| (at(other).distance(place), other))
+            .filter(|(distance, _)| *distance <= reach)
+            .min_by(|a, b| a.0.total_cmp(&b.0));
+        match near {
+            Some((distance, other)) => {
+                apart = apart.max(distance);
+                merged.insert(corner, other);
+            }
+            None => {
+                cells.entry(cell.to_array()).or_insert(corner);
+                merged.insert(corner, corner);
+            }
+        }
+    }
+    let mut balance: HashMap<[u32; 2], i64> = HashMap::new();
+    for edge in open {
+        let [from, to] = edge.map(|corner| merged[&corner]);
+        if from != to {
+            let way = if from < to { 1 } else { -1 };
+            *balance.entry([from.min(to), from.max(to)]).or_insert(0) += way;
+        }
+    }
+    let is_closed = apart > 0.0 && balance.values().all(|&ways| ways == 0);
+    is_closed.then_some(apart)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::topology::Topology;
+    use crate::scene::MeshData;
+
+    /// Two triangles back to back, the corners of the second one moved by so much.
+    fn pillow(apart: f32) -> MeshData {
+        let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.3_f32]];
+        let moved = corners.map(|[x, y, z]| [x + apart, y, z]);
+        let positions: Vec<[f32; 3]> = corners.into_iter().chain(moved).collect();
+        let data = serde_json::json!({ "positions": positions, "indices": [[0, 1, 2], [3, 5, 4]] });
+        serde_json::from_value(data).unwrap_or_else(|e| panic!("{e}"))
+    }
+
+    /// Protects: edges that are open by rounding are a seam, with how wide it is; those of a hole
+    /// are none.
+    #[test]
+    fn a_seam_is_no_hole() {
+        let of = |apart| {
+            let topology = Topology::of(&pillow(apart));
+            (topology.open.count, topology.seam)
+        };
+        let (open, seam) = of(1e-6);
+        assert_eq!(open, 6);
+        assert!(
+            seam.is_some_and(|wide| (wide - 1e-6).abs() < 1e-7),
+            "{seam:?}"
+        );
+        assert_eq!(of(1e-3), (6, None));
+    }
+}

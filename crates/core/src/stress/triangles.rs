@@ -1,0 +1,70 @@
+//! What is wrong with single triangles of a mesh.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::topology::Tally;
+use crate::scene::MeshData;
+
+/// The height of a triangle as a share of its longest edge below which it is next to a line.
+const SLIVER: f64 = 1e-4;
+
+/// What single triangles are.
+#[derive(Clone, Debug, Default)]
+pub(super) struct TriangleCounts {
+    pub degenerate: Tally,
+    pub slivers: Tally,
+    /// All three normals point to the other side.
+    pub against: Tally,
+}
+
+impl TriangleCounts {
+    pub fn of(data: &MeshData) -> Self {
+        const BLOCK: usize = 1 << 14;
+        let block = |(block, triangles): (usize, &[[u32; 3]])| {
+            let mut counts = Self::default();
+            for (i, corners) in triangles.iter().enumerate() {
+                counts.judge(
+                    data,
+                    (block * BLOCK + i) as u32,
+                    corners.map(|c| c as usize),
+                );
+            }
+            counts
+        };
+        let plus = |a: Self, b: Self| Self {
+            degenerate: a.degenerate.plus(b.degenerate),
+            slivers: a.slivers.plus(b.slivers),
+            against: a.against.plus(b.against),
+        };
+        data.indices
+            .par_chunks(BLOCK)
+            .enumerate()
+            .map(block)
+            .reduce(Self::default, plus)
+    }
+
+    fn judge(&mut self, data: &MeshData, index: u32, corners: [usize; 3]) {
+        let [a, b, c] = corners.map(|corner| data.positions.at(corner));
+        let (normal, longest) = ((b - a).cross(c - a), longest_edge([a, b, c]));
+        let height = normal.length() / longest;
+        // As validation judges single triangles: edges whose angle has no sine.
+        if a == b || b == c || c == a || height <= 1e-12 * longest {
+            return self.degenerate.add(index);
+        }
+        if height < SLIVER * longest {
+            self.slivers.add(index);
+        }
+        let normals = corners.map(|corner| data.normals.get(corner));
+        if normals
+            .iter()
+            .all(|n| n.is_some_and(|n| DVec3::from(n.map(f64::from)).dot(normal) < 0.0))
+        {
+            self.against.add(index);
+        }
+    }
+}
+
+fn longest_edge([a, b, c]: [DVec3; 3]) -> f64 {
+    (b - a).length().max((c - b).length()).max((a - c).length())
+}

@@ -1,0 +1,50 @@
+//! Which way the triangles of a mesh are turned, by their neighbours.
+
+use super::topology::Tally;
+
+/// Triangles that disagree with most of those that they hang together with about which side is
+/// out; of as many each way, those without the first one.
+pub(super) fn turned_triangles(triangles: usize, edges: &[(u64, u32)]) -> Tally {
+    let mut parents: Vec<u32> = (0..triangles as u32).collect();
+    // Whether a triangle disagrees with its parent.
+    let mut turns = vec![false; triangles];
+    let mut path = Vec::new();
+    let mut root_of = |parents: &mut [u32], turns: &mut [bool], triangle: u32| {
+        let mut at = triangle;
+        while parents[at as usize] != at {
+            path.push(at);
+            at = parents[at as usize];
+        }
+        let mut turn = false;
+        while let Some(passed) = path.pop() {
+            turn ^= turns[passed as usize];
+            (parents[passed as usize], turns[passed as usize]) = (at, turn);
+        }
+        (at, turn)
+    };
+    for run in edges
+        .chunk_by(|a, b| a.0 == b.0)
+        .filter(|run| run.len() == 2)
+    {
+        let [(a, turn_a), (b, turn_b)] =
+            [run[0].1, run[1].1].map(|side| root_of(&mut parents, &mut turns, side >> 1));
+        if a != b {
+            let disagree = run[0].1 & 1 == run[1].1 & 1;
+            parents[a.max(b) as usize] = a.min(b);
+            turns[a.max(b) as usize] = turn_a ^ turn_b ^ disagree;
+        }
+    }
+    let sides: Vec<(u32, bool)> = (0..triangles as u32)
+        .map(|triangle| root_of(&mut parents, &mut turns, triangle))
+        .collect();
+    let mut sums = vec![[0_u32; 2]; triangles];
+    for &(root, turn) in &sides {
+        sums[root as usize][usize::from(turn)] += 1;
+    }
+    let is_turned = |&(root, turn): &(u32, bool)| {
+        let [same, other] = sums[root as usize];
+        turn == (other <= same) && other > 0
+    };
+    let turned = sides.iter().enumerate().filter(|(_, side)| is_turned(side));
+    Tally::of(turned.map(|(triangle, _)| triangle as u32))
+}

@@ -1,0 +1,164 @@
+//! Where findings are said to be, and what they are said to be about.
+
+use raywright_core::settings::PrecisionChoice;
+use raywright_core::stress::Subject;
+
+use super::meshes::cube;
+use super::*;
+
+/// The one finding of a kind.
+#[track_caller]
+fn one(scene: &Scene, code: Code) -> Finding {
+    let all = report(scene).findings;
+    let mut found = all.iter().filter(|found| found.code == code);
+    match (found.next(), found.next()) {
+        (Some(found), None) => found.clone(),
+        _ => panic!("{}: {all:?}", code.name()),
+    }
+}
+
+fn with_cubes(meshes: &[Value], material: &str) -> Scene {
+    let named = |(i, mesh): (usize, &Value)| {
+        let mut mesh = mesh.clone();
+        mesh["name"] = json!(format!("mesh{i}"));
+        mesh
+    };
+    let meshes: Vec<Value> = meshes.iter().enumerate().map(named).collect();
+    let object = |i: usize| {
+        object(
+            &format!("cube {i}"),
+            json!({ "mesh": format!("mesh{i}") }),
+            material,
+        )
+    };
+    let objects: Vec<Value> = (0..meshes.len()).map(object).collect();
+    scene(&json!({ "meshes": meshes, "objects": objects }))
+}
+
+/// Protects: of a triangle that is turned over that one is named, not the first of its neighbours,
+/// and of a hole a place at its edge.
+#[test]
+fn the_fault_is_marked_and_no_neighbour() {
+    // The two triangles of the front, which is at z = 0.8.
+    let turned = cube([0.0; 3], |_, i| i[11].swap(1, 2));
+    let found = one(&with_cubes(&[turned], "glass"), Code::FlippedTriangles);
+    assert_eq!((found.primitive, found.count, found.of), (Some(11), 1, 12));
+    let hole = cube([0.0; 3], |_, i| i.truncate(10));
+    let found = one(&with_cubes(&[hole], "glass"), Code::OpenEdges);
+    let [_, _, z] = found.place.expect("a place");
+    assert!((z - 0.8).abs() < 1e-6, "{found:?}");
+}
+
+/// Protects: of many places the one that is nearest to the camera is told, and no pixel where
+/// something opaque hides it.
+#[test]
+fn the_nearest_place_is_told_and_hidden_ones_have_no_pixel() {
+    let flat = |corners: &'static [[u32; 3]]| {
+        cube([0.0; 3], move |_, i| i.extend(corners.iter().copied()))
+    };
+    // Corner 0 is at the back, and corner 7 in front.
+    let both = one(
+        &with_cubes(&[flat(&[[0, 0, 0], [7, 7, 7]])], "paint"),
+        Code::DegenerateTriangles,
+    );
+    assert_eq!((both.primitive, both.count), (Some(13), 2));
+    assert!(both.pixel.is_some(), "{both:?}");
+    let back = one(
+        &with_cubes(&[flat(&[[0, 0, 0]])], "paint"),
+        Code::DegenerateTriangles,
+    );
+    assert!(back.place.is_some() && back.pixel.is_none(), "{back:?}");
+}
+
+/// Protects: edges of glass that are open by rounding alone are a harmless seam, which is told once
+/// for all objects that have it.
+#[test]
+fn seams_of_rounding_are_told_once() {
+    let seam = |x: f64| {
+        cube([x, 0.0, 0.0], |positions, indices| {
+            let front = [4, 5, 6, 7].map(|corner| positions[corner].map(|x| x + 1e-7));
+            positions.extend(front);
+            for corner in indices[10..].iter_mut().flatten() {
+                *corner += 4;
+            }
+        })
+    };
+    let found = one(
+        &with_cubes(&[seam(-1.5), seam(0.5)], "glass"),
+        Code::OpenEdges,
+    );
+    assert_eq!((found.severity, found.count), (Harmless, 16));
+    assert!(
+        found.why.contains("seam") && found.remedy.contains("merge"),
+        "{found:?}"
+    );
+}
+
+/// Protects: of a scene with one object far out that one is named, and not all others.
+#[test]
+fn what_is_far_out_is_the_outlier() {
+    let small = |i: u32| object("small", ball([f64::from(i), 0.0, 0.0], 0.3), "paint");
+    let ring = json!({ "torus": { "centre": [0, 0, 0], "axis": [0, 1, 0], "major_radius": 1e7, "minor_radius": 1 } });
+    let objects: Vec<Value> = (0..5)
+        .map(small)
+        .chain([object("ring", ring, "paint")])
+        .collect();
+    let found = one(&scene(&json!({ "objects": objects })), Code::ExtremeScale);
+    assert_eq!(found.subject, Subject::Object(5));
+    assert!(found.why.contains("metres"), "{}", found.why);
+}
+
+/// Protects: a rug that is nearer above a floor than the picture tells apart is told with that
+/// distance, of shapes and of meshes; where doubles tell it apart, nothing is.
+#[test]
+fn a_rug_that_is_too_near() {
+    let sheet = |half: f64, y: f64, is_mesh: bool, name: &str| {
+        let corners = [
+            [-half, y, half],
+            [half, y, half],
+            [half, y, -half],
+            [-half, y, -half],
+        ];
+        if is_mesh {
+            let inline = json!({ "positions": corners, "indices": [[0, 1, 2], [0, 2, 3]] });
+            let mesh = json!({ "name": name, "source": { "inline": inline } });
+            return (json!({ "mesh": name }), Some(mesh));
+        }
+        let edge = 2.0 * half;
+        (quad(corners[0], [edge, 0.0, 0.0], [0.0, 0.0, -edge]), None)
+    };
+    for (y, is_mesh, words) in [
+        (1e-8, false, "1e-8 metres"),
+        (1e-7, false, "1e-7 metres"),
+        (0.0, false, "one plane"),
+        (1e-8, true, "1e-8 metres"),
+        (0.0, true, "one plane"),
+    ] {
+        let (floor, floor_mesh) = sheet(5.0, 0.0, is_mesh, "floor");
+        let (rug, rug_mesh) = sheet(1.0, y, is_mesh, "rug");
+        let meshes: Vec<Value> = floor_mesh.into_iter().chain(rug_mesh).collect();
+        let of = scene(&json!({
+            "meshes": meshes,
+            "objects": [object("floor", floor, "paint"), object("rug", rug, "other")],
+        }));
+        let found = report(&of).findings;
+        let codes = [Code::CoplanarSurfaces, Code::FlickeringSurfaces];
+        assert!(
+            found.len() == 1
+                && codes.contains(&found[0].code)
+                && found[0].severity == PictureWrong
+                && found[0].why.contains(words),
+            "{y}: {found:?}"
+        );
+        assert!(found[0].remedy.contains("metres"), "{}", found[0].remedy);
+        if y > 0.0 {
+            let settings = Settings {
+                precision: PrecisionChoice::Reference,
+                ..Settings::of(&of)
+            };
+            let exact = stress(&of, &settings, &Effort::default(), &());
+            let exact = exact.unwrap_or_else(|e| panic!("{e}")).findings;
+            assert_eq!(listed(&exact), [], "{y}");
+        }
+    }
+}
