@@ -11,7 +11,7 @@ use raywright::bvh::{AcceleratorKind, BuildQuality, Geometry, Interval, Ray, Tra
 use raywright::core::bench::Spread;
 use raywright::core::bench::clock::process_seconds;
 
-use families::{FAMILIES, Family, Item, Random, group, random, uneven};
+use families::{ArrangementRng, FAMILIES, Family, Item, group, random, uneven};
 
 const ROUNDS: usize = 5;
 
@@ -63,7 +63,7 @@ fn row((name, family): Family, count: usize, quality: BuildQuality) {
         let first = build(&base, quality).0;
         build(&items, quality).0 / first
     };
-    let spread = Spread::of(&(0..ROUNDS).map(ratio).collect::<Vec<_>>());
+    let spread = Spread::from_samples(&(0..ROUNDS).map(ratio).collect::<Vec<_>>());
     let (_, geometry) = build(&items, quality);
     let [nodes, tests] = visits(&geometry, &items);
     let time = format!("{:.2} ± {:.0} %", spread.median, spread.relative() * 100.0);
@@ -74,7 +74,7 @@ fn row((name, family): Family, count: usize, quality: BuildQuality) {
 /// away.
 fn visits(geometry: &Geometry<f32>, items: &[Item]) -> [f64; 2] {
     const RAYS: usize = 400;
-    let (random, mut visits) = (&mut Random(9), TraversalStats::default());
+    let (random, mut stats) = (&mut ArrangementRng(9), TraversalStats::default());
     for i in 0..RAYS {
         let (target, size) = match items[i * 7919 % items.len()] {
             Item::Ball(centre, radius) => (centre + random.point() * 0.5 * radius, radius),
@@ -82,7 +82,7 @@ fn visits(geometry: &Geometry<f32>, items: &[Item]) -> [f64; 2] {
         };
         let origin = target + random.point() * size * 4.0;
         let ray = Ray::new(origin, (target - origin).as_dvec3().normalize().as_vec3());
-        geometry.closest(&ray, Interval::positive(), &mut visits);
+        geometry.closest(&ray, Interval::positive(), &mut stats);
     }
-    [visits.nodes, visits.primitives].map(|n| n as f64 / RAYS as f64)
+    [stats.nodes, stats.primitives].map(|n| n as f64 / RAYS as f64)
 }

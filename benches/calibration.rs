@@ -25,7 +25,7 @@ use raywright::core::film::{Film, Uncertainty};
 use raywright::core::metrics::student_95;
 use raywright::core::scene::Integrator;
 use raywright::core::settings::{Aov, Sampling};
-use raywright::core::{Ready, Scene, Settings, prepare};
+use raywright::core::{ReadyScene, Scene, Settings, prepare};
 use raywright::io::Limits;
 use raywright::io::output::{KeptFilm, Metadata, read_film, write_film};
 
@@ -55,14 +55,14 @@ const SAMPLES: u32 = 64;
 
 /// One render: its colours, the standard errors of green, the estimated error, and the mean number
 /// of samples per pixel.
-struct Taken {
+struct CalibrationRender {
     colours: Vec<[f32; 3]>,
     errors: Vec<f32>,
     claimed: Uncertainty,
     samples: f64,
 }
 
-impl Taken {
+impl CalibrationRender {
     /// Mean of all colours and channels.
     fn mean(&self) -> f64 {
         self.colours
@@ -74,7 +74,7 @@ impl Taken {
     }
 }
 
-impl From<Film> for Taken {
+impl From<Film> for CalibrationRender {
     fn from(film: Film) -> Self {
         let picture = film.picture();
         let errors = picture
@@ -105,11 +105,11 @@ fn film(scene: &Scene, size: [u32; 2], samples: u32, max_error: Option<f64>, see
         max_error,
         seed,
         aovs: vec![Aov::StandardError],
-        ..Settings::of(scene)
+        ..Settings::from_scene(scene)
     };
-    let ready: Ready = prepare(scene, &settings, &()).unwrap_or_else(|e| panic!("{e}"));
+    let ready: ReadyScene = prepare(scene, &settings, &()).unwrap_or_else(|e| panic!("{e}"));
     let mut film: Film = ready.film("");
-    let whole = film.whole();
+    let whole = film.whole_part();
     ready
         .render_part(&mut film, &whole, &())
         .unwrap_or_else(|e| panic!("{e}"));
@@ -117,7 +117,7 @@ fn film(scene: &Scene, size: [u32; 2], samples: u32, max_error: Option<f64>, see
 }
 
 /// Renders with consecutive seeds from `first` on, several in parallel.
-fn all_of(renders: u64, first: u64, film: impl Fn(u64) -> Film + Sync) -> Vec<Taken> {
+fn all_of(renders: u64, first: u64, film: impl Fn(u64) -> Film + Sync) -> Vec<CalibrationRender> {
     (first..first + renders)
         .into_par_iter()
         .map(|seed| film(seed).into())
@@ -126,20 +126,20 @@ fn all_of(renders: u64, first: u64, film: impl Fn(u64) -> Film + Sync) -> Vec<Ta
 
 /// A film from a file; if the file is missing, from `render`, and then stored in the file.
 fn kept(file: &Path, render: impl FnOnce() -> Film) -> Film {
-    if let Ok(kept) = read_film(file, &Limits::default()) {
-        return kept.film;
+    if let Ok(kept_film) = read_film(file, &Limits::default()) {
+        return kept_film.film;
     }
-    let mut kept = KeptFilm {
+    let mut kept_film = KeptFilm {
         film: render(),
         metadata: Metadata::default(),
         display: Display::default(),
     };
-    write_film(file, &mut kept).unwrap_or_else(|e| panic!("{e}"));
-    kept.film
+    write_film(file, &mut kept_film).unwrap_or_else(|e| panic!("{e}"));
+    kept_film.film
 }
 
 /// Root relMSE of a render relative to the truth.
-fn error(render: &Taken, truth: impl Fn(usize, usize) -> f64) -> f64 {
+fn error(render: &CalibrationRender, truth: impl Fn(usize, usize) -> f64) -> f64 {
     let of = |(pixel, colour): (usize, &[f32; 3])| {
         (0..3)
             .map(|i| {
@@ -153,7 +153,7 @@ fn error(render: &Taken, truth: impl Fn(usize, usize) -> f64) -> f64 {
 }
 
 /// Sums of the colours of renders.
-fn sum_of(renders: &[Taken]) -> Vec<[f64; 3]> {
+fn sum_of(renders: &[CalibrationRender]) -> Vec<[f64; 3]> {
     let mut sum = vec![[0.0; 3]; renders[0].colours.len()];
     for colours in renders.iter().map(|render| &render.colours) {
         sum.iter_mut()
@@ -166,11 +166,11 @@ fn sum_of(renders: &[Taken]) -> Vec<[f64; 3]> {
 /// Fraction of pixels whose error, times Student's factor for its replicates, covers the green mean
 /// of the other renders, including the variance of that mean; and fraction of pixels with an error
 /// estimate of zero. Deterministic pixels are not counted.
-fn pixels(renders: &[Taken], sum: &[[f64; 3]]) -> [String; 2] {
+fn pixels(renders: &[CalibrationRender], sum: &[[f64; 3]]) -> [String; 2] {
     let n = renders.len() as f64;
     let (mut counted, mut held, mut none) = (0, 0, 0);
     for (pixel, sum) in sum.iter().enumerate() {
-        let green = |render: &Taken| f64::from(render.colours[pixel][1]);
+        let green = |render: &CalibrationRender| f64::from(render.colours[pixel][1]);
         let mean = sum[1] / n;
         let variance = renders
             .iter()
@@ -228,24 +228,25 @@ fn intervals(renders: u64, films: Option<&Path>) {
         });
         let (sum, n) = (sum_of(&all), renders as f64);
         // The error of the other renders' mean adds one part in n.
-        let of = |render: &Taken| {
+        let of = |render: &CalibrationRender| {
             let others = |pixel: usize, i: usize| {
                 (sum[pixel][i] - f64::from(render.colours[pixel][i])) / (n - 1.0)
             };
             error(render, others) * root((n - 1.0) / n)
         };
         let errors: Vec<f64> = all.iter().map(of).collect();
-        let judged: Vec<(&Taken, f64)> = all.iter().zip(errors.iter().copied()).collect();
-        let sure: Vec<(&Taken, f64)> = judged
+        let judged: Vec<(&CalibrationRender, f64)> =
+            all.iter().zip(errors.iter().copied()).collect();
+        let sure: Vec<(&CalibrationRender, f64)> = judged
             .iter()
             .copied()
             .filter(|(render, _)| render.claimed.doubt.is_none())
             .collect();
-        let holds = |(render, error): &&(&Taken, f64)| {
-            let of = render.claimed.root_relmse;
-            (of.low..=of.high).contains(error)
+        let holds = |(render, error): &&(&CalibrationRender, f64)| {
+            let estimate = render.claimed.root_relmse;
+            (estimate.low..=estimate.high).contains(error)
         };
-        let beyond = |(render, error): &&(&Taken, f64)| {
+        let beyond = |(render, error): &&(&CalibrationRender, f64)| {
             !(0.5..=2.0).contains(&(error / render.claimed.root_relmse.value))
         };
         let mut pixels: Vec<f64> = all
@@ -274,7 +275,7 @@ fn intervals(renders: u64, films: Option<&Path>) {
 
 /// Uniform number of samples per pixel at which renders of a scene reach an error on average,
 /// interpolated between the two nearest powers of two.
-fn oracle(scene: &Scene, size: [u32; 2], truth: &[[f64; 3]], asked: f64) -> f64 {
+fn oracle(scene: &Scene, size: [u32; 2], truth: &[[f64; 3]], requested: f64) -> f64 {
     let (mut before, mut samples) = (f64::INFINITY, 8_u32);
     loop {
         let all = all_of(20, 1_000_000, |seed| film(scene, size, samples, None, seed));
@@ -282,9 +283,9 @@ fn oracle(scene: &Scene, size: [u32; 2], truth: &[[f64; 3]], asked: f64) -> f64 
             all.iter()
                 .map(|render| error(render, |pixel, i| truth[pixel][i])),
         );
-        if now <= asked || samples >= 1 << 16 {
+        if now <= requested || samples >= 1 << 16 {
             let share = if before.is_finite() {
-                (before / asked).ln() / (before / now).ln()
+                (before / requested).ln() / (before / now).ln()
             } else {
                 1.0
             };
@@ -306,7 +307,7 @@ fn targets(renders: u64) {
     );
     println!("|---|---|---|---|---|---|---|---|");
     for (name, scene) in judged::scenes() {
-        let Some(&(_, asked)) = ASKED.iter().find(|(of, _)| *of == name) else {
+        let Some(&(_, requested)) = ASKED.iter().find(|(of, _)| *of == name) else {
             continue;
         };
         let truths = all_of(16, 2_000_000, |seed| film(&scene, SIZE, 256, None, seed));
@@ -314,9 +315,9 @@ fn targets(renders: u64) {
             .iter()
             .map(|sum| sum.map(|s| s / truths.len() as f64))
             .collect();
-        let needed = oracle(&scene, SIZE, &truth, asked);
+        let needed = oracle(&scene, SIZE, &truth, requested);
         let all = all_of(renders, 0, |seed| {
-            film(&scene, SIZE, 4096, Some(asked), seed)
+            film(&scene, SIZE, 4096, Some(requested), seed)
         });
         let errors: Vec<f64> = all
             .iter()
@@ -327,10 +328,10 @@ fn targets(renders: u64) {
         // Standard error of the renders' mean, and of the truth.
         let unsure = root(1.0 / renders as f64 + (of_truth / spread).powi(2) / truths.len() as f64);
         println!(
-            "| {name} | {asked} | {:.4} | {} | {samples:.0} | {needed:.0} | {:.2} | {:.2} ± {unsure:.2} |",
+            "| {name} | {requested} | {:.4} | {} | {samples:.0} | {needed:.0} | {:.2} | {:.2} ± {unsure:.2} |",
             root(mean(errors.iter().map(|e| e * e))),
             percent(
-                errors.iter().filter(|&&error| error <= asked).count(),
+                errors.iter().filter(|&&error| error <= requested).count(),
                 errors.len()
             ),
             samples / needed,
@@ -340,8 +341,8 @@ fn targets(renders: u64) {
 }
 
 /// Mean brightness of renders, and its standard deviation.
-fn brightness(renders: &[Taken]) -> [f64; 2] {
-    let of = mean(renders.iter().map(Taken::mean));
+fn brightness(renders: &[CalibrationRender]) -> [f64; 2] {
+    let of = mean(renders.iter().map(CalibrationRender::mean));
     [
         of,
         root(mean(

@@ -31,14 +31,14 @@ const SIZE: [u32; 2] = [48, 32];
 
 /// One render: the noisy and the denoised picture, the error estimate of each, and the standard
 /// errors of the noisy picture's pixels.
-struct Render {
+struct ClaimRender {
     samples: f64,
     pictures: [Vec<[f32; 3]>; 2],
     claims: [Uncertainty; 2],
     errors: Vec<[f32; 3]>,
 }
 
-impl From<Film> for Render {
+impl From<Film> for ClaimRender {
     fn from(film: Film) -> Self {
         let denoised = denoise(&film, &()).unwrap_or_else(|e| panic!("{e}"));
         let noisy = film
@@ -66,11 +66,11 @@ fn render(scene: &Scene, samples: u32, seed: u64) -> Film {
         integrator: Integrator::Path,
         seed,
         denoise: true,
-        ..Settings::of(scene)
+        ..Settings::from_scene(scene)
     };
     let ready = prepare(scene, &settings, &()).unwrap_or_else(|e| panic!("{e}"));
     let mut film = ready.film("");
-    let whole = film.whole();
+    let whole = film.whole_part();
     ready
         .render_part(&mut film, &whole, &())
         .unwrap_or_else(|e| panic!("{e}"));
@@ -82,17 +82,17 @@ fn film(file: Option<PathBuf>, scene: &Scene, samples: u32, seed: u64) -> Film {
     let Some(file) = file else {
         return render(scene, samples, seed);
     };
-    if let Ok(kept) = read_film(&file, &Limits::default()) {
-        return kept.film;
+    if let Ok(kept_film) = read_film(&file, &Limits::default()) {
+        return kept_film.film;
     }
     let film = render(scene, samples, seed);
-    let mut kept = KeptFilm {
+    let mut kept_film = KeptFilm {
         film,
         metadata: Metadata::default(),
         display: Display::default(),
     };
-    write_film(&file, &mut kept).unwrap_or_else(|e| panic!("{e}"));
-    kept.film
+    write_film(&file, &mut kept_film).unwrap_or_else(|e| panic!("{e}"));
+    kept_film.film
 }
 
 /// Pooled statistics of a scene's renders: per pixel and channel the sum of samples, and the
@@ -104,7 +104,7 @@ struct Truth {
 }
 
 impl Truth {
-    fn new(renders: &[Render]) -> Self {
+    fn new(renders: &[ClaimRender]) -> Self {
         let samples = renders.iter().map(|render| render.samples).sum::<f64>();
         let pixels = renders[0].errors.len();
         let each = |of: &dyn Fn(usize, usize) -> f64| -> Vec<[f64; 3]> {
@@ -113,14 +113,14 @@ impl Truth {
                 .collect()
         };
         let colour =
-            |render: &Render, pixel: usize, i: usize| f64::from(render.pictures[0][pixel][i]);
+            |render: &ClaimRender, pixel: usize, i: usize| f64::from(render.pictures[0][pixel][i]);
         let sums = each(&|pixel, i| {
             renders
                 .iter()
                 .map(|render| render.samples * colour(render, pixel, i))
                 .sum()
         });
-        let apart = |render: &Render, pixel: usize, i: usize| {
+        let apart = |render: &ClaimRender, pixel: usize, i: usize| {
             colour(render, pixel, i) - sums[pixel][i] / samples
         };
         let variances = each(&|pixel, i| {
@@ -137,17 +137,17 @@ impl Truth {
     }
 
     /// The mean of the other renders, and its variance.
-    fn without(&self, render: &Render, pixel: usize, i: usize) -> [f64; 2] {
+    fn without(&self, render: &ClaimRender, pixel: usize, i: usize) -> [f64; 2] {
         let others = self.samples - render.samples;
         let sum = self.sums[pixel][i] - render.samples * f64::from(render.pictures[0][pixel][i]);
         [sum / others, self.variances[pixel][i] / others]
     }
 
     /// Squared error of one of a render's pictures, relative to the truth.
-    fn error(&self, render: &Render, which: usize) -> f64 {
+    fn error(&self, render: &ClaimRender, index: usize) -> f64 {
         let of = |pixel: usize, i: usize| {
             let [truth, variance] = self.without(render, pixel, i);
-            ((f64::from(render.pictures[which][pixel][i]) - truth).powi(2) - variance)
+            ((f64::from(render.pictures[index][pixel][i]) - truth).powi(2) - variance)
                 / (truth * truth + 0.01)
         };
         let pixels = self.sums.len();
@@ -159,7 +159,7 @@ impl Truth {
 
     /// Counts of varying pixels: those whose standard error covers the truth, those with an error
     /// estimate of zero, and all.
-    fn pixels(&self, renders: &[&Render]) -> [usize; 3] {
+    fn pixels(&self, renders: &[&ClaimRender]) -> [usize; 3] {
         let mut counts = [0; 3];
         for render in renders {
             let factor = student_95(render.claims[0].replicates - 1);
@@ -191,15 +191,15 @@ fn percent(count: usize, of: usize) -> String {
 
 /// True error, estimated error where known, fraction without an estimate, and fraction of estimates
 /// that hold.
-fn judge(truth: &Truth, renders: &[&Render], which: usize) -> String {
+fn judge(truth: &Truth, renders: &[&ClaimRender], index: usize) -> String {
     let squares: Vec<f64> = renders
         .iter()
-        .map(|render| truth.error(render, which))
+        .map(|render| truth.error(render, index))
         .collect();
     let claims = || {
         renders
             .iter()
-            .map(|render| render.claims[which])
+            .map(|render| render.claims[index])
             .zip(&squares)
     };
     let known = claims().filter(|(claim, _)| claim.doubt.is_none()).count();
@@ -261,15 +261,15 @@ fn main() {
             .iter()
             .flat_map(|&count| (1..=renders).map(move |seed| (count, seed)))
             .collect();
-        let all: Vec<Render> = all
+        let all: Vec<ClaimRender> = all
             .into_par_iter()
             .map(|(samples, seed)| film(file(samples, seed), &scene, samples, seed).into())
             .collect();
         let truth = Truth::new(&all);
         for (of_count, samples) in all.chunks(renders as usize).zip(&counts) {
-            let of_count: Vec<&Render> = of_count.iter().collect();
+            let of_count: Vec<&ClaimRender> = of_count.iter().collect();
             let [held, none, varying] = truth.pixels(&of_count);
-            let [noisy, denoised] = [0, 1].map(|which| judge(&truth, &of_count, which));
+            let [noisy, denoised] = [0, 1].map(|index| judge(&truth, &of_count, index));
             println!(
                 "| {name} | {samples} | {noisy} | {denoised} | {} | {} |",
                 percent(held, varying),

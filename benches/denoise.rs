@@ -19,7 +19,7 @@ mod turns;
 
 use std::path::Path;
 
-use raywright::core::denoise::{Denoised, denoise};
+use raywright::core::denoise::{DenoiseOutput, denoise};
 use raywright::core::film::Film;
 use raywright::core::picture::Picture;
 use raywright::core::scene::Integrator;
@@ -52,11 +52,11 @@ fn film(scene: &Scene, size: [u32; 2], samples: u32, seed: u64, denoise: bool) -
         integrator: Integrator::Path,
         seed,
         denoise,
-        ..Settings::of(scene)
+        ..Settings::from_scene(scene)
     };
     let ready = prepare(scene, &settings, &()).unwrap_or_else(|e| panic!("{e}"));
     let mut film = ready.film("");
-    let whole = film.whole();
+    let whole = film.whole_part();
     ready
         .render_part(&mut film, &whole, &())
         .unwrap_or_else(|e| panic!("{e}"));
@@ -92,7 +92,7 @@ fn blocks(errors: &[f64], width: usize) -> Vec<f64> {
 
 /// Results of one scene's renders with a given number of samples.
 #[derive(Default)]
-struct Row {
+struct DenoiseRow {
     before: Vec<f64>,
     after: Vec<f64>,
     claimed: Vec<f64>,
@@ -103,9 +103,9 @@ struct Row {
     worse: [Vec<f64>; 2],
 }
 
-impl Row {
+impl DenoiseRow {
     fn add(&mut self, film: &Film, truth: &[Picture; 2]) {
-        let Denoised {
+        let DenoiseOutput {
             picture,
             error,
             brightened,
@@ -119,14 +119,15 @@ impl Row {
             sum.iter_mut().zip(of).for_each(|(sum, of)| *sum += of);
         }
         let [before, after] = both.map(|errors| mean(&errors));
-        let of = error.root_relmse;
+        let estimate = error.root_relmse;
         self.unknown += usize::from(error.doubt.is_some());
         self.held += usize::from(
-            error.doubt.is_none() && (of.low..=of.high).contains(&after.max(0.0).sqrt()),
+            error.doubt.is_none()
+                && (estimate.low..=estimate.high).contains(&after.max(0.0).sqrt()),
         );
         self.before.push(before);
         self.after.push(after);
-        self.claimed.push(of.value * of.value);
+        self.claimed.push(estimate.value * estimate.value);
         self.brightened.push(brightened);
     }
 
@@ -215,7 +216,7 @@ fn compare(renders: u64, size: [u32; 2], of_truth: u32, words: &[String]) {
         let tuned = TUNED.contains(&name.as_str());
         let name = format!("{name}{}", if tuned { " *" } else { "" });
         for (&samples, gains) in counts.iter().zip(&mut gains) {
-            let mut row = Row::default();
+            let mut row = DenoiseRow::default();
             (0..renders).for_each(|seed| row.add(&film(&scene, size, samples, seed, true), &truth));
             row.print(&name, samples);
             gains[usize::from(tuned)].push(row.gain());

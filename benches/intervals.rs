@@ -11,7 +11,7 @@ mod chance;
 #[expect(dead_code, reason = "nothing is timed here")]
 mod turns;
 
-use chance::{Taken, judge, picture, scenes};
+use chance::{SamplingCase, judge, picture, scenes};
 
 const SIZE: [u32; 2] = [40, 27];
 /// Samples of the reference. Its variance is a small part of a judged pixel's, and is added.
@@ -28,7 +28,7 @@ fn main() {
     for (name, scene) in scenes() {
         let reference = picture(
             &scene,
-            Taken {
+            SamplingCase {
                 size: SIZE,
                 samples: REFERENCE,
                 replicates: Some(16),
@@ -43,12 +43,12 @@ fn main() {
         for samples in [4, 8, 16, 64] {
             let mut single = f64::NAN;
             for replicates in [1, 2, 4, 8].into_iter().filter(|&r| r <= samples) {
-                let taken = Taken {
+                let render = SamplingCase {
                     size: SIZE,
                     samples,
                     replicates: Some(replicates),
                 };
-                let tally = judge(&scene, &reference, taken, 0..seeds);
+                let tally = judge(&scene, &reference, render, 0..seeds);
                 if replicates == 1 {
                     single = tally.error();
                     println!("| {samples} | 1 | | | {single:.5} | | 1 |");

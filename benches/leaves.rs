@@ -19,7 +19,7 @@ use raywright::bvh::{
     Visibility,
 };
 
-use random::Random;
+use random::SplitMix64;
 use turns::{Contestant, interleaved, measuring};
 
 /// Rays per turn, and rounds.
@@ -29,52 +29,48 @@ const ROUNDS: usize = 9;
 const SCANNED: usize = 1000;
 
 /// Traces all rays of a kind through a tree.
-type Ask<'a> = &'a dyn Fn(&Geometry<f32>);
+type RayQuery<'a> = &'a dyn Fn(&Geometry<f32>);
 
 /// Adds a primitive of about a given size at a random position in the cube.
-type Put = fn(&mut PrimitiveSet<f32>, &mut Random, f64);
+type PlacePrimitive = fn(&mut PrimitiveSet<f32>, &mut SplitMix64, f64);
 
-fn sphere(group: &mut PrimitiveSet<f32>, random: &mut Random, size: f64) {
+fn sphere(group: &mut PrimitiveSet<f32>, rng: &mut SplitMix64, size: f64) {
     let sphere = Sphere {
-        centre: random.cube().as_vec3(),
-        radius: (size * (0.5 + random.unit())) as f32,
+        centre: rng.cube().as_vec3(),
+        radius: (size * (0.5 + rng.unit())) as f32,
     };
     group
-        .sphere(sphere, Visibility::default())
+        .add_sphere(sphere, Visibility::default())
         .unwrap_or_else(|e| panic!("{e}"));
 }
 
-fn quad(group: &mut PrimitiveSet<f32>, random: &mut Random, size: f64) {
-    let (corner, u, v) = (
-        random.cube(),
-        random.cube() * size * 2.0,
-        random.cube() * size * 2.0,
-    );
+fn quad(group: &mut PrimitiveSet<f32>, rng: &mut SplitMix64, size: f64) {
+    let (corner, u, v) = (rng.cube(), rng.cube() * size * 2.0, rng.cube() * size * 2.0);
     group
-        .shape(Quad::new(corner, u, v).into(), Visibility::default())
+        .add_shape(Quad::new(corner, u, v).into(), Visibility::default())
         .unwrap_or_else(|e| panic!("{e}"));
 }
 
-fn cuboid(group: &mut PrimitiveSet<f32>, random: &mut Random, size: f64) {
-    let (middle, half) = (random.cube(), (random.cube().abs() + 0.5) * size);
+fn cuboid(group: &mut PrimitiveSet<f32>, rng: &mut SplitMix64, size: f64) {
+    let (middle, half) = (rng.cube(), (rng.cube().abs() + 0.5) * size);
     group
-        .shape(
+        .add_shape(
             Cuboid::new(middle - half, middle + half).into(),
             Visibility::default(),
         )
         .unwrap_or_else(|e| panic!("{e}"));
 }
 
-fn any_kind(group: &mut PrimitiveSet<f32>, random: &mut Random, size: f64) {
-    let kinds: [Put; 3] = [sphere, quad, cuboid];
-    kinds[(random.unit() * 3.0) as usize % 3](group, random, size);
+fn any_kind(group: &mut PrimitiveSet<f32>, rng: &mut SplitMix64, size: f64) {
+    let kinds: [PlacePrimitive; 3] = [sphere, quad, cuboid];
+    kinds[(rng.unit() * 3.0) as usize % 3](group, rng, size);
 }
 
 /// `count` primitives of a kind; each takes 1 % of the cube if there are a hundred.
-fn geometry(put: Put, count: usize, kind: AcceleratorKind) -> Geometry<f32> {
-    let (mut group, mut random) = (PrimitiveSet::default(), Random(count as u64));
+fn geometry(put: PlacePrimitive, count: usize, kind: AcceleratorKind) -> Geometry<f32> {
+    let (mut group, mut rng) = (PrimitiveSet::default(), SplitMix64(count as u64));
     let size = 0.5 * (count as f64).powf(-1.0 / 3.0);
-    (0..count).for_each(|_| put(&mut group, &mut random, size));
+    (0..count).for_each(|_| put(&mut group, &mut rng, size));
     Geometry::new(group, kind)
 }
 
@@ -91,7 +87,7 @@ fn main() {
     } else {
         counts
     };
-    let kinds: [(&str, Put); 4] = [
+    let kinds: [(&str, PlacePrimitive); 4] = [
         ("spheres", sphere),
         ("quads", quad),
         ("boxes", cuboid),
@@ -104,7 +100,7 @@ fn main() {
     }
 }
 
-fn table(name: &str, put: Put, count: usize) {
+fn table(name: &str, put: PlacePrimitive, count: usize) {
     let mut trees: Vec<(String, Geometry<f32>)> = Vec::new();
     for kernel in Kernel::available() {
         let mut tree = geometry(put, count, AcceleratorKind::default());
@@ -118,12 +114,12 @@ fn table(name: &str, put: Put, count: usize) {
         ));
     }
     let bytes = trees[0].1.bytes() as f64 / count as f64;
-    let random = &mut Random(7);
+    let rng = &mut SplitMix64(7);
     let rays: Vec<Ray<f32>> = (0..RAYS)
         .map(|_| {
             Ray::new(
-                (random.cube() * 1.5).as_vec3(),
-                random.cube().normalize().as_vec3(),
+                (rng.cube() * 1.5).as_vec3(),
+                rng.cube().normalize().as_vec3(),
             )
         })
         .collect();
@@ -168,7 +164,7 @@ fn table(name: &str, put: Put, count: usize) {
         tree.closest_from(&from, &mut PacketBackoff::default(), &mut hits);
         black_box(&hits);
     };
-    let queries: [(&str, Ask<'_>); 4] = [
+    let queries: [(&str, RayQuery<'_>); 4] = [
         ("closest", &closest),
         ("any", &any),
         ("camera's, one by one", &camera),

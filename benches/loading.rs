@@ -24,7 +24,7 @@ use raywright::core::effects::detect;
 use raywright::core::{Settings, prepare};
 use raywright::io::{Input, LoadOptions, load};
 
-use many::{FAMILIES, Family};
+use many::{FAMILIES, SceneFamily};
 
 const ROUNDS: usize = 3;
 const SIZES: [usize; 3] = [1_000, 10_000, 100_000];
@@ -67,7 +67,7 @@ fn main() {
 }
 
 /// The least times of several rounds: to load, and for the rest.
-fn least((what, write): &Family, n: usize) -> [f64; 2] {
+fn least((label, write): &SceneFamily, n: usize) -> [f64; 2] {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let files = write(n);
     for (name, contents) in &files {
@@ -77,16 +77,16 @@ fn least((what, write): &Family, n: usize) -> [f64; 2] {
     let round = || {
         let start = Instant::now();
         let loaded = load(&Input::Path(path.clone()), &LoadOptions::default())
-            .unwrap_or_else(|e| panic!("{what}: {e}"));
+            .unwrap_or_else(|e| panic!("{label}: {e}"));
         let load = start.elapsed().as_secs_f64();
         let start = Instant::now();
         let settings = Settings {
             size: [8, 8],
-            ..Settings::of(&loaded.scene)
+            ..Settings::from_scene(&loaded.scene)
         };
         let report = detect(&loaded.scene, &settings);
         let ready =
-            prepare(&loaded.scene, &settings, &()).unwrap_or_else(|e| panic!("{what}: {e}"));
+            prepare(&loaded.scene, &settings, &()).unwrap_or_else(|e| panic!("{label}: {e}"));
         let rest = start.elapsed().as_secs_f64();
         drop((report, ready));
         [load, rest]
@@ -138,7 +138,7 @@ fn sheet_beside_its_tree(side: u32) {
         });
         let settings = Settings {
             size: [8, 8],
-            ..Settings::of(&loaded.scene)
+            ..Settings::from_scene(&loaded.scene)
         };
         let (preparation, ready) =
             timed(|| prepare(&loaded.scene, &settings, &()).unwrap_or_else(|e| panic!("{e}")));
@@ -157,9 +157,9 @@ fn sheet_beside_its_tree(side: u32) {
         }
         drop(ready);
         let mut group = PrimitiveSet::<f32>::default();
-        let corner = |i: u32| data.positions.at(i as usize).as_vec3();
+        let corner = |i: u32| data.positions.position(i as usize).as_vec3();
         group
-            .mesh(
+            .add_mesh(
                 data.indices.iter().map(|triangle| triangle.map(corner)),
                 Visibility::default(),
             )

@@ -31,14 +31,14 @@ const LEVELS: [f64; 2] = [0.05, 0.01];
 const BIAS: f32 = 1.005;
 
 /// Colours, standard errors, and degrees of freedom.
-struct Side {
+struct NoiseSide {
     size: [u32; 2],
     rgb: Vec<[f32; 3]>,
     errors: Vec<[f32; 3]>,
     freedom: u32,
 }
 
-impl Side {
+impl NoiseSide {
     fn render(scene: &Scene, size: [u32; 2], seed: u64) -> Self {
         let (sampling, integrator) = (Sampling::General(SAMPLES), Integrator::Path);
         let settings = Settings {
@@ -46,11 +46,11 @@ impl Side {
             sampling,
             integrator,
             seed,
-            ..Settings::of(scene)
+            ..Settings::from_scene(scene)
         };
         let ready = prepare(scene, &settings, &()).unwrap_or_else(|e| panic!("{e}"));
         let mut film = ready.film("");
-        let whole = film.whole();
+        let whole = film.whole_part();
         ready
             .render_part(&mut film, &whole, &())
             .unwrap_or_else(|e| panic!("{e}"));
@@ -129,12 +129,16 @@ fn main() {
             .unwrap_or_else(|e| panic!("{e}"));
         let scene = &loaded.scene;
         let [often, rarely] = alarms(pairs, |pair| {
-            Side::render(scene, SMALL, 2 * pair).differs(&Side::render(scene, SMALL, 2 * pair + 1))
+            NoiseSide::render(scene, SMALL, 2 * pair).differs(&NoiseSide::render(
+                scene,
+                SMALL,
+                2 * pair + 1,
+            ))
         });
         let found = alarms(BIASED_PAIRS, |pair| {
-            Side::render(scene, LARGE, 2 * pair)
+            NoiseSide::render(scene, LARGE, 2 * pair)
                 .biased()
-                .differs(&Side::render(scene, LARGE, 2 * pair + 1))
+                .differs(&NoiseSide::render(scene, LARGE, 2 * pair + 1))
         });
         println!(
             "{name:12} {pairs:>6} {often:>8} {rarely:>8} {:>22}",

@@ -14,7 +14,7 @@ use raywright::core::Scene;
 use raywright::core::bench::Spread;
 use raywright::core::bench::clock::process_seconds;
 use raywright::core::settings::{PrecisionChoice, Sampling};
-use raywright::stability::{Contest, Measurement, Rays, contest, hard_cases, measure};
+use raywright::stability::{Contest, Measurement, RayCount, contest, hard_cases, measure};
 
 use mesh::mesh;
 use scenes::{preset, ready};
@@ -54,11 +54,11 @@ fn row(name: &str, works: [Option<&dyn Fn()>; 3]) {
                 .for_each(|(ratios, own)| ratios.push(own / seconds[1]));
         }
     }
-    let cell = |which: usize| match works[which] {
+    let cell = |index: usize| match works[index] {
         None => "—".to_owned(),
-        Some(_) if which == 1 => "1".to_owned(),
+        Some(_) if index == 1 => "1".to_owned(),
         Some(_) => {
-            let spread = Spread::of(&ratios[which]);
+            let spread = Spread::from_samples(&ratios[index]);
             format!("{:.2} ± {:.1} %", spread.median, spread.relative() * 100.0)
         }
     };
@@ -74,7 +74,7 @@ fn row(name: &str, works: [Option<&dyn Fn()>; 3]) {
 fn tests() {
     for number in hard_cases().map(|case| case.number) {
         let Some(Contest {
-            what,
+            label,
             textbook,
             library: [robust, reference],
             ..
@@ -83,7 +83,7 @@ fn tests() {
             continue;
         };
         row(
-            &format!("{what} ({number})"),
+            &format!("{label} ({number})"),
             [Some(&textbook), Some(&robust), Some(&reference)],
         );
     }
@@ -103,7 +103,8 @@ fn pictures() {
                     }
                 })
             });
-        let render = |ready: &raywright::core::Ready| drop(alone.install(|| ready.render(&())));
+        let render =
+            |ready: &raywright::core::ReadyScene| drop(alone.install(|| ready.render(&())));
         row(
             name,
             [
@@ -126,9 +127,9 @@ fn pictures() {
 /// Error rates in the hard cases with textbook formulas, on the same rays.
 fn cases() {
     let shot = if std::env::var("RAYS").is_ok_and(|rays| rays == "all") {
-        Rays::All
+        RayCount::All
     } else {
-        Rays::Quarter
+        RayCount::Quarter
     };
     for case in hard_cases() {
         let measurements = measure(case.number, shot).unwrap_or_default();

@@ -12,7 +12,7 @@ use std::cell::RefCell;
 use std::hint::black_box;
 
 use glam::DVec3;
-use raywright::core::material::{BsdfSample, Frame, MetallicRoughness};
+use raywright::core::material::{BsdfSample, MetallicRoughness, ShadingFrame};
 use raywright::core::number::{Lanes, Number, Vector3};
 
 use turns::{Contestant, interleaved, measuring};
@@ -24,10 +24,10 @@ const PATHS: usize = 4096;
 const TIMES: usize = 40;
 
 /// Surface data of paths, in lanes.
-struct Met<N: Number> {
+struct PathHits<N: Number> {
     wo: N::Vec3,
     wi: N::Vec3,
-    frame: Frame<N>,
+    frame: ShadingFrame<N>,
     model: MetallicRoughness<N>,
     drawn: [N; 3],
 }
@@ -50,16 +50,16 @@ fn above(place: usize) -> DVec3 {
     DVec3::new(across * turn.cos(), across * turn.sin(), height)
 }
 
-fn met<N: Number>() -> Vec<Met<N>> {
+fn make_path_hits<N: Number>() -> Vec<PathHits<N>> {
     let group = |first: usize| {
         let place = |lane: usize, what: usize| 16 * (first + lane) + what;
         let number = |what: usize| N::of_lanes(|lane| even(place(lane, what)));
         let direction =
             |what: usize| <N::Vec3 as Vector3<N>>::of_lanes(|lane| above(place(lane, what)));
-        Met {
+        PathHits {
             wo: direction(0),
             wi: direction(2),
-            frame: Frame::about(<N::Vec3 as Vector3<N>>::of_lanes(|_| DVec3::Z)),
+            frame: ShadingFrame::from_normal(<N::Vec3 as Vector3<N>>::of_lanes(|_| DVec3::Z)),
             model: MetallicRoughness {
                 base: N::Vec3::new(number(4), number(5), number(6)),
                 metallic: number(7),
@@ -74,34 +74,37 @@ fn met<N: Number>() -> Vec<Met<N>> {
     (0..PATHS).step_by(N::LANES).map(group).collect()
 }
 
-fn eval<N: Number>(met: &Met<N>) -> N::Vec3 {
-    met.model
-        .local_bsdf(met.frame.normal, met.wo)
-        .eval(met.wo, met.wi)
+fn eval<N: Number>(path_hits: &PathHits<N>) -> N::Vec3 {
+    path_hits
+        .model
+        .local_bsdf(path_hits.frame.normal, path_hits.wo)
+        .eval(path_hits.wo, path_hits.wi)
 }
 
-fn pdf<N: Number>(met: &Met<N>) -> N {
-    met.model
-        .local_bsdf(met.frame.normal, met.wo)
-        .pdf(met.wo, met.wi)
+fn pdf<N: Number>(path_hits: &PathHits<N>) -> N {
+    path_hits
+        .model
+        .local_bsdf(path_hits.frame.normal, path_hits.wo)
+        .pdf(path_hits.wo, path_hits.wi)
 }
 
-fn sample<N: Number>(met: &Met<N>) -> BsdfSample<N> {
-    met.model
-        .local_bsdf(met.frame.normal, met.wo)
-        .sample(&met.frame, met.wo, met.drawn)
+fn sample<N: Number>(path_hits: &PathHits<N>) -> BsdfSample<N> {
+    path_hits
+        .model
+        .local_bsdf(path_hits.frame.normal, path_hits.wo)
+        .sample(&path_hits.frame, path_hits.wo, path_hits.drawn)
 }
 
 /// Work that applies a function to all paths and stores the results.
-fn over_paths<N: Number, T>(of: impl Fn(&Met<N>) -> T) -> impl Fn() {
-    let met = met::<N>();
-    let out = RefCell::new(met.iter().map(&of).collect::<Vec<T>>());
+fn over_paths<N: Number, T>(of: impl Fn(&PathHits<N>) -> T) -> impl Fn() {
+    let path_hits = make_path_hits::<N>();
+    let out = RefCell::new(path_hits.iter().map(&of).collect::<Vec<T>>());
     move || {
         for _ in 0..TIMES {
             let mut out = out.borrow_mut();
             out.iter_mut()
-                .zip(black_box(&met))
-                .for_each(|(slot, met)| *slot = of(met));
+                .zip(black_box(&path_hits))
+                .for_each(|(slot, path_hits)| *slot = of(path_hits));
             black_box(&*out);
         }
     }

@@ -26,18 +26,18 @@ use raywright_bvh::shapes::{
 };
 use raywright_bvh::{Interval, PreparedRay, Ray, Real, Shape, Side, Vector};
 
-use random::Random;
+use random::SplitMix64;
 use turns::measuring;
 
 fn rays<R: Real>() -> Vec<Ray<R>> {
-    let random = &mut Random(1);
+    let rng = &mut SplitMix64(1);
     let vector = |v: DVec3| R::Vec3::from_f64(v);
-    let ray = |random: &mut Random| {
-        let origin = random.cube().normalize() * 5.0;
-        let target = random.cube() * 1.2;
+    let ray = |rng: &mut SplitMix64| {
+        let origin = rng.cube().normalize() * 5.0;
+        let target = rng.cube() * 1.2;
         Ray::new(vector(origin), vector((target - origin).normalize()))
     };
-    (0..4096).map(|_| ray(random)).collect()
+    (0..4096).map(|_| ray(rng)).collect()
 }
 
 /// The shapes with their names, each of about unit size.
@@ -106,13 +106,13 @@ const PASSES: usize = 101;
 fn run<P, T>(group: &str, id: &str, probes: &[P], mut test: impl FnMut(&P) -> T) {
     let mut pass = || {
         let start = Instant::now();
-        for probe in probes {
-            black_box(test(black_box(probe)));
+        for prepared in probes {
+            black_box(test(black_box(prepared)));
         }
         start.elapsed().as_secs_f64() * 1e9 / probes.len() as f64
     };
     pass();
-    let spread = Spread::of(&(0..PASSES).map(|_| pass()).collect::<Vec<_>>());
+    let spread = Spread::from_samples(&(0..PASSES).map(|_| pass()).collect::<Vec<_>>());
     println!(
         "{:40}{:>10.2} ns ±{:4.1} %",
         format!("{group} {id}"),
@@ -132,8 +132,8 @@ fn precision<R: Real>(name: &str) {
         macro_rules! each {
             ($($variant:ident),*) => {
                 match shape {
-                    $(AnyShape::$variant(shape) => run("test", &id, &probes, |probe| {
-                        let hit = black_box(&shape).intersect(probe, range, Side::Both);
+                    $(AnyShape::$variant(shape) => run("test", &id, &probes, |prepared| {
+                        let hit = black_box(&shape).intersect(prepared, range, Side::Both);
                         hit.map_or(0.0, |h| h.t.to_f64())
                     }),)*
                 }
@@ -158,10 +158,10 @@ fn precision<R: Real>(name: &str) {
             .filter(|p| shape.intersect(p, range, Side::Both).is_some())
             .copied()
             .collect();
-        run("test-and-surface", &id, &hit, |probe| {
+        run("test-and-surface", &id, &hit, |prepared| {
             let shape = black_box(&shape);
-            let hit = shape.intersect(probe, range, Side::Both);
-            hit.map_or(0.0, |h| shape.surface(probe, h).error.to_f64())
+            let hit = shape.intersect(prepared, range, Side::Both);
+            hit.map_or(0.0, |h| shape.surface(prepared, h).error.to_f64())
         });
     }
     let map =
@@ -170,12 +170,17 @@ fn precision<R: Real>(name: &str) {
         centre: R::Vec3::ZERO,
         radius: R::ONE,
     };
-    if let Some(placed) = TransformedShape::<R>::new(sphere.into(), map) {
-        run("test", &format!("placed-sphere/{name}"), &probes, |probe| {
-            black_box(&placed)
-                .intersect(probe, Interval::positive(), Side::Both)
-                .map_or(0.0, |h| h.t.to_f64())
-        });
+    if let Some(transformed_shape) = TransformedShape::<R>::new(sphere.into(), map) {
+        run(
+            "test",
+            &format!("placed-sphere/{name}"),
+            &probes,
+            |prepared| {
+                black_box(&transformed_shape)
+                    .intersect(prepared, Interval::positive(), Side::Both)
+                    .map_or(0.0, |h| h.t.to_f64())
+            },
+        );
     }
     let sphere = Sphere {
         centre: R::Vec3::ZERO,

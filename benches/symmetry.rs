@@ -19,20 +19,20 @@ use raywright::core::Scene;
 use raywright::core::settings::PrecisionChoice;
 use raywright::io::{Input, LoadOptions, load, presets};
 
-use twins::{Apart, Symmetry, of_scene, of_world};
+use twins::{PictureDistance, Symmetry, of_scene, of_world};
 
 const PRECISIONS: [PrecisionChoice; 2] = [PrecisionChoice::Robust, PrecisionChoice::Reference];
 
 /// Results of one symmetry.
 #[derive(Default)]
-struct Tally {
+struct SymmetryTally {
     compared: u64,
     apart: u64,
     most_pixels: f64,
 }
 
-impl Tally {
-    fn add(&mut self, apart: &Apart) {
+impl SymmetryTally {
+    fn add(&mut self, apart: &PictureDistance) {
         self.compared += 1;
         self.most_pixels = self.most_pixels.max(apart.share);
         if !apart.holds {
@@ -56,16 +56,18 @@ fn main() {
         .and_then(|argument| argument.parse().ok())
         .unwrap_or(1000);
     let (start, budget) = (Instant::now(), Duration::from_secs(seconds));
-    let mut tallies: Vec<(String, Tally)> = Vec::new();
-    let mut add =
-        |name: String, apart: &Apart| match tallies.iter_mut().find(|(other, _)| *other == name) {
-            Some((_, tally)) => tally.add(apart),
-            None => {
-                let mut tally = Tally::default();
-                tally.add(apart);
-                tallies.push((name, tally));
-            }
-        };
+    let mut tallies: Vec<(String, SymmetryTally)> = Vec::new();
+    let mut add = |name: String, apart: &PictureDistance| match tallies
+        .iter_mut()
+        .find(|(other, _)| *other == name)
+    {
+        Some((_, tally)) => tally.add(apart),
+        None => {
+            let mut tally = SymmetryTally::default();
+            tally.add(apart);
+            tallies.push((name, tally));
+        }
+    };
     let named = arguments
         .iter()
         .skip(2)
@@ -110,7 +112,7 @@ fn main() {
     );
     for (
         name,
-        Tally {
+        SymmetryTally {
             compared,
             apart,
             most_pixels,

@@ -18,7 +18,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let loaded = load(&Input::Path(scene.into()), &LoadOptions::default())?;
     let settings = Settings {
         sampling: Sampling::General(256),
-        ..Settings::of(&loaded.scene)
+        ..Settings::from_scene(&loaded.scene)
     };
     let ready = prepare(&loaded.scene, &settings, &())?;
     let rendered = ready.render_showing(&(), |stage| {
@@ -36,8 +36,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     });
     write_picture(
         Path::new(out),
-        rendered.shown(),
-        Display::of(&loaded.scene.render),
+        rendered.shown_picture(),
+        Display::from_render(&loaded.scene.render),
         &Metadata::default(),
     )?;
     Ok(())

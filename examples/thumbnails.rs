@@ -60,13 +60,13 @@ fn thumbnail(file: &Path, target: &Path) -> Result<(), Box<dyn std::error::Error
         size: [256, 256],
         sampling: Sampling::General(16),
         denoise: true,
-        ..Settings::of(&loaded.scene)
+        ..Settings::from_scene(&loaded.scene)
     };
     let rendered = prepare(&loaded.scene, &settings, &())?.render(&());
     write_picture(
         target,
-        rendered.shown(),
-        Display::of(&loaded.scene.render),
+        rendered.shown_picture(),
+        Display::from_render(&loaded.scene.render),
         &Metadata::default(),
     )?;
     Ok(())

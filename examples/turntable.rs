@@ -18,7 +18,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     let count: u32 = count.parse()?;
     let loaded = load(&Input::Path(model.into()), &LoadOptions::default())?;
-    let silhouette = Silhouette::of(&loaded.scene);
+    let silhouette = Silhouette::from_scene(&loaded.scene);
     let from = |turn: u32| {
         let azimuth = 360.0 * f64::from(turn) / f64::from(count);
         silhouette.frame(
@@ -37,7 +37,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         sampling,
         camera: Some(from(0)),
         denoise: true,
-        ..Settings::of(&loaded.scene)
+        ..Settings::from_scene(&loaded.scene)
     };
     let mut ready = prepare(&loaded.scene, &settings, &())?;
     for turn in 0..count {
@@ -54,10 +54,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             )?;
         }
         let path = format!("{stem}-{turn}.png");
-        let display = Display::of(&loaded.scene.render);
+        let display = Display::from_render(&loaded.scene.render);
         write_picture(
             Path::new(&path),
-            ready.render(&()).shown(),
+            ready.render(&()).shown_picture(),
             display,
             &Metadata::default(),
         )?;

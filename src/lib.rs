@@ -6,12 +6,12 @@
 //! fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! #   if raywright::io::presets::get("cornell").is_err() { return Ok(()); } // its file may have been deleted
 //!     let loaded = load(&Input::Preset("cornell".into()), &LoadOptions::default())?; // or Input::Path("model.glb".into())
-//!     let settings = Settings { size: [64, 64], sampling: Sampling::General(16), denoise: true, ..Settings::of(&loaded.scene) };
+//!     let settings = Settings { size: [64, 64], sampling: Sampling::General(16), denoise: true, ..Settings::from_scene(&loaded.scene) };
 //!     let rendered = prepare(&loaded.scene, &settings, &())?.render(&());
 //!     let denoised = rendered.denoised().expect("it was asked for");
 //!     println!("root relMSE {:.3}", denoised.error.root_relmse.value);
 //!     let path = std::env::temp_dir().join("cornell.png");
-//!     write_picture(&path, rendered.shown(), Display::of(&loaded.scene.render), &Metadata::default())?;
+//!     write_picture(&path, rendered.shown_picture(), Display::from_render(&loaded.scene.render), &Metadata::default())?;
 //!     Ok(())
 //! }
 //! ```
@@ -21,13 +21,13 @@
 //! | step | what it gives |
 //! |---|---|
 //! | [`load`](prelude::load) | a [`Scene`](prelude::Scene): plain data, checked, with its images and meshes in memory. A model without lights stands in a studio |
-//! | [`Settings::of`](prelude::Settings::of) | size, samples, integrator and so on as the scene asks for, to be changed field by field |
-//! | [`prepare`](fn@prelude::prepare) | a [`Ready`](prelude::Ready): the tree, tables and textures for these settings. A scene without camera is framed |
-//! | [`Ready::render`](prelude::Ready::render) | a [`Rendered`](prelude::Rendered): picture, error, counts. Any number of threads gives the same bits |
+//! | [`Settings::from_scene`](prelude::Settings::from_scene) | size, samples, integrator and so on as the scene asks for, to be changed field by field |
+//! | [`prepare`](fn@prelude::prepare) | a [`ReadyScene`](prelude::ReadyScene): the tree, tables and textures for these settings. A scene without camera is framed |
+//! | [`ReadyScene::render`](prelude::ReadyScene::render) | a [`RenderOutput`](prelude::RenderOutput): picture, error, counts. Any number of threads gives the same bits |
 //! | [`write_picture`](prelude::write_picture) | a PNG to look at or an EXR to compute with |
 //!
 //! A scene is shaded by Whitted's integrator if it needs nothing more, and by a path tracer
-//! otherwise. [`Ready::effects`](prelude::Ready::effects) lists which effects are simulated, absent
+//! otherwise. [`ReadyScene::effects`](prelude::ReadyScene::effects) lists which effects are simulated, absent
 //! and left out.
 //!
 //! # Errors
@@ -45,7 +45,7 @@
 //! let loaded = load(&input, &LoadOptions::default())?;
 //! assert_eq!(loaded.added_sky, Some(LightShortage::NoLight));
 //!
-//! let none = Settings { size: [0, 16], ..Settings::of(&loaded.scene) };
+//! let none = Settings { size: [0, 16], ..Settings::from_scene(&loaded.scene) };
 //! assert_eq!(prepare(&loaded.scene, &none, &()).err(), Some(PrepareError::Settings(SettingsError::Size([0, 16]))));
 //!
 //! // The studio lights all of it.
@@ -75,12 +75,12 @@ pub use raywright_io as io;
 /// The items that most programs need to load, render and write.
 pub mod prelude {
     pub use raywright_core::display::Display;
-    pub use raywright_core::effects::{Effect, EffectReport, Status};
+    pub use raywright_core::effects::{Effect, EffectReport, EffectStatus};
     pub use raywright_core::film::Film;
     pub use raywright_core::picture::Picture;
     pub use raywright_core::scene::Scene;
     pub use raywright_core::settings::Sampling;
-    pub use raywright_core::{Observer, Ready, RenderStage, Rendered, Settings, prepare};
+    pub use raywright_core::{Observer, ReadyScene, RenderOutput, RenderStage, Settings, prepare};
     pub use raywright_io::output::{Metadata, read_picture, write_picture};
     pub use raywright_io::{
         Environment, EnvironmentSource, Input, LightShortage, Limits, LoadOptions, Loaded,

@@ -92,7 +92,7 @@ pub fn scenes() -> [(&'static str, Scene); 2] {
 
 /// Sampling settings.
 #[derive(Clone, Copy)]
-pub struct Taken {
+pub struct SamplingCase {
     pub size: [u32; 2],
     pub samples: u32,
     /// Number of replicates; `None` for the default.
@@ -100,11 +100,11 @@ pub struct Taken {
 }
 
 /// A picture with its standard errors.
-pub fn picture(scene: &Scene, taken: Taken, seed: u64) -> Picture {
-    let mut settings = Settings::of(scene);
-    settings.size = taken.size;
+pub fn picture(scene: &Scene, render: SamplingCase, seed: u64) -> Picture {
+    let mut settings = Settings::from_scene(scene);
+    settings.size = render.size;
     (settings.sampling, settings.replicates, settings.seed) =
-        (Sampling::General(taken.samples), taken.replicates, seed);
+        (Sampling::General(render.samples), render.replicates, seed);
     settings.aovs = vec![Aov::StandardError];
     prepare(scene, &settings, &())
         .unwrap_or_else(|e| panic!("{e}"))
@@ -121,7 +121,7 @@ fn errors(picture: &Picture) -> &[f32] {
 
 /// Statistics of many pictures.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Tally {
+pub struct CoverageTally {
     /// Random pixels in all pictures.
     pub intervals: u64,
     /// Pixels whose interval contains the truth.
@@ -132,7 +132,7 @@ pub struct Tally {
     claimed: f64,
 }
 
-impl Tally {
+impl CoverageTally {
     /// Fraction of intervals that contain the truth.
     pub fn coverage(&self) -> f64 {
         self.held as f64 / self.intervals.max(1) as f64
@@ -152,19 +152,19 @@ impl Tally {
 pub fn judge(
     scene: &Scene,
     reference: &Picture,
-    taken: Taken,
+    render: SamplingCase,
     seeds: core::ops::Range<u64>,
-) -> Tally {
+) -> CoverageTally {
     let factor = student_95(
-        taken
+        render
             .replicates
-            .unwrap_or(replicates(taken.samples))
-            .min(taken.samples)
+            .unwrap_or(replicates(render.samples))
+            .min(render.samples)
             - 1,
     );
-    let mut tally = Tally::default();
+    let mut tally = CoverageTally::default();
     for seed in seeds {
-        let found = picture(scene, taken, seed);
+        let found = picture(scene, render, seed);
         let errors = errors(&found).iter().zip(self::errors(reference));
         for ((pixel, truth), (&error, &of_truth)) in
             found.rgb.iter().zip(&reference.rgb).zip(errors)

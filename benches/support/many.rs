@@ -6,10 +6,10 @@ use std::fmt::Write as _;
 pub type Files = Vec<(&'static str, Vec<u8>)>;
 
 /// Name of a kind of item, and a function that writes a file with a given number of items.
-pub type Family = (&'static str, fn(usize) -> Files);
+pub type SceneFamily = (&'static str, fn(usize) -> Files);
 
 /// Every list of a scene whose items are referred to by name or index, with the references.
-pub const FAMILIES: [Family; 9] = [
+pub const FAMILIES: [SceneFamily; 9] = [
     ("meshes of a GLB file", meshes),
     ("materials of a glTF file", materials),
     ("images and textures of a glTF file", images),

@@ -5,9 +5,9 @@ use glam::DVec3;
 use crate::split_mix::step;
 
 /// SplitMix64.
-pub struct Random(pub u64);
+pub struct SplitMix64(pub u64);
 
-impl Random {
+impl SplitMix64 {
     /// Uniform in [0, 1).
     pub fn unit(&mut self) -> f64 {
         (step(&mut self.0) >> 11) as f64 / (1_u64 << 53) as f64

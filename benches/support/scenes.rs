@@ -1,6 +1,6 @@
 //! Scenes for benches that render, and their preparation.
 
-use raywright::core::{Ready, Scene, Settings, prepare};
+use raywright::core::{ReadyScene, Scene, Settings, prepare};
 use raywright::io::{Input, LoadOptions, load};
 
 /// A built-in scene; `None` if the program does not include it.
@@ -12,8 +12,8 @@ pub fn preset(name: &str) -> Option<Scene> {
 }
 
 /// A scene prepared with its own settings, except for the size and the changes of `adjust`.
-pub fn ready(scene: &Scene, size: [u32; 2], adjust: impl Fn(&mut Settings)) -> Ready {
-    let mut settings = Settings::of(scene);
+pub fn ready(scene: &Scene, size: [u32; 2], adjust: impl Fn(&mut Settings)) -> ReadyScene {
+    let mut settings = Settings::from_scene(scene);
     settings.size = size;
     adjust(&mut settings);
     prepare(scene, &settings, &()).unwrap_or_else(|e| panic!("{e}"))

@@ -36,7 +36,8 @@ pub fn interleaved(title: &str, repeats: usize, contestants: &[Contestant<'_>]) 
     );
     for (i, contestant) in contestants.iter().enumerate() {
         let cell = |value: &dyn Fn(&[[f64; 2]]) -> f64| {
-            let spread = Spread::of(&rounds.iter().map(|round| value(round)).collect::<Vec<_>>());
+            let spread =
+                Spread::from_samples(&rounds.iter().map(|round| value(round)).collect::<Vec<_>>());
             format!("{:.4} ±{:4.1} %", spread.median, spread.relative() * 100.0)
         };
         let cells = [0, 1].map(|clock| cell(&|round| round[i][clock]));

@@ -7,7 +7,7 @@ use raywright::bvh::{AcceleratorKind, BuildQuality};
 use raywright::core::picture::Picture;
 use raywright::core::scene::Integrator;
 use raywright::core::settings::{Aov, Crop, PrecisionChoice, Sampling};
-use raywright::core::{Observer, RenderStage, Rendered, Scene, Settings, prepare};
+use raywright::core::{Observer, RenderOutput, RenderStage, Scene, Settings, prepare};
 use raywright::io::{Input, LoadOptions, load, presets};
 
 use crate::support::shared;
@@ -15,7 +15,7 @@ use crate::support::shared;
 const SIZE: [u32; 2] = [64, 48];
 
 /// A scene with its name, and a sample count if its own is too slow.
-struct Subject {
+struct BitsScene {
     name: String,
     scene: Scene,
     sampling: Sampling,
@@ -23,7 +23,7 @@ struct Subject {
     many: bool,
 }
 
-impl Subject {
+impl BitsScene {
     fn new(name: String, input: &Input, spp: Option<u32>) -> Self {
         let scene = load(input, &LoadOptions::default())
             .unwrap_or_else(|e| panic!("{e}"))
@@ -33,7 +33,7 @@ impl Subject {
             &scene,
             &Settings {
                 size: SIZE,
-                ..Settings::of(&scene)
+                ..Settings::from_scene(&scene)
             },
             &(),
         )
@@ -48,7 +48,7 @@ impl Subject {
     }
 
     fn render(&self, adjust: impl FnOnce(&mut Settings)) -> Picture {
-        let mut settings = Settings::of(&self.scene);
+        let mut settings = Settings::from_scene(&self.scene);
         settings.size = SIZE;
         settings.sampling = self.sampling;
         settings.aovs = vec![Aov::Normal, Aov::Depth, Aov::Object];
@@ -61,7 +61,7 @@ impl Subject {
 }
 
 /// Every preset, with its own pattern or few samples.
-fn carried() -> Vec<Subject> {
+fn carried() -> Vec<BitsScene> {
     let few = |scene: &Scene| {
         if scene.render.pattern.is_none() {
             Some(2)
@@ -70,7 +70,7 @@ fn carried() -> Vec<Subject> {
         }
     };
     let subject = |preset: presets::Preset| {
-        let mut subject = Subject::new(
+        let mut subject = BitsScene::new(
             preset.name.to_owned(),
             &Input::Preset(preset.name.to_owned()),
             None,
@@ -82,7 +82,7 @@ fn carried() -> Vec<Subject> {
 }
 
 /// Meshes, instances, textures and physical materials, where the shared data are available.
-fn imported() -> Vec<Subject> {
+fn imported() -> Vec<BitsScene> {
     let Some(folder) = shared("assets") else {
         return Vec::new();
     };
@@ -94,19 +94,19 @@ fn imported() -> Vec<Subject> {
         "obj/crafted/glass_and_mirror.obj",
     ];
     files
-        .map(|file| Subject::new(file.to_owned(), &Input::Path(folder.join(file)), Some(1)))
+        .map(|file| BitsScene::new(file.to_owned(), &Input::Path(folder.join(file)), Some(1)))
         .into()
 }
 
-fn subjects() -> Vec<Subject> {
+fn subjects() -> Vec<BitsScene> {
     carried().into_iter().chain(imported()).collect()
 }
 
 /// Asserts that pictures agree in every bit; otherwise the message names the first difference.
 #[track_caller]
-fn same(what: &str, a: &Picture, b: &Picture) {
+fn same(label: &str, a: &Picture, b: &Picture) {
     if let Some(difference) = difference(a, b) {
-        panic!("{what}: {difference}");
+        panic!("{label}: {difference}");
     }
 }
 
@@ -224,11 +224,11 @@ fn t21_threads_and_tiles() {
             };
             let first = with(1, 32);
             for (threads, tile) in [(2, 32), (1, 1), (1, 7), (2, 7), (2, 1000)] {
-                let what = format!(
+                let label = format!(
                     "{}, {sampling:?}: {threads} threads, tiles of {tile}",
                     subject.name
                 );
-                same(&what, &first, &with(threads, tile));
+                same(&label, &first, &with(threads, tile));
             }
         }
     }
@@ -308,7 +308,7 @@ fn looks_change_no_bit() {
         size: SIZE,
         sampling: Sampling::General(256),
         integrator: Integrator::Path,
-        ..Settings::of(&scene)
+        ..Settings::from_scene(&scene)
     };
     let ready = prepare(&scene, &settings, &()).unwrap_or_else(|e| panic!("{e}"));
     let (mut rays, mut bare) = (Vec::new(), 0);
@@ -319,7 +319,7 @@ fn looks_change_no_bit() {
         .build()
         .expect("a thread");
     let look = |stage: &RenderStage<'_>| {
-        let so_far = Rendered::noisy(stage.film());
+        let so_far = RenderOutput::noisy(stage.film());
         rays.push(so_far.counters.camera);
         assert_eq!(*stage.picture(), so_far.picture);
         bare += stage
@@ -336,25 +336,25 @@ fn looks_change_no_bit() {
     assert!(rays.windows(2).all(|pair| pair[0] < pair[1]), "{rays:?}");
     for (look, &rays) in rays.iter().enumerate() {
         // The first passes take several samples at once.
-        let (share, most) = (
+        let (share, maximum) = (
             f64::from(1 << (7 - look)) * rays as f64 / all,
             if look < 3 { 4.0 } else { 1.6 },
         );
         assert!(
-            (1.0..most).contains(&share),
+            (1.0..maximum).contains(&share),
             "look {look}: {share} of what it should have"
         );
     }
 
     /// An observer that stops at once.
-    struct Stop;
-    impl Observer for Stop {
-        fn cancelled(&self) -> bool {
+    struct StopsAtOnce;
+    impl Observer for StopsAtOnce {
+        fn is_cancelled(&self) -> bool {
             true
         }
     }
     let mut looks = 0;
-    assert!(!ready.render_showing(&Stop, |_| looks += 1).finished);
+    assert!(!ready.render_showing(&StopsAtOnce, |_| looks += 1).finished);
     assert_eq!(looks, 0);
 }
 
@@ -407,7 +407,7 @@ fn sketches_show_the_same_view() {
             size,
             sampling,
             integrator: Integrator::Path,
-            ..Settings::of(&scene)
+            ..Settings::from_scene(&scene)
         };
         let ready = prepare(&scene, &settings, &()).unwrap_or_else(|e| panic!("{name}: {e}"));
         let picture = ready.render(&()).picture;

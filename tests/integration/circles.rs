@@ -259,7 +259,7 @@ fn few_files_import_from_one_another() {
         "imports are read"
     );
     let circles = circles(&uses);
-    let told: Vec<_> = circles
+    let messages: Vec<_> = circles
         .iter()
         .map(|circle| format!("{} files: {}", circle.len(), circle.join(", ")))
         .collect();
@@ -267,6 +267,6 @@ fn few_files_import_from_one_another() {
         circles.len() <= MOST,
         "{} circles of files:\n{}",
         circles.len(),
-        told.join("\n")
+        messages.join("\n")
     );
 }

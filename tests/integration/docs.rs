@@ -9,7 +9,7 @@ use raywright::io::Limits;
 use raywright::io::output::read_picture;
 use serde_json::Value;
 
-use crate::support::Desk;
+use crate::support::Sandbox;
 
 fn page() -> String {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/scene-format.md");
@@ -85,16 +85,16 @@ fn every_name_of_an_expression_is_explained() {
 #[test]
 fn every_word_of_the_format_is_explained() {
     let schema: Value = serde_json::from_str(SCHEMA).expect("the schema is JSON");
-    let mut wanted = BTreeSet::new();
-    words(&schema, &mut wanted);
+    let mut expected = BTreeSet::new();
+    words(&schema, &mut expected);
     assert!(
-        wanted.contains("hyperboloid") && wanted.len() > 150,
+        expected.contains("hyperboloid") && expected.len() > 150,
         "{} words were found",
-        wanted.len()
+        expected.len()
     );
     let page = page();
     let known = explained(&page);
-    let missing: Vec<_> = wanted
+    let missing: Vec<_> = expected
         .iter()
         .filter(|word| !known.contains(word.as_str()) && *word != "2.2")
         .collect();
@@ -109,12 +109,13 @@ fn the_examples_work() {
     let [example, additions @ ..] = &blocks(&page, "toml")[..] else {
         panic!("the page has an example")
     };
-    let desk = Desk::new();
-    desk.write("beads.scene.toml", example);
-    desk.run(&["render", "beads.scene.toml", "--size", "32x18", "-q"])
+    let sandbox = Sandbox::new();
+    sandbox.write("beads.scene.toml", example);
+    sandbox
+        .run(&["render", "beads.scene.toml", "--size", "32x18", "-q"])
         .exits_with(0)
-        .says("");
-    let picture = desk.picture("beads.png");
+        .prints("");
+    let picture = sandbox.picture("beads.png");
     let brightness: BTreeSet<u32> = picture
         .rgb
         .iter()
@@ -124,22 +125,23 @@ fn the_examples_work() {
         brightness.len() > 8,
         "the picture shows next to nothing: {brightness:?}"
     );
-    desk.run(&[
-        "check",
-        "beads.scene.toml",
-        "--set",
-        "radius=0.4",
-        "--at",
-        "3",
-    ])
-    .exits_with(0);
+    sandbox
+        .run(&[
+            "check",
+            "beads.scene.toml",
+            "--set",
+            "radius=0.4",
+            "--at",
+            "3",
+        ])
+        .exits_with(0);
 
-    desk.write("crate.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
-    std::fs::copy(desk.path("beads.png"), desk.path("planks.png")).expect("a picture");
+    sandbox.write("crate.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    std::fs::copy(sandbox.path("beads.png"), sandbox.path("planks.png")).expect("a picture");
     assert!(additions.len() >= 4, "{} additions", additions.len());
     for addition in additions {
-        desk.write("more.scene.toml", format!("{example}\n{addition}"));
-        let run = desk.run(&["check", "more.scene.toml"]);
+        sandbox.write("more.scene.toml", format!("{example}\n{addition}"));
+        let run = sandbox.run(&["check", "more.scene.toml"]);
         assert_eq!(
             (run.exits_with(0).text(), run.stderr.as_str()),
             ("more.scene.toml: ok\n", ""),
@@ -153,7 +155,7 @@ fn the_examples_work() {
 #[test]
 fn pictures_are_by_commands_for_everyone() {
     let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs");
-    let mut told = 0;
+    let mut reported = 0;
     for entry in std::fs::read_dir(docs).expect("a folder") {
         let path = entry.expect("readable").path();
         if path.extension().is_some_and(|ending| ending == "png") {
@@ -172,10 +174,10 @@ fn pictures_are_by_commands_for_everyone() {
                 "{}: {words:?}",
                 path.display()
             );
-            told += usize::from(words.len() > 1);
+            reported += usize::from(words.len() > 1);
         }
     }
-    assert!(told >= 5, "{told} pictures say how they were made");
+    assert!(reported >= 5, "{reported} pictures say how they were made");
 }
 
 /// Protects: each test of the workspace has a first line with its purpose, so that a reader can

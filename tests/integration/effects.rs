@@ -1,6 +1,6 @@
 //! Only the effects that a scene needs: an absent effect has empty tables and traces no ray.
 
-use raywright::core::effects::{Effect, EffectSet, SWITCHABLE, Status};
+use raywright::core::effects::{Effect, EffectSet, EffectStatus, SWITCHABLE};
 use raywright::core::scene::{Colour, Integrator};
 use raywright::core::settings::Settings;
 use raywright::core::{Scene, prepare};
@@ -15,18 +15,18 @@ fn preset(name: &str) -> Scene {
 }
 
 /// Renders a small picture and checks that each absent effect has built and counted nothing.
-fn prove(what: &str, scene: &Scene) {
+fn prove(label: &str, scene: &Scene) {
     let settings = Settings {
         size: [48, 27],
-        ..Settings::of(scene)
+        ..Settings::from_scene(scene)
     };
-    let ready = prepare(scene, &settings, &()).unwrap_or_else(|e| panic!("{what}: {e}"));
+    let ready = prepare(scene, &settings, &()).unwrap_or_else(|e| panic!("{label}: {e}"));
     let (tables, counters) = (ready.tables(), ready.render(&()).counters);
-    let absent = |effect| ready.effects().status(effect) == Status::Absent;
+    let absent = |effect| ready.effects().status(effect) == EffectStatus::Absent;
     let zero = |effect: Effect, value: u64| {
         assert!(
             !absent(effect) || value == 0,
-            "{what}: {} is absent, but {value} of it",
+            "{label}: {} is absent, but {value} of it",
             effect.name()
         );
     };
@@ -65,13 +65,13 @@ fn prove(what: &str, scene: &Scene) {
     if absent(Effect::DirectLight) && absent(Effect::Highlights) {
         assert_eq!(
             tables.lights, 0,
-            "{what}: lights show on nothing, but were built"
+            "{label}: lights show on nothing, but were built"
         );
     }
     if whitted {
         assert_eq!(
             counters.scatter, 0,
-            "{what}: Whitted ray tracing scatters nothing"
+            "{label}: Whitted ray tracing scatters nothing"
         );
     }
 }
@@ -93,7 +93,7 @@ fn the_canonical_preset_with_one_thing_taken_away() {
     }
     let whole = preset("whitted");
     let status = |scene: &Scene, effect| {
-        raywright::core::effects::detect(scene, &Settings::of(scene)).status(effect)
+        raywright::core::effects::detect(scene, &Settings::from_scene(scene)).status(effect)
     };
     for effect in [
         Effect::AmbientLight,
@@ -104,7 +104,11 @@ fn the_canonical_preset_with_one_thing_taken_away() {
         Effect::FuzzyReflection,
         Effect::Refraction,
     ] {
-        assert_eq!(status(&whole, effect), Status::Simulated, "{effect:?}");
+        assert_eq!(
+            status(&whole, effect),
+            EffectStatus::Simulated,
+            "{effect:?}"
+        );
     }
     for effect in [
         Effect::RimLight,
@@ -115,12 +119,12 @@ fn the_canonical_preset_with_one_thing_taken_away() {
         Effect::IndirectLight,
         Effect::Caustics,
     ] {
-        assert_eq!(status(&whole, effect), Status::Absent, "{effect:?}");
+        assert_eq!(status(&whole, effect), EffectStatus::Absent, "{effect:?}");
     }
     let without = |effect: Effect, change: &dyn Fn(&mut Scene)| {
         let mut scene = whole.clone();
         change(&mut scene);
-        assert_eq!(status(&scene, effect), Status::Absent, "{effect:?}");
+        assert_eq!(status(&scene, effect), EffectStatus::Absent, "{effect:?}");
         prove(&format!("whitted without {effect:?}"), &scene);
     };
     without(Effect::Refraction, &|s| {
@@ -158,7 +162,7 @@ fn depth_one_leaves_reflections_out() {
     let settings = Settings {
         max_depth: 1,
         size: [16, 9],
-        ..Settings::of(&scene)
+        ..Settings::from_scene(&scene)
     };
     let ready = prepare(&scene, &settings, &()).unwrap_or_else(|e| panic!("{e}"));
     let left_out: Vec<_> = ready
@@ -191,7 +195,7 @@ fn only_rough_glass_is_shown_clearer_than_it_is() {
         let scene: Scene = serde_json::from_str(&text).expect("the scene is right");
         let settings = Settings {
             integrator: Integrator::Whitted,
-            ..Settings::of(&scene)
+            ..Settings::from_scene(&scene)
         };
         let report = raywright::core::effects::detect(&scene, &settings);
         let of = |effect: Effect| report.effects[effect as usize].clone();
@@ -203,20 +207,20 @@ fn only_rough_glass_is_shown_clearer_than_it_is() {
         .map(|effect| (of(effect).status, of(effect).source))
     };
     let from = |field: &str| Some(format!("materials[0].model.physical.{field}"));
-    let clear = (Status::Simulated, from("transmission"));
+    let clear = (EffectStatus::Simulated, from("transmission"));
     assert_eq!(
         glass(0.0),
         [
             clear.clone(),
-            (Status::Absent, None),
-            (Status::Absent, None)
+            (EffectStatus::Absent, None),
+            (EffectStatus::Absent, None)
         ]
     );
     assert_eq!(glass(0.05), glass(0.0), "as rough as what is still traced");
     let rough = [
         clear,
-        (Status::LeftOut, from("transmission")),
-        (Status::LeftOut, from("roughness")),
+        (EffectStatus::LeftOut, from("transmission")),
+        (EffectStatus::LeftOut, from("roughness")),
     ];
     assert_eq!(glass(0.06), rough);
 }
@@ -233,7 +237,7 @@ fn an_effect_that_is_switched_off_is_as_if_it_were_not_there() {
         let settings = Settings {
             size: [48, 27],
             without,
-            ..Settings::of(scene)
+            ..Settings::from_scene(scene)
         };
         let ready = prepare(scene, &settings, &()).unwrap_or_else(|e| panic!("{e}"));
         (ready.render(&()), ready.effects().clone())
@@ -247,7 +251,7 @@ fn an_effect_that_is_switched_off_is_as_if_it_were_not_there() {
         (Effect::AmbientLight, &|s| s.classic.ambient = Colour::BLACK),
     ];
     for (effect, change) in hand {
-        let (switched, report) = render(&whole, EffectSet::of(&[effect]));
+        let (switched, report) = render(&whole, EffectSet::from_effects(&[effect]));
         let mut changed = whole.clone();
         change(&mut changed);
         let (by_hand, _) = render(&changed, EffectSet::EMPTY);
@@ -257,9 +261,9 @@ fn an_effect_that_is_switched_off_is_as_if_it_were_not_there() {
             switched.counters.shadow, by_hand.counters.shadow,
             "{effect:?}"
         );
-        assert_eq!(report.status(effect), Status::LeftOut, "{effect:?}");
+        assert_eq!(report.status(effect), EffectStatus::LeftOut, "{effect:?}");
     }
-    let (_, dark) = render(&whole, EffectSet::of(&[Effect::DirectLight]));
+    let (_, dark) = render(&whole, EffectSet::from_effects(&[Effect::DirectLight]));
     let status = [
         Effect::DirectLight,
         Effect::Shadows,
@@ -270,14 +274,14 @@ fn an_effect_that_is_switched_off_is_as_if_it_were_not_there() {
     assert_eq!(
         status,
         [
-            Status::LeftOut,
-            Status::LeftOut,
-            Status::LeftOut,
-            Status::Simulated
+            EffectStatus::LeftOut,
+            EffectStatus::LeftOut,
+            EffectStatus::LeftOut,
+            EffectStatus::Simulated
         ]
     );
     for effect in SWITCHABLE.iter() {
-        let (_, report) = render(&whole, EffectSet::of(&[effect]));
-        assert_ne!(report.status(effect), Status::Simulated, "{effect:?}");
+        let (_, report) = render(&whole, EffectSet::from_effects(&[effect]));
+        assert_ne!(report.status(effect), EffectStatus::Simulated, "{effect:?}");
     }
 }

@@ -33,7 +33,7 @@ fn mean(scene: &Scene) -> f64 {
     let settings = Settings {
         size: [8, 8],
         sampling: Sampling::General(256),
-        ..Settings::of(scene)
+        ..Settings::from_scene(scene)
     };
     let picture: Picture = prepare(scene, &settings, &())
         .unwrap_or_else(|e| panic!("{e}"))

@@ -2,7 +2,7 @@
 
 use raywright::core::picture::Picture;
 
-use crate::support::Desk;
+use crate::support::Sandbox;
 
 /// A position in map coordinates.
 const AT: [f64; 3] = [448_200.25, 4_865_499.5, 20.0];
@@ -17,10 +17,10 @@ fn difference(a: &Picture, b: &Picture) -> f64 {
 
 /// Pictures of a scene near zero and at [`AT`], both without a warning about distance.
 fn twins(name: &str, of: impl Fn([f64; 3]) -> String, flags: &[&str]) -> [Picture; 2] {
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     [[0.0; 3], AT].map(|at| {
-        desk.write(name, of(at));
-        let run = desk.run(
+        sandbox.write(name, of(at));
+        let run = sandbox.run(
             &[
                 &[
                     "render", name, "-o", "o.exr", "-s", "48x36", "--spp", "16", "--aov",
@@ -36,7 +36,7 @@ fn twins(name: &str, of: impl Fn([f64; 3]) -> String, flags: &[&str]) -> [Pictur
             "{}",
             run.stderr
         );
-        desk.picture("o.exr")
+        sandbox.picture("o.exr")
     })
 }
 
@@ -236,31 +236,32 @@ fn nodes_far_from_zero_keep_their_shape() {
 /// double precision resolves both.
 #[test]
 fn what_is_too_far_apart_is_named() {
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     let ball = |name: &str, x: f64| {
         format!(
             "[[objects]]\nname = \"{name}\"\nshape.sphere = {{ centre = [{x}, 0, 0], radius = 1 }}\nmaterial = \"m\"\n"
         )
     };
     let head = "format = 1\nsky.constant = 1\n[[materials]]\nname = \"m\"\nmodel.physical = { base_colour = 0.5 }\n";
-    desk.write(
+    sandbox.write(
         "two.scene.toml",
         head.to_owned() + &ball("here", 0.0) + &ball("there", 4e6),
     );
     let run = |precision| {
-        desk.run(&[
-            "render",
-            "two.scene.toml",
-            "-s",
-            "8x8",
-            "--spp",
-            "1",
-            "--precision",
-            precision,
-            "-o",
-            "o.exr",
-        ])
-        .stderr
+        sandbox
+            .run(&[
+                "render",
+                "two.scene.toml",
+                "-s",
+                "8x8",
+                "--spp",
+                "1",
+                "--precision",
+                precision,
+                "-o",
+                "o.exr",
+            ])
+            .stderr
     };
     let named = "`there` is so far from the rest of the scene";
     assert_eq!(run("robust").matches(named).count(), 1);

@@ -45,7 +45,7 @@ fn settings(scene: &Scene) -> Settings {
         size: [480, 270],
         sampling: Sampling::General(1),
         aovs: vec![Aov::Object],
-        ..Settings::of(scene)
+        ..Settings::from_scene(scene)
     }
 }
 

@@ -2,14 +2,14 @@
 
 use std::sync::Arc;
 
-use raywright::core::effects::{Effect, Status};
+use raywright::core::effects::{Effect, EffectStatus};
 use raywright::core::scene::{
     Camera, Classic, Colour, ColourInput, Generator, GeneratorKind, Light, LightKind, Material,
     Mesh, MeshData, MeshSource, Model, Object, Pinhole, Pose, Projection, Scene, Shape, SideRule,
     TransformStep,
 };
 use raywright::core::settings::Settings;
-use raywright::core::{Rendered, prepare};
+use raywright::core::{RenderOutput, prepare};
 
 /// A closed tetrahedron in which no two faces are alike.
 fn tetrahedron() -> MeshData {
@@ -120,8 +120,8 @@ fn scene(shared: bool) -> Scene {
     scene
 }
 
-fn render(scene: &Scene) -> (Rendered, usize, u64) {
-    let ready = prepare(scene, &Settings::of(scene), &()).unwrap_or_else(|e| panic!("{e}"));
+fn render(scene: &Scene) -> (RenderOutput, usize, u64) {
+    let ready = prepare(scene, &Settings::from_scene(scene), &()).unwrap_or_else(|e| panic!("{e}"));
     (
         ready.render(&()),
         ready.tables().instances,
@@ -196,14 +196,14 @@ fn sided_scene(shared: bool, sides: [SideRule; 3], some_cast_none: bool) -> Scen
 #[test]
 fn objects_that_share_a_mesh_keep_their_own_rules() {
     use SideRule::{Both, Inside, Outside};
-    let differing = |a: &Rendered, b: &Rendered| {
+    let differing = |a: &RenderOutput, b: &RenderOutput| {
         let pairs = a.picture.rgb.iter().zip(&b.picture.rgb);
         pairs
             .filter(|(a, b)| (0..3).any(|k| (a[k] - b[k]).abs() > 1e-4))
             .count()
     };
     let alike = render(&sided_scene(true, [Outside; 3], false)).0;
-    let least = alike.picture.rgb.len() / 1000;
+    let minimum = alike.picture.rgb.len() / 1000;
     for sides in [
         [Outside, Inside, Both],
         [Inside, Both, Outside],
@@ -214,21 +214,21 @@ fn objects_that_share_a_mesh_keep_their_own_rules() {
         assert_eq!(instances, 2 * maps().len());
         let off = differing(&shared, &copies);
         assert!(
-            off <= least,
+            off <= minimum,
             "{sides:?}: {off} pixels differ from those of copies"
         );
         assert!(
-            differing(&shared, &alike) > 10 * least,
+            differing(&shared, &alike) > 10 * minimum,
             "{sides:?}: the sides show nowhere"
         );
         let quiet = render(&sided_scene(true, sides, true)).0;
         let off = differing(&quiet, &render(&sided_scene(false, sides, true)).0);
         assert!(
-            off <= least,
+            off <= minimum,
             "{sides:?}, some cast no shadow: {off} pixels differ from those of copies"
         );
         assert!(
-            differing(&quiet, &shared) > 2 * least,
+            differing(&quiet, &shared) > 2 * minimum,
             "{sides:?}: the shadows show nowhere"
         );
     }
@@ -276,8 +276,9 @@ fn instances_are_reported_where_they_are_built() {
             0,
         ),
     ] {
-        let ready = prepare(&scene, &Settings::of(&scene), &()).unwrap_or_else(|e| panic!("{e}"));
-        let reported = ready.effects().status(Effect::Instances) == Status::Simulated;
+        let ready =
+            prepare(&scene, &Settings::from_scene(&scene), &()).unwrap_or_else(|e| panic!("{e}"));
+        let reported = ready.effects().status(Effect::Instances) == EffectStatus::Simulated;
         assert_eq!(
             (ready.tables().instances, reported),
             (expected, expected > 0)

@@ -4,7 +4,7 @@
 #[path = "../../benches/support/chance.rs"]
 mod chance;
 
-use chance::{Taken, judge, picture, scenes};
+use chance::{SamplingCase, judge, picture, scenes};
 
 /// Protects: a pixel's mean ± 3.18 standard errors, the t interval of four replicates, contains the
 /// truth in 95 % of pixels, under a sampled lamp and behind a lens; over the whole picture the
@@ -15,7 +15,7 @@ fn intervals_hold_the_truth_as_often_as_they_say() {
         let size = [30, 20];
         let reference = picture(
             &scene,
-            Taken {
+            SamplingCase {
                 size,
                 samples: 1024,
                 replicates: Some(16),
@@ -25,7 +25,7 @@ fn intervals_hold_the_truth_as_often_as_they_say() {
         let tally = judge(
             &scene,
             &reference,
-            Taken {
+            SamplingCase {
                 size,
                 samples: 64,
                 replicates: None,

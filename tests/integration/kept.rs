@@ -82,7 +82,7 @@ fn hashes(name: &str, scene: Scene, size: [u32; 2]) -> String {
         None
     };
     let of = |precision| {
-        let mut settings = Settings::of(&scene);
+        let mut settings = Settings::from_scene(&scene);
         settings.size = size;
         settings.sampling = Sampling::resolve(&scene, spp);
         settings.precision = precision;

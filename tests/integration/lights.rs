@@ -42,7 +42,7 @@ fn what_is_behind_a_light_casts_no_shadow() {
             let settings = Settings {
                 size: [32, 18],
                 sampling: Sampling::General(1),
-                ..Settings::of(&scene)
+                ..Settings::from_scene(&scene)
             };
             let picture = prepare(&scene, &settings, &())
                 .unwrap_or_else(|e| panic!("{e}"))

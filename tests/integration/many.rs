@@ -5,7 +5,7 @@ use raywright::core::effects::detect;
 use raywright::core::{Scene, Settings, prepare};
 use raywright::io::{Input, LoadOptions, load};
 
-use crate::support::Desk;
+use crate::support::Sandbox;
 
 #[path = "../../benches/support/many.rs"]
 mod files;
@@ -19,32 +19,35 @@ const MANY: usize = 100_000;
 /// measured: a list scanned for each entry would make this test practically endless.
 #[test]
 fn loading_is_linear_in_everything() {
-    for (what, write) in FAMILIES {
-        let desk = Desk::new();
+    for (label, write) in FAMILIES {
+        let sandbox = Sandbox::new();
         // Decoding an image takes longer than everything else.
-        let n = if what.starts_with("images") {
+        let n = if label.starts_with("images") {
             MANY / 10
         } else {
             MANY
         };
         let files = write(n);
         for (name, contents) in &files {
-            desk.write(name, contents);
+            sandbox.write(name, contents);
         }
-        let loaded = load(&Input::Path(desk.path(files[0].0)), &LoadOptions::default())
-            .unwrap_or_else(|e| panic!("{what}: {e}"));
+        let loaded = load(
+            &Input::Path(sandbox.path(files[0].0)),
+            &LoadOptions::default(),
+        )
+        .unwrap_or_else(|e| panic!("{label}: {e}"));
         let scene = loaded.scene;
         let settings = Settings {
             size: [1, 1],
-            ..Settings::of(&scene)
+            ..Settings::from_scene(&scene)
         };
         let report = detect(&scene, &settings);
         assert_eq!(
             report.effects.len(),
             detect(&Scene::default(), &settings).effects.len(),
-            "{what}"
+            "{label}"
         );
-        let ready = prepare(&scene, &settings, &()).unwrap_or_else(|e| panic!("{what}: {e}"));
+        let ready = prepare(&scene, &settings, &()).unwrap_or_else(|e| panic!("{label}: {e}"));
         let found = [
             ready.tables().primitives,
             scene.lights.len(),
@@ -52,7 +55,7 @@ fn loading_is_linear_in_everything() {
         ]
         .into_iter()
         .max();
-        assert_eq!(found, Some(n), "{what}");
+        assert_eq!(found, Some(n), "{label}");
     }
 }
 
@@ -62,13 +65,13 @@ fn loading_is_linear_in_everything() {
 fn a_flood_of_unknown_names_is_refused_in_time() {
     let files = FAMILIES[5].1(MANY / 5);
     let text = String::from_utf8(files[0].1.clone()).expect("it is text");
-    let desk = Desk::new();
-    desk.write(
+    let sandbox = Sandbox::new();
+    sandbox.write(
         "many.scene.toml",
         text.replace("material = \"material", "material = \"unknown"),
     );
     let error = load(
-        &Input::Path(desk.path("many.scene.toml")),
+        &Input::Path(sandbox.path("many.scene.toml")),
         &LoadOptions::default(),
     )
     .expect_err("no such materials");
@@ -77,9 +80,9 @@ fn a_flood_of_unknown_names_is_refused_in_time() {
         "{error}"
     );
     // Many unknown keys are another case.
-    desk.write("many.scene.toml", text.replace("colour =", "color ="));
+    sandbox.write("many.scene.toml", text.replace("colour =", "color ="));
     let error = load(
-        &Input::Path(desk.path("many.scene.toml")),
+        &Input::Path(sandbox.path("many.scene.toml")),
         &LoadOptions::default(),
     )
     .expect_err("no such keys");

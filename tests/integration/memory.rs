@@ -22,34 +22,34 @@ const ACCELERATORS: [AcceleratorKind; 2] = [
 /// geometry in a tree, up to five times and some kilobytes, because the fill of its nodes and
 /// blocks is unknown. Returns both.
 #[track_caller]
-fn told(what: &str, scene: &Scene, settings: &Settings) -> [Memory; 2] {
+fn told(label: &str, scene: &Scene, settings: &Settings) -> [Memory; 2] {
     let before = estimate(scene, settings);
     let after = prepare(scene, settings, &())
-        .unwrap_or_else(|e| panic!("{what}: {e}"))
+        .unwrap_or_else(|e| panic!("{label}: {e}"))
         .memory();
-    for ((name, told), (_, real)) in before.parts().into_iter().zip(after.parts()) {
+    for ((name, reported), (_, real)) in before.parts().into_iter().zip(after.parts()) {
         let wide = name == "geometry" && matches!(settings.accelerator, AcceleratorKind::Tree(_));
-        let most = if wide { 5 * real + 8192 } else { 2 * real };
+        let maximum = if wide { 5 * real + 8192 } else { 2 * real };
         assert!(
-            real <= told && told <= most,
-            "{what}: {name} {real} bytes, told {told}"
+            real <= reported && reported <= maximum,
+            "{label}: {name} {real} bytes, told {reported}"
         );
     }
     [before, after]
 }
 
 #[track_caller]
-fn told_in_every_way(what: &str, scene: &Scene) {
+fn told_in_every_way(label: &str, scene: &Scene) {
     for precision in PRECISIONS {
         for accelerator in ACCELERATORS {
             let settings = Settings {
                 size: [8, 6],
                 precision,
                 accelerator,
-                ..Settings::of(scene)
+                ..Settings::from_scene(scene)
             };
             told(
-                &format!("{what}, {precision:?}, {accelerator:?}"),
+                &format!("{label}, {precision:?}, {accelerator:?}"),
                 scene,
                 &settings,
             );
@@ -145,8 +145,8 @@ fn memory_of_meshes_instances_and_generators() {
             json!({ "generators": grid(&glow), "objects": [ball] }),
         ),
     ];
-    for (what, parts) in scenes {
-        told_in_every_way(what, &scene(parts));
+    for (label, parts) in scenes {
+        told_in_every_way(label, &scene(parts));
     }
 }
 
@@ -156,7 +156,7 @@ fn memory_of_models() {
     let Some(folder) = shared("assets") else {
         return;
     };
-    let (mut open, mut most): (Vec<PathBuf>, f64) =
+    let (mut open, mut maximum): (Vec<PathBuf>, f64) =
         (vec![folder.join("gltf"), folder.join("obj")], 1.0);
     while let Some(next) = open.pop() {
         for path in std::fs::read_dir(&next)
@@ -176,12 +176,12 @@ fn memory_of_models() {
                 };
                 let settings = Settings {
                     size: [8, 6],
-                    ..Settings::of(&loaded.scene)
+                    ..Settings::from_scene(&loaded.scene)
                 };
                 let [before, after] = told(&path.display().to_string(), &loaded.scene, &settings);
-                most = most.max(before.total() as f64 / after.total() as f64);
+                maximum = maximum.max(before.total() as f64 / after.total() as f64);
             }
         }
     }
-    eprintln!("what is told of models is at most {most:.2} times what they take");
+    eprintln!("what is told of models is at most {maximum:.2} times what they take");
 }

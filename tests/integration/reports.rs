@@ -3,7 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::support::{Desk, shared};
+use crate::support::{Sandbox, shared};
 
 /// A sky of radiance 1 everywhere, as a scene and, rendered from it, as an environment map.
 const WHITE: &str = r#"
@@ -36,9 +36,9 @@ fn report(name: &str) -> Option<PathBuf> {
 }
 
 /// Mean radiance of a picture's centre, and the messages of the render.
-fn middle(desk: &Desk, file: &Path, flags: &[&str]) -> ([f32; 3], String) {
+fn middle(sandbox: &Sandbox, file: &Path, flags: &[&str]) -> ([f32; 3], String) {
     let file = file.to_str().expect("a readable path");
-    let run = desk.run(
+    let run = sandbox.run(
         &[
             &[
                 "render",
@@ -55,7 +55,7 @@ fn middle(desk: &Desk, file: &Path, flags: &[&str]) -> ([f32; 3], String) {
         .concat(),
     );
     run.exits_with(0);
-    let picture = desk.picture("a.exr");
+    let picture = sandbox.picture("a.exr");
     let [width, height] = [picture.width as usize, picture.height as usize];
     let inner = |edge: usize| edge / 4..(edge - edge / 4).max(edge / 4 + 1);
     let at = |x: usize, y: usize| picture.rgb[y * width + x];
@@ -84,7 +84,7 @@ fn near(name: &str, found: [f32; 3], expected: [f32; 3], tolerance: f32) {
 /// keys as written by programs, and extreme spotlights look as glTF and its extensions specify.
 #[test]
 fn models_of_reports_look_as_their_texts_say() {
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     let background: &[&str] = &["--env", "none", "--background", "1,1,1"];
     let blue: &[&str] = &["--env", "none", "--background", "0,0,1"];
     let dark: &[&str] = &["--env", "none"];
@@ -109,7 +109,7 @@ fn models_of_reports_look_as_their_texts_say() {
         near(
             name,
             middle(
-                &desk,
+                &sandbox,
                 &file,
                 &[&["--size", "16x16", "--spp", "256"], flags].concat(),
             )
@@ -124,9 +124,10 @@ fn models_of_reports_look_as_their_texts_say() {
 /// materials, and rough thin walls return their specified reflectance, and white walls all light.
 #[test]
 fn furnaces_of_reports() {
-    let desk = Desk::new();
-    desk.write("white.scene.toml", WHITE);
-    desk.run(&["render", "white.scene.toml", "-o", "white.exr", "-q"])
+    let sandbox = Sandbox::new();
+    sandbox.write("white.scene.toml", WHITE);
+    sandbox
+        .run(&["render", "white.scene.toml", "-o", "white.exr", "-q"])
         .exits_with(0);
     let furnace = [
         "--env",
@@ -154,7 +155,7 @@ fn furnaces_of_reports() {
         near(
             name,
             middle(
-                &desk,
+                &sandbox,
                 &file,
                 if name.ends_with("toml") {
                     &furnace[2..]
@@ -174,9 +175,9 @@ fn furnaces_of_reports() {
 /// picture.
 #[test]
 fn skies_of_reports() {
-    let desk = Desk::new();
-    desk.write("ball.scene.toml", BALL);
-    desk.write("empty.scene.toml", EMPTY);
+    let sandbox = Sandbox::new();
+    sandbox.write("ball.scene.toml", BALL);
+    sandbox.write("empty.scene.toml", EMPTY);
     for name in [
         "rgbe-run-length.hdr",
         "rgbe-comments.hdr",
@@ -188,7 +189,7 @@ fn skies_of_reports() {
         let sky = sky.to_str().expect("a readable path");
         near(
             name,
-            middle(&desk, Path::new("ball.scene.toml"), &["--env", sky]).0,
+            middle(&sandbox, Path::new("ball.scene.toml"), &["--env", sky]).0,
             [1.0; 3],
             0.02,
         );
@@ -199,7 +200,7 @@ fn skies_of_reports() {
         near(
             up,
             middle(
-                &desk,
+                &sandbox,
                 Path::new("empty.scene.toml"),
                 &["--env", sky, "--set", up],
             )
@@ -210,7 +211,7 @@ fn skies_of_reports() {
     }
     for name in ["sky-inf-half.exr", "sky-inf-float.exr"] {
         let sky = report(name).expect("the others are there");
-        let run = desk.run(&[
+        let run = sandbox.run(&[
             "render",
             "ball.scene.toml",
             "-o",
@@ -225,7 +226,12 @@ fn skies_of_reports() {
         );
         if run.code == Some(0) {
             assert!(
-                desk.picture("b.exr").rgb.iter().flatten().all(|x| *x < 1e7),
+                sandbox
+                    .picture("b.exr")
+                    .rgb
+                    .iter()
+                    .flatten()
+                    .all(|x| *x < 1e7),
                 "{name}"
             );
         }
@@ -236,7 +242,7 @@ fn skies_of_reports() {
 /// indices of zero and CR line ends are read, and a byte order mark is not part of a scene.
 #[test]
 fn meshes_and_marks_of_reports() {
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     let Some(far) = report("far-node.gltf") else {
         return;
     };
@@ -244,7 +250,7 @@ fn meshes_and_marks_of_reports() {
         .expect("readable")
         .replace("448200.25", "0")
         .replace("4865499.5", "0");
-    desk.write("near-node.gltf", text);
+    sandbox.write("near-node.gltf", text);
     let stairs =
         std::fs::read_to_string(report("far-text.obj").expect("beside it")).expect("readable");
     let moved: String = stairs
@@ -265,28 +271,29 @@ fn meshes_and_marks_of_reports() {
             None => format!("{line}\n"),
         })
         .collect();
-    desk.write("near-text.obj", moved);
+    sandbox.write("near-text.obj", moved);
     let size = ["--size", "64x48", "--spp", "16"];
     for (name, twin) in [
         ("far-node.gltf", "near-node.gltf"),
         ("far-text.obj", "near-text.obj"),
     ] {
-        let pictures = [report(name).expect("there"), desk.path(twin)].map(|file| {
-            desk.run(
-                &[
+        let pictures = [report(name).expect("there"), sandbox.path(twin)].map(|file| {
+            sandbox
+                .run(
                     &[
-                        "render",
-                        file.to_str().expect("readable"),
-                        "-o",
-                        "a.exr",
-                        "-q",
-                    ],
-                    &size[..],
-                ]
-                .concat(),
-            )
-            .exits_with(0);
-            desk.picture("a.exr")
+                        &[
+                            "render",
+                            file.to_str().expect("readable"),
+                            "-o",
+                            "a.exr",
+                            "-q",
+                        ],
+                        &size[..],
+                    ]
+                    .concat(),
+                )
+                .exits_with(0);
+            sandbox.picture("a.exr")
         });
         let far = |i: &usize| {
             (0..3).any(|k| (pictures[0].rgb[*i][k] - pictures[1].rgb[*i][k]).abs() > 0.02)
@@ -302,19 +309,20 @@ fn meshes_and_marks_of_reports() {
         ("ply-upper-texture.ply", 0, 0),
     ] {
         let file = report(name).expect("there");
-        desk.run(&[
-            "render",
-            file.to_str().expect("readable"),
-            "-o",
-            "a.exr",
-            "-q",
-            "--size",
-            "32x32",
-            "--view",
-            "front",
-        ])
-        .exits_with(0);
-        let picture = desk.picture("a.exr");
+        sandbox
+            .run(&[
+                "render",
+                file.to_str().expect("readable"),
+                "-o",
+                "a.exr",
+                "-q",
+                "--size",
+                "32x32",
+                "--view",
+                "front",
+            ])
+            .exits_with(0);
+        let picture = sandbox.picture("a.exr");
         for (x, channel) in [(12, left), (19, right)] {
             let pixel = picture.rgb[16 * 32 + x];
             let brightest = (0..3)
@@ -335,7 +343,7 @@ fn meshes_and_marks_of_reports() {
         "bom-crlf-scene.scene.json",
     ] {
         let file = report(name).expect("there");
-        let run = desk.run(&["check", file.to_str().expect("readable")]);
+        let run = sandbox.run(&["check", file.to_str().expect("readable")]);
         run.exits_with(0);
         if name.starts_with("obj-zero") {
             assert_eq!(
@@ -347,17 +355,17 @@ fn meshes_and_marks_of_reports() {
         }
     }
     let red = report("obj-cr-both.obj").expect("there");
-    let (pixel, said) = middle(&desk, &red, &["--size", "32x32"]);
+    let (pixel, message) = middle(&sandbox, &red, &["--size", "32x32"]);
     assert!(
-        pixel[0] > 3.0 * pixel[1] && said.is_empty(),
-        "{pixel:?}: {said}"
+        pixel[0] > 3.0 * pixel[1] && message.is_empty(),
+        "{pixel:?}: {message}"
     );
 }
 
 /// Protects: a render with few noisy pixels ends below its target error.
 #[test]
 fn small_subjects_of_reports_converge() {
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     for (name, flags) in [
         (
             "small-subject.scene.toml",
@@ -370,7 +378,7 @@ fn small_subjects_of_reports_converge() {
     ] {
         let Some(file) = report(name) else { return };
         let file = file.to_str().expect("readable");
-        let asked = [
+        let requested = [
             "render",
             file,
             "-o",
@@ -382,9 +390,9 @@ fn small_subjects_of_reports_converge() {
             "--integrator",
             "path",
         ];
-        desk.run(&[&asked[..], flags].concat()).exits_with(0);
+        sandbox.run(&[&requested[..], flags].concat()).exits_with(0);
         let stats: serde_json::Value =
-            serde_json::from_slice(&std::fs::read(desk.path("s.json")).expect("written"))
+            serde_json::from_slice(&std::fs::read(sandbox.path("s.json")).expect("written"))
                 .expect("JSON");
         let samples = stats["samples"].as_f64().expect("a number") / 48.0 / 48.0;
         assert!(samples < 4096.0, "{name}: {samples} samples a pixel");
@@ -395,24 +403,28 @@ fn small_subjects_of_reports_converge() {
 /// first ray, a crop keeps its window, and a threshold of `compare` includes alpha.
 #[test]
 fn manners_of_reports() {
-    let desk = Desk::new();
-    desk.write("white.scene.toml", WHITE);
+    let sandbox = Sandbox::new();
+    sandbox.write("white.scene.toml", WHITE);
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt as _;
-        desk.write("p.png", "");
-        std::fs::set_permissions(desk.path("p.png"), std::fs::Permissions::from_mode(0o600))
-            .expect("may be set");
-        desk.run(&["render", "white.scene.toml", "-o", "p.png", "-q"])
+        sandbox.write("p.png", "");
+        std::fs::set_permissions(
+            sandbox.path("p.png"),
+            std::fs::Permissions::from_mode(0o600),
+        )
+        .expect("may be set");
+        sandbox
+            .run(&["render", "white.scene.toml", "-o", "p.png", "-q"])
             .exits_with(0);
-        let mode = std::fs::metadata(desk.path("p.png"))
+        let mode = std::fs::metadata(sandbox.path("p.png"))
             .expect("there")
             .permissions()
             .mode();
         assert_eq!(mode & 0o777, 0o600);
     }
     let long = format!("{}.png", "n".repeat(260));
-    let run = desk.run(&[
+    let run = sandbox.run(&[
         "render",
         "white.scene.toml",
         "--stats",
@@ -421,20 +433,21 @@ fn manners_of_reports() {
         &long,
     ]);
     run.exits_with(4);
-    assert!(!desk.path("s.json").exists(), "{}", run.stderr);
-    desk.run(&[
-        "render",
-        "white.scene.toml",
-        "-s",
-        "64x48",
-        "--crop",
-        "10,20,16,8",
-        "-o",
-        "c.exr",
-        "-q",
-    ])
-    .exits_with(0);
-    let meta = exr::meta::MetaData::read_from_file(desk.path("c.exr"), false).expect("an EXR");
+    assert!(!sandbox.path("s.json").exists(), "{}", run.stderr);
+    sandbox
+        .run(&[
+            "render",
+            "white.scene.toml",
+            "-s",
+            "64x48",
+            "--crop",
+            "10,20,16,8",
+            "-o",
+            "c.exr",
+            "-q",
+        ])
+        .exits_with(0);
+    let meta = exr::meta::MetaData::read_from_file(sandbox.path("c.exr"), false).expect("an EXR");
     let (header, whole) = (
         &meta.headers[0],
         meta.headers[0].shared_attributes.display_window,
@@ -460,7 +473,8 @@ fn manners_of_reports() {
     let filled = report("compare-alpha-filled.png").expect("beside it");
     for threshold in ["--max-rmse", "--max-flip"] {
         let [cut, filled] = [&cut, &filled].map(|file| file.to_str().expect("readable"));
-        desk.run(&["compare", cut, filled, threshold, "0.001"])
+        sandbox
+            .run(&["compare", cut, filled, threshold, "0.001"])
             .exits_with(1);
     }
 }

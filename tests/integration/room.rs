@@ -38,7 +38,7 @@ fn light_stops_at_backs_that_the_camera_looks_through() {
         }),
         sampling: Sampling::General(256),
         max_depth: 9,
-        ..Settings::of(&scene)
+        ..Settings::from_scene(&scene)
     };
     let picture: Picture = prepare(&scene, &settings, &())
         .unwrap_or_else(|e| panic!("{e}"))

@@ -31,12 +31,12 @@ pub fn shared(name: &str) -> Option<PathBuf> {
 }
 
 /// A fresh folder in which the program runs; deleted after the test.
-pub struct Desk {
+pub struct Sandbox {
     folder: tempfile::TempDir,
 }
 
 /// Result of a run.
-pub struct Run {
+pub struct ProgramRun {
     /// Exit code; `None` after a signal.
     pub code: Option<i32>,
     /// Standard output as bytes, because it may be a picture.
@@ -46,7 +46,7 @@ pub struct Run {
     command: String,
 }
 
-impl Desk {
+impl Sandbox {
     /// Creates an empty folder.
     pub fn new() -> Self {
         Self {
@@ -101,17 +101,17 @@ impl Desk {
     }
 
     /// Runs the program to its end.
-    pub fn run<A: AsRef<OsStr>>(&self, args: &[A]) -> Run {
-        Run::of(
+    pub fn run<A: AsRef<OsStr>>(&self, args: &[A]) -> ProgramRun {
+        ProgramRun::of(
             args,
             self.command(args).output().expect("the program starts"),
         )
     }
 }
 
-impl Desk {
+impl Sandbox {
     /// Runs the program to its end with these bytes on standard input.
-    pub fn pipe<A: AsRef<OsStr>>(&self, args: &[A], bytes: &[u8]) -> Run {
+    pub fn pipe<A: AsRef<OsStr>>(&self, args: &[A], bytes: &[u8]) -> ProgramRun {
         self.write("pipe", bytes);
         let source = std::fs::File::open(self.path("pipe")).expect("just written");
         let output = self
@@ -120,11 +120,11 @@ impl Desk {
             .output()
             .expect("the program starts");
         std::fs::remove_file(self.path("pipe")).expect("it is there");
-        Run::of(args, output)
+        ProgramRun::of(args, output)
     }
 }
 
-impl Run {
+impl ProgramRun {
     fn of<A: AsRef<OsStr>>(args: &[A], output: Output) -> Self {
         let words: Vec<_> = args
             .iter()
@@ -158,7 +158,7 @@ impl Run {
 
     /// Asserts that standard error contains this text.
     #[track_caller]
-    pub fn says_like(&self, expected: &str) -> &Self {
+    pub fn prints_like(&self, expected: &str) -> &Self {
         assert!(
             self.stderr.contains(expected),
             "{}\n--- said\n{}\n--- expected in it\n{expected}\n---",
@@ -170,7 +170,7 @@ impl Run {
 
     /// Asserts that standard error is exactly this text.
     #[track_caller]
-    pub fn says(&self, expected: &str) -> &Self {
+    pub fn prints(&self, expected: &str) -> &Self {
         assert!(
             self.stderr.trim_end() == expected.trim_end(),
             "{}\n--- said\n{}\n--- expected\n{expected}\n---",

@@ -7,7 +7,7 @@ use raywright::core::settings::Sampling;
 use raywright::core::{Settings, prepare};
 use raywright::io::{Input, LoadOptions, load};
 
-use crate::support::Desk;
+use crate::support::Sandbox;
 
 /// A triangle across the picture whose three sets lie in columns 1, 2 and 3 of an image of four
 /// colours.
@@ -46,10 +46,10 @@ const COLOURS: [[f32; 4]; 4] = [
 
 /// The scene with its image in memory, and the warnings about the mesh.
 fn scene(set: u32) -> (Scene, Vec<String>) {
-    let desk = Desk::new();
-    desk.write("uv.scene.toml", SCENE.replace("SET", &set.to_string()));
+    let sandbox = Sandbox::new();
+    sandbox.write("uv.scene.toml", SCENE.replace("SET", &set.to_string()));
     let loaded = load(
-        &Input::Path(desk.path("uv.scene.toml")),
+        &Input::Path(sandbox.path("uv.scene.toml")),
         &LoadOptions::default(),
     )
     .unwrap_or_else(|e| panic!("{e}"));
@@ -63,19 +63,19 @@ fn scene(set: u32) -> (Scene, Vec<String>) {
         data: Some(Arc::new(data)),
         ..scene.images[0].clone()
     }];
-    let said = loaded
+    let message_of = loaded
         .warnings
         .into_iter()
         .map(|warning| warning.message)
         .filter(|message| message.contains("uv_set"));
-    (scene, said.collect())
+    (scene, message_of.collect())
 }
 
 fn shown(scene: &Scene) -> [f32; 3] {
     let settings = Settings {
         size: [3, 3],
         sampling: Sampling::General(1),
-        ..Settings::of(scene)
+        ..Settings::from_scene(scene)
     };
     prepare(scene, &settings, &())
         .unwrap_or_else(|e| panic!("{e}"))
@@ -90,16 +90,16 @@ fn shown(scene: &Scene) -> [f32; 3] {
 #[test]
 fn each_set_is_read_and_a_missing_one_is_named() {
     for (set, column) in [(0, 1), (1, 2), (2, 3), (3, 0), (7, 0)] {
-        let (mut scene, said) = scene(set);
+        let (mut scene, messages) = scene(set);
         let expected: [f32; 3] = core::array::from_fn(|k| COLOURS[column][k]);
         assert_eq!(shown(&scene), expected, "set {set}");
         match column {
             0 => assert!(
-                said[0].contains("line 22, objects[0]: ")
-                    && said[0].contains(&format!("`uv_set` {set}")),
-                "{said:?}"
+                messages[0].contains("line 22, objects[0]: ")
+                    && messages[0].contains(&format!("`uv_set` {set}")),
+                "{messages:?}"
             ),
-            _ => assert!(said.is_empty(), "{said:?}"),
+            _ => assert!(messages.is_empty(), "{messages:?}"),
         }
         scene.objects[0].transform = vec![TransformStep::Scale([-1.0, 1.0, 1.0])];
         assert_eq!(shown(&scene), expected, "set {set}, mirrored");

@@ -26,14 +26,14 @@ use raywright_bvh::{AcceleratorKind, Geometry, Interval, PrimitiveSet, Ray, Visi
 
 use embree::Embree;
 
-type Mesh = Vec<[Vec3; 3]>;
+type InstanceMesh = Vec<[Vec3; 3]>;
 /// Distance, instance and triangle of a hit.
-type Answer = Option<(f32, u32, u32)>;
+type InstanceHit = Option<(f32, u32, u32)>;
 
 /// A seeded generator, so that every run has the same scene.
-struct Random(u64);
+struct InstanceRng(u64);
 
-impl Random {
+impl InstanceRng {
     fn unit(&mut self) -> f32 {
         (split_mix::step(&mut self.0) >> 40) as f32 / (1 << 24) as f32
     }
@@ -45,7 +45,7 @@ impl Random {
 }
 
 /// A sphere of radius one.
-fn ball() -> Mesh {
+fn ball() -> InstanceMesh {
     let (around, down) = (40_u32, 17_u32);
     let corner = |i: u32, j: u32| {
         let (a, b) = (
@@ -70,7 +70,7 @@ fn ball() -> Mesh {
 }
 
 /// The mesh scaled into the cube [−1, 1]³.
-fn within_one(mesh: Mesh) -> Mesh {
+fn within_one(mesh: InstanceMesh) -> InstanceMesh {
     let corners = || mesh.iter().flatten();
     let least = corners().fold(Vec3::INFINITY, |all, p| all.min(*p));
     let most = corners().fold(Vec3::NEG_INFINITY, |all, p| all.max(*p));
@@ -81,24 +81,24 @@ fn within_one(mesh: Mesh) -> Mesh {
 }
 
 /// Maps of `count` instances on a square, rotated and scaled randomly, at distances of three.
-fn placed(count: usize) -> Vec<Affine3A> {
-    let (random, side) = (&mut Random(7), (count as f32).sqrt().ceil() as usize);
+fn transforms(count: usize) -> Vec<Affine3A> {
+    let (rng, side) = (&mut InstanceRng(7), (count as f32).sqrt().ceil() as usize);
     let mut one = |i: usize| {
         let at = Vec3::new((i % side) as f32, 0.0, (i / side) as f32) * 3.0;
-        let at = at + Vec3::new(random.unit(), random.unit(), random.unit());
-        let turned = Quat::from_axis_angle(random.direction(), TAU * random.unit());
-        Affine3A::from_scale_rotation_translation(Vec3::splat(0.5 + random.unit()), turned, at)
+        let at = at + Vec3::new(rng.unit(), rng.unit(), rng.unit());
+        let turned = Quat::from_axis_angle(rng.direction(), TAU * rng.unit());
+        Affine3A::from_scale_rotation_translation(Vec3::splat(0.5 + rng.unit()), turned, at)
     };
     (0..count).map(&mut one).collect()
 }
 
-fn geometry(mesh: &Mesh, maps: &[Affine3A]) -> Geometry<f32> {
+fn geometry(mesh: &InstanceMesh, maps: &[Affine3A]) -> Geometry<f32> {
     let (mut part, mut scene) = (PrimitiveSet::default(), PrimitiveSet::default());
     let refused = |e| panic!("{e}");
-    part.mesh(mesh.iter().copied(), Visibility::default())
+    part.add_mesh(mesh.iter().copied(), Visibility::default())
         .unwrap_or_else(refused);
     let part = scene
-        .part(Geometry::new(part, AcceleratorKind::default()))
+        .add_part(Geometry::new(part, AcceleratorKind::default()))
         .unwrap_or_else(refused);
     for map in maps {
         let [x, y, z] =
@@ -108,7 +108,7 @@ fn geometry(mesh: &Mesh, maps: &[Affine3A]) -> Geometry<f32> {
             translation: map.translation.as_dvec3(),
         };
         scene
-            .instance(part, map, Visibility::default())
+            .add_instance(part, map, Visibility::default())
             .unwrap_or_else(refused);
     }
     Geometry::new(scene, AcceleratorKind::default())
@@ -136,7 +136,7 @@ fn camera_rays(count: usize, side: usize) -> Vec<Ray<f32>> {
 
 /// For each hit, a cosine-distributed ray, and a ray to a distant light or to the sky.
 fn later_rays(scene: &Geometry<f32>, rays: &[Ray<f32>]) -> [Vec<Ray<f32>>; 2] {
-    let (random, mut bounced, mut shadow) = (&mut Random(3), Vec::new(), Vec::new());
+    let (rng, mut bounced, mut shadow) = (&mut InstanceRng(3), Vec::new(), Vec::new());
     for ray in rays {
         let Some(hit) = scene.closest(ray, Interval::positive(), &mut ()) else {
             continue;
@@ -150,13 +150,13 @@ fn later_rays(scene: &Geometry<f32>, rays: &[Ray<f32>]) -> [Vec<Ray<f32>>; 2] {
         let start = ray.at(hit.t) + normal * 1e-3;
         bounced.push(Ray::new(
             start,
-            (normal + random.direction() * 0.999).normalize(),
+            (normal + rng.direction() * 0.999).normalize(),
         ));
         let sun = Vec3::new(0.4, 0.5, -0.3).normalize();
         let to = if bounced.len() % 2 == 0 && sun.dot(normal) > 0.0 {
             sun
         } else {
-            (normal + random.direction() * 0.999).normalize()
+            (normal + rng.direction() * 0.999).normalize()
         };
         shadow.push(Ray::new(start, to));
     }
@@ -176,7 +176,7 @@ fn seconds() -> f64 {
     time.0 as f64 + time.1 as f64 * 1e-9
 }
 
-fn ours(scene: &Geometry<f32>, ray: &Ray<f32>, any: bool) -> Answer {
+fn ours(scene: &Geometry<f32>, ray: &Ray<f32>, any: bool) -> InstanceHit {
     if any {
         return scene
             .any(ray, Interval::positive(), &mut |_| true, &mut ())
@@ -204,7 +204,7 @@ fn main() {
         .get(3)
         .and_then(|word| word.parse().ok())
         .unwrap_or(512);
-    let maps = placed(count);
+    let maps = transforms(count);
     let scene = geometry(&mesh, &maps);
     let peer = std::env::var("EMBREE_LIB")
         .ok()
@@ -224,14 +224,14 @@ fn main() {
         let (mut times, mut differ, mut hits) = ([Vec::new(), Vec::new()], 0, 0);
         for _ in 0..repeats {
             let start = seconds();
-            let own: Vec<Answer> = rays.iter().map(|ray| ours(&scene, ray, any)).collect();
+            let own: Vec<InstanceHit> = rays.iter().map(|ray| ours(&scene, ray, any)).collect();
             times[0].push(seconds() - start);
             hits = own.iter().flatten().count();
             let Some(peer) = &peer else { continue };
             let start = seconds();
-            let other: Vec<Answer> = rays.iter().map(|ray| peer.ask(ray, any)).collect();
+            let other: Vec<InstanceHit> = rays.iter().map(|ray| peer.ask(ray, any)).collect();
             times[1].push(seconds() - start);
-            let same = |a: &Answer, b: &Answer| match (a, b) {
+            let same = |a: &InstanceHit, b: &InstanceHit| match (a, b) {
                 (Some(a), Some(b)) => (a.0 - b.0).abs() <= 1e-3 * a.0,
                 (a, b) => a.is_none() == b.is_none(),
             };

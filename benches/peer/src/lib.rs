@@ -48,10 +48,10 @@ fn ray<R: Real>(ray: &RayIn) -> (Ray<R>, Interval<R>) {
 
 impl<R: Real> Peer for Geometry<R> {
     fn closest(&self, rays: &[RayIn], hits: &mut [HitOut]) {
-        for (asked, hit) in rays.iter().zip(hits) {
-            let (ray, range) = ray::<R>(asked);
-            let found = self.closest(&ray, range, &mut ());
-            *hit = found.map_or(
+        for (requested, hit) in rays.iter().zip(hits) {
+            let (ray, range) = ray::<R>(requested);
+            let found_hit = self.closest(&ray, range, &mut ());
+            *hit = found_hit.map_or(
                 HitOut {
                     t: 0.0,
                     primitive: u32::MAX,
@@ -65,36 +65,37 @@ impl<R: Real> Peer for Geometry<R> {
     }
 
     fn any(&self, rays: &[RayIn], hits: &mut [u8]) {
-        for (asked, hit) in rays.iter().zip(hits) {
-            let (ray, range) = ray::<R>(asked);
+        for (requested, hit) in rays.iter().zip(hits) {
+            let (ray, range) = ray::<R>(requested);
             *hit = self.any(&ray, range, &mut |_| true, &mut ()).into();
         }
     }
 }
 
 /// Traces rays with a common origin as packets.
-struct Together<R: Real>(Geometry<R>);
+struct PacketPeer<R: Real>(Geometry<R>);
 
-impl<R: Real> Peer for Together<R> {
+impl<R: Real> Peer for PacketPeer<R> {
     fn closest(&self, rays: &[RayIn], mut hits: &mut [HitOut]) {
         let alike = |a: &RayIn, b: &RayIn| (a.origin, a.min, a.max) == (b.origin, b.min, b.max);
-        let (mut directions, mut found, mut patience) =
+        let (mut directions, mut found_hits, mut backoff) =
             (Vec::new(), Vec::new(), PacketBackoff::default());
         for rays in rays.chunk_by(alike) {
             let (first, range) = ray::<R>(&rays[0]);
             directions.clear();
-            directions.extend(rays.iter().map(|asked| ray::<R>(asked).0.direction));
-            let asked = RayPacket {
+            directions.extend(rays.iter().map(|requested| ray::<R>(requested).0.direction));
+            let requested = RayPacket {
                 origin: first.origin,
                 directions: &directions,
                 time: first.time,
                 culls: false,
                 range,
             };
-            self.0.closest_from(&asked, &mut patience, &mut found);
+            self.0
+                .closest_from(&requested, &mut backoff, &mut found_hits);
             let (these, rest) = hits.split_at_mut(rays.len());
-            for (hit, found) in these.iter_mut().zip(&found) {
-                *hit = found.map_or(
+            for (hit, found_hit) in these.iter_mut().zip(&found_hits) {
+                *hit = found_hit.map_or(
                     HitOut {
                         t: 0.0,
                         primitive: u32::MAX,
@@ -121,7 +122,7 @@ fn build<R: Real + 'static>(
 ) -> Option<Box<dyn Peer>> {
     let mut group = PrimitiveSet::<R>::default();
     let corners = triangles.map(|corners| corners.map(|p| Vector::from_f64(p.as_dvec3())));
-    group.mesh(corners, Visibility::default()).ok()?;
+    group.add_mesh(corners, Visibility::default()).ok()?;
     let named = |name: &str| {
         variant
             .split(':')
@@ -151,7 +152,7 @@ fn build<R: Real + 'static>(
     }
     *bytes = geometry.bytes() as u64;
     if named("together") {
-        Some(Box::new(Together(geometry)))
+        Some(Box::new(PacketPeer(geometry)))
     } else {
         Some(Box::new(geometry))
     }

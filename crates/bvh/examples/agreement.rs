@@ -32,7 +32,7 @@ use raywright_bvh::{
     Real, Shape, Side, Vector, Visibility,
 };
 
-use meshes::{Mesh, Random, families, range, ray};
+use meshes::{MeshRng, TriangleSoup, families, range, ray};
 
 /// Rays per parallel task.
 const PIECE: u64 = 4096;
@@ -71,7 +71,7 @@ fn main() -> ExitCode {
 }
 
 /// The meshes of these files, or those of the tests.
-fn named(files: &[String]) -> Vec<(String, Mesh)> {
+fn named(files: &[String]) -> Vec<(String, TriangleSoup)> {
     if files.is_empty() {
         return families()
             .into_iter()
@@ -84,23 +84,23 @@ fn named(files: &[String]) -> Vec<(String, Mesh)> {
         .collect()
 }
 
-fn built<R: Real>(mesh: &Mesh, kind: AcceleratorKind) -> Geometry<R> {
+fn built<R: Real>(mesh: &TriangleSoup, kind: AcceleratorKind) -> Geometry<R> {
     let mut group = PrimitiveSet::<R>::default();
     let corners = mesh
         .iter()
         .map(|corners| corners.map(|p| Vector::from_f64(p.as_dvec3())));
     group
-        .mesh(corners, Visibility::default())
+        .add_mesh(corners, Visibility::default())
         .unwrap_or_else(|e| panic!("{e}"));
     Geometry::new(group, kind)
 }
 
 /// Sums counts over parallel pieces of rays, each with its own random numbers.
-fn over<const N: usize>(count: u64, one: impl Fn(&mut Random) -> [u64; N] + Sync) -> [u64; N] {
+fn over<const N: usize>(count: u64, one: impl Fn(&mut MeshRng) -> [u64; N] + Sync) -> [u64; N] {
     let piece = |number: u64| {
-        let random = &mut Random(number.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ 77);
+        let rng = &mut MeshRng(number.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ 77);
         (0..PIECE.min(count - number * PIECE)).fold([0; N], |sum, _| {
-            let found = one(random);
+            let found = one(rng);
             core::array::from_fn(|i| sum[i] + found[i])
         })
     };
@@ -119,8 +119,8 @@ fn bits(hit: Option<Hit<f32>>) -> Bits {
 
 /// A range of accepted distances: everything ahead of the ray, or a range whose end just includes
 /// or excludes the first hit.
-fn ranges(random: &mut Random, first: Option<Hit<f32>>) -> Interval<f32> {
-    range(random, first.map(|hit| hit.t))
+fn ranges(rng: &mut MeshRng, first: Option<Hit<f32>>) -> Interval<f32> {
+    range(rng, first.map(|hit| hit.t))
 }
 
 /// A distance in f32, and the f32 values of distances that differ in the last digits of f64. At a
@@ -134,7 +134,7 @@ fn rounded(t: f64) -> [f32; 3] {
 /// Compares every build in every kernel with the tree in f64, whose distances are rounded here. A
 /// hit of another triangle at the same rounded distance does not count as a difference. Kernels and
 /// builds must agree to the bit.
-fn trees(name: &str, mesh: &Mesh, count: u64) -> u64 {
+fn trees(name: &str, mesh: &TriangleSoup, count: u64) -> u64 {
     let exact = built::<f64>(mesh, AcceleratorKind::default());
     let mut all: Vec<(BuildQuality, Kernel, Geometry<f32>)> = Vec::new();
     for quality in BuildQuality::ALL {
@@ -145,13 +145,13 @@ fn trees(name: &str, mesh: &Mesh, count: u64) -> u64 {
             all.push((quality, kernel, tree));
         }
     }
-    let [hits, exactly, between, any] = over(count, |random| {
-        let ray = ray(random, mesh);
-        let whole = Interval {
+    let [hits, exactly, between, any] = over(count, |rng| {
+        let ray = ray(rng, mesh);
+        let range = Interval {
             min: 0.0,
             max: f32::INFINITY,
         };
-        let first = all[0].2.closest(&ray, whole, &mut ());
+        let first = all[0].2.closest(&ray, range, &mut ());
         let wide = Ray::new(ray.origin.as_dvec3(), ray.direction.as_dvec3());
         let closest = exact.closest(
             &wide,
@@ -165,13 +165,13 @@ fn trees(name: &str, mesh: &Mesh, count: u64) -> u64 {
             (Some(first), Some(closest)) => !rounded(closest.t).contains(&first.t),
             (first, closest) => first.is_some() != closest.is_some(),
         };
-        let part = ranges(random, first);
+        let part = ranges(rng, first);
         let ended = |tree: &Geometry<f32>| tree.any(&ray, part, &mut |_| true, &mut ());
         let expected = (bits(first), bits(all[0].2.closest(&ray, part, &mut ())));
         let (mut between, mut any) = (0, 0);
         for (_, _, tree) in &all {
             let found = (
-                bits(tree.closest(&ray, whole, &mut ())),
+                bits(tree.closest(&ray, range, &mut ())),
                 bits(tree.closest(&ray, part, &mut ())),
             );
             between += u64::from(found != expected);
@@ -188,13 +188,13 @@ fn trees(name: &str, mesh: &Mesh, count: u64) -> u64 {
 }
 
 /// A mesh in the layout of the scan below: each corner once, one array per coordinate.
-struct Corners {
+struct MeshCorners {
     places: [Vec<f64>; 3],
     triangles: Vec<[u32; 3]>,
 }
 
-impl Corners {
-    fn new(mesh: &Mesh) -> Self {
+impl MeshCorners {
+    fn new(mesh: &TriangleSoup) -> Self {
         let (mut known, mut places) = (HashMap::new(), [const { Vec::new() }; 3]);
         let mut number = |corner: Vec3| {
             *known
@@ -214,11 +214,16 @@ impl Corners {
     /// Indices of the triangles that a line may hit, in ascending order: all except those that are
     /// certainly missed, with the line on one side of two edges and on the other side of the third
     /// by more than the rounding of f64. No tree, no box, no f32.
-    fn met(&self, ray: &Ray<f32>, [across, upwards]: &mut [Vec<f64>; 2], found: &mut Vec<u32>) {
+    fn collect_hits(
+        &self,
+        ray: &Ray<f32>,
+        [across, upwards]: &mut [Vec<f64>; 2],
+        found: &mut Vec<u32>,
+    ) {
         let d = ray.direction.as_dvec3().normalize_or_zero();
         let (side, up) = d.any_orthonormal_pair();
         let origin = ray.origin.as_dvec3();
-        let mut most = 0.0_f64;
+        let mut maximum = 0.0_f64;
         let [xs, ys, zs] = &self.places;
         across.clear();
         upwards.clear();
@@ -229,12 +234,12 @@ impl Corners {
             across.push(part(x, y, z, side));
             upwards.push(part(x, y, z, up));
             let size = (x - origin.x).abs() + (y - origin.y).abs() + (z - origin.z).abs();
-            most = if size > most { size } else { most };
+            maximum = if size > maximum { size } else { maximum };
         }
         // A coordinate has an error of 8 w times the farthest corner's distance, with w = 2⁻⁵³,
         // including the rounding of the basis. An edge function has an error below 40 w times the
         // squared distance; four times as much is required.
-        let unsure = most * most * (f64::EPSILON * 0.5 * 160.0);
+        let unsure = maximum * maximum * (f64::EPSILON * 0.5 * 160.0);
         found.clear();
         for (number, &[a, b, c]) in (0..).zip(&self.triangles) {
             let at = |corner: u32| (across[corner as usize], upwards[corner as usize]);
@@ -255,16 +260,16 @@ thread_local! {
 }
 
 /// Compares the default tree with a scan in f64: every triangle that can't be ruled out goes
-/// through the single-triangle test. [`Corners::met`] makes the scan affordable, and shares nothing
+/// through the single-triangle test. [`MeshCorners::collect_hits`] makes the scan affordable, and shares nothing
 /// with the tree but that test.
-fn scan(name: &str, mesh: &Mesh, count: u64) -> u64 {
+fn scan(name: &str, mesh: &TriangleSoup, count: u64) -> u64 {
     let (tree, corners) = (
         built::<f32>(mesh, AcceleratorKind::default()),
-        Corners::new(mesh),
+        MeshCorners::new(mesh),
     );
     let scanned = |ray: &Ray<f32>, room: &mut [Vec<f64>; 2], found: &mut Vec<u32>| {
-        corners.met(ray, room, found);
-        let (probe, mut range, mut best) = (
+        corners.collect_hits(ray, room, found);
+        let (prepared_ray, mut range, mut best) = (
             PreparedRay::new(*ray),
             Interval {
                 min: 0.0,
@@ -275,22 +280,22 @@ fn scan(name: &str, mesh: &Mesh, count: u64) -> u64 {
         for &number in &*found {
             let triangle = Triangle::<f32>::new(mesh[number as usize]);
             // At equal distance the first triangle stays.
-            if let Some(hit) = triangle.intersect(&probe, range, Side::Both) {
+            if let Some(hit) = triangle.intersect(&prepared_ray, range, Side::Both) {
                 range.max = hit.t;
                 best = Some(([hit.t, hit.u, hit.v].map(f32::to_bits), number));
             }
         }
         best
     };
-    let [hits, tested, wrong] = over(count, |random| {
-        let ray = ray(random, mesh);
-        let whole = Interval {
+    let [hits, tested, wrong] = over(count, |rng| {
+        let ray = ray(rng, mesh);
+        let whole_range = Interval {
             min: 0.0,
             max: f32::INFINITY,
         };
         ROOM.with_borrow_mut(|(room, found)| {
             let expected: Bits = scanned(&ray, room, found);
-            let differs = bits(tree.closest(&ray, whole, &mut ())) != expected;
+            let differs = bits(tree.closest(&ray, whole_range, &mut ())) != expected;
             [
                 u64::from(expected.is_some()),
                 found.len() as u64,
@@ -308,9 +313,9 @@ fn scan(name: &str, mesh: &Mesh, count: u64) -> u64 {
 
 /// A closed room with walls divided into squares, and sheets inside it, with all corners jittered
 /// within their planes.
-fn room(side: usize, place: Vec3, scale: f32) -> Mesh {
-    let mut mesh = Mesh::new();
-    let random = &mut Random(3);
+fn room(side: usize, position: Vec3, scale: f32) -> TriangleSoup {
+    let mut mesh = TriangleSoup::new();
+    let rng = &mut MeshRng(3);
     let levels: Vec<f32> = (0..=8).map(|i| i as f32 / 4.0 - 1.0).collect();
     for axis in 0..3 {
         for &level in &levels {
@@ -320,13 +325,7 @@ fn room(side: usize, place: Vec3, scale: f32) -> Mesh {
             for (i, corner) in grid.iter_mut().enumerate() {
                 let mut at = |i: usize| {
                     let inner = i > 0 && i < side;
-                    (i as f32
-                        + if inner {
-                            (random.unit() - 0.5) * 0.6
-                        } else {
-                            0.0
-                        })
-                        / side as f32
+                    (i as f32 + if inner { (rng.unit() - 0.5) * 0.6 } else { 0.0 }) / side as f32
                         * 2.0
                         - 1.0
                 };
@@ -342,7 +341,7 @@ fn room(side: usize, place: Vec3, scale: f32) -> Mesh {
                     (p[(axis + 1) % 3], p[(axis + 2) % 3]) =
                         (even(i % (side + 1)), even(i / (side + 1)));
                 }
-                *corner = Vec3::from_array(p) * scale + place;
+                *corner = Vec3::from_array(p) * scale + position;
             }
             for i in 0..side * side {
                 let a = i / side * (side + 1) + i % side;
@@ -364,31 +363,30 @@ fn leaks(count: u64) -> u64 {
     ];
     let aims: [(&str, usize); 3] = [("corners", 0), ("edges", 1), ("edge-on", 2)];
     let mut wrong = 0;
-    for (name, place, scale) in rooms {
-        let mesh = room(16, place, scale);
+    for (name, position, scale) in rooms {
+        let mesh = room(16, position, scale);
         for quality in BuildQuality::ALL {
             let tree = built::<f32>(&mesh, AcceleratorKind::Tree(quality));
             for kernel in Kernel::available() {
                 let mut tree = tree.clone();
                 tree.set_kernel(kernel);
-                for (aim, kind) in aims {
-                    let [missed] = over(count, |random| {
-                        let inside = random.point() * (0.9 * scale) + place;
-                        let [a, b, c] = mesh[random.below(mesh.len())];
-                        let u = random.unit();
+                for (aim_name, kind) in aims {
+                    let [missed] = over(count, |rng| {
+                        let inside = rng.point() * (0.9 * scale) + position;
+                        let [a, b, c] = mesh[rng.below(mesh.len())];
+                        let u = rng.unit();
                         let (origin, target) = match kind {
                             0 => (inside, a),
                             1 => (inside, a + (b - a) * u),
                             // From the centre of one triangle of a sheet to that of another.
                             _ => {
-                                let [d, e, f] = mesh[random.below(mesh.len())];
+                                let [d, e, f] = mesh[rng.below(mesh.len())];
                                 let from = (d + e + f) / 3.0;
                                 let flat = [0, 1, 2]
                                     .into_iter()
                                     .find(|&i| d[i] == e[i] && d[i] == f[i])
                                     .unwrap_or(0);
-                                let mut to =
-                                    a + (b - a) * (u * 0.5) + (c - a) * (random.unit() * 0.5);
+                                let mut to = a + (b - a) * (u * 0.5) + (c - a) * (rng.unit() * 0.5);
                                 to[flat] = from[flat];
                                 (from, to)
                             }
@@ -398,7 +396,7 @@ fn leaks(count: u64) -> u64 {
                             .normalize_or(glam::DVec3::X)
                             .as_vec3();
                         // A ray that starts on a wall may leave the room.
-                        let within = |p: Vec3| ((p - place) / scale).abs().max_element() < 0.999;
+                        let within = |p: Vec3| ((p - position) / scale).abs().max_element() < 0.999;
                         let range = Interval {
                             min: 0.0,
                             max: f32::INFINITY,
@@ -410,7 +408,9 @@ fn leaks(count: u64) -> u64 {
                                 && !tree.any(&ray, range, &mut |_| true, &mut ()),
                         )]
                     });
-                    println!("{name}, {quality:?}, {kernel:?}, {aim}: {count} rays, {missed} leak");
+                    println!(
+                        "{name}, {quality:?}, {kernel:?}, {aim_name}: {count} rays, {missed} leak"
+                    );
                     wrong += missed;
                 }
             }

@@ -37,7 +37,7 @@ fn ring(around: u32, across: u32) -> Vec<[Vec3; 3]> {
 
 fn main() -> Result<(), raywright_bvh::GeometryError> {
     let mut set = PrimitiveSet::<f32>::default();
-    set.mesh(ring(256, 128), Visibility::default())?;
+    set.add_mesh(ring(256, 128), Visibility::default())?;
     let geometry = Geometry::new(set, AcceleratorKind::default());
 
     for row in 0..24 {

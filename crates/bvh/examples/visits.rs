@@ -2,7 +2,7 @@
 //! load: nodes, blocks, and triangles.
 //!
 //! ```sh
-//! cargo run --release -p raywright-bvh --example visits -- MESH RAYS..
+//! cargo run --release -p raywright-bvh --example stats -- MESH RAYS..
 //! ```
 //!
 //! MESH is a file as for `agreement`. RAYS are files of eight f32 per ray, little endian: origin,
@@ -34,7 +34,7 @@ fn main() {
     for quality in BuildQuality::ALL {
         let mut group = PrimitiveSet::<f32>::default();
         group
-            .mesh(mesh.iter().copied(), Visibility::default())
+            .add_mesh(mesh.iter().copied(), Visibility::default())
             .unwrap_or_else(|e| panic!("{e}"));
         let tree = Geometry::new(group, AcceleratorKind::Tree(quality));
         let cells: Vec<String> = sets
@@ -53,25 +53,25 @@ fn main() {
 
 /// Nodes, blocks, triangles and hits per ray.
 fn visited(tree: &Geometry<f32>, rays: &[[f32; 8]], any: bool) -> String {
-    let (mut visits, mut hits, mut count) = (TraversalStats::default(), 0, 0);
+    let (mut stats, mut hits, mut count) = (TraversalStats::default(), 0, 0);
     for &[ox, oy, oz, min, dx, dy, dz, max] in rays.chunks(BLOCK).step_by(THIN).flatten() {
         let (ray, range) = (
             Ray::new(Vec3::new(ox, oy, oz), Vec3::new(dx, dy, dz)),
             Interval { min, max },
         );
         let hit = if any {
-            tree.any(&ray, range, &mut |_| true, &mut visits)
+            tree.any(&ray, range, &mut |_| true, &mut stats)
         } else {
-            tree.closest(&ray, range, &mut visits).is_some()
+            tree.closest(&ray, range, &mut stats).is_some()
         };
         (hits, count) = (hits + u32::from(hit), count + 1);
     }
     let each = |n: f64| n / f64::from(count.max(1));
     format!(
         "{:6.2} nodes {:6.2} blocks {:6.2} triangles {:4.2} hit",
-        each(visits.nodes as f64),
-        each(visits.leaves as f64),
-        each(visits.primitives as f64),
+        each(stats.nodes as f64),
+        each(stats.leaves as f64),
+        each(stats.primitives as f64),
         each(hits.into())
     )
 }

@@ -8,6 +8,7 @@ pub(crate) const PIECE: usize = 4096;
 
 /// A closed axis-aligned box in f64. Empty when a minimum exceeds its maximum.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[doc(alias("RTCBounds", "Bounds3f"))]
 pub struct Aabb {
     /// Least corner.
     pub min: DVec3,

@@ -23,31 +23,31 @@ impl Binary {
         /// Number of parts for threads, for trees of at least `MANY` nodes.
         const PARTS: usize = 64;
         const MANY: usize = 1 << 14;
-        let most = if nodes.len() < MANY {
+        let maximum = if nodes.len() < MANY {
             usize::MAX
         } else {
             PARTS
         };
-        let (mut sorted, next) = level(nodes, most);
+        let (mut sorted, next) = level(nodes, maximum);
         let mut parts = Vec::new();
         for root in next..sorted.len() {
             let start = sorted.len();
             let mut waiting = vec![root];
-            while let Some(at) = waiting.pop() {
-                let BinaryNode { first, count, .. } = sorted[at];
+            while let Some(position) = waiting.pop() {
+                let BinaryNode { first, count, .. } = sorted[position];
                 if count == 0 {
                     let pair = sorted.len();
-                    sorted[at].first = pair as u32;
+                    sorted[position].first = pair as u32;
                     sorted.extend([nodes[first as usize], nodes[first as usize + 1]]);
                     waiting.extend([pair + 1, pair]);
                 }
             }
             parts.push(start..sorted.len());
         }
-        for at in (0..sorted.len()).rev() {
-            let BinaryNode { first, count, .. } = sorted[at];
+        for position in (0..sorted.len()).rev() {
+            let BinaryNode { first, count, .. } = sorted[position];
             if count == 0 {
-                sorted[at].bounds = sorted[first as usize]
+                sorted[position].bounds = sorted[first as usize]
                     .bounds
                     .union(&sorted[first as usize + 1].bounds);
             }
@@ -67,12 +67,12 @@ impl Binary {
     }
 }
 
-/// Copies nodes level by level from the root until `most` copied nodes still lack their children.
+/// Copies nodes level by level from the root until `maximum` copied nodes still lack their children.
 /// Returns the copies and the index of the first such node.
-fn level(nodes: &[BinaryNode], most: usize) -> (Vec<BinaryNode>, usize) {
+fn level(nodes: &[BinaryNode], maximum: usize) -> (Vec<BinaryNode>, usize) {
     let (mut sorted, mut next) = (Vec::with_capacity(nodes.len()), 0);
     sorted.extend(nodes.first());
-    while next < sorted.len() && sorted.len() - next < most {
+    while next < sorted.len() && sorted.len() - next < maximum {
         let BinaryNode { first, count, .. } = sorted[next];
         if count == 0 {
             sorted[next].first = sorted.len() as u32;

@@ -4,12 +4,12 @@
 
 mod clusters;
 mod curve;
-mod halves;
+mod median_split;
 mod piles;
 mod reinsertion;
 
 use self::clusters::Clustering;
-use self::halves::Halves;
+use self::median_split::MedianSplit;
 use crate::aabb::PaddedBox;
 use crate::binary::{Binary, BinaryNode};
 use crate::bvh8::{Bvh8, WIDTH};
@@ -31,6 +31,7 @@ impl Default for AcceleratorKind {
 
 /// Trade-off between build time and tree quality. Pictures do not depend on it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[doc(alias = "RTCBuildQuality")]
 pub enum BuildQuality {
     /// Least build time: clustering, then reinsertion of the largest subtrees.
     Fast,
@@ -57,7 +58,7 @@ pub struct BuildWork {
 }
 
 /// An accelerator over boxes, whose leaves are still to be filled.
-pub(crate) struct Build {
+pub(crate) struct BoxTree {
     pub bvh: Bvh8,
     /// Box index for each position of the accelerator; `None` if both orders agree.
     pub order: Option<Vec<u32>>,
@@ -67,7 +68,7 @@ pub(crate) struct Build {
     pub spheres: usize,
 }
 
-impl Build {
+impl BoxTree {
     /// A linear scan over `places` primitives.
     pub fn scan(places: usize, work: Option<BuildWork>) -> Self {
         Self {
@@ -115,22 +116,22 @@ impl LeafKind {
 pub(crate) type LeafKindOf<'a> = &'a (dyn Fn(u32) -> LeafKind + Sync);
 
 /// Whether to cancel the build; polled between its passes.
-pub(crate) type Stop<'a> = &'a (dyn Fn() -> bool + Sync);
+pub(crate) type StopCheck<'a> = &'a (dyn Fn() -> bool + Sync);
 
 /// Builds the tree over at least two boxes. Returns `None` if `stop` cancelled the build.
 pub(crate) fn build(
     boxes: &[PaddedBox],
     quality: BuildQuality,
     kind: LeafKindOf<'_>,
-    stop: Stop<'_>,
-) -> Option<Build> {
+    stop: StopCheck<'_>,
+) -> Option<BoxTree> {
     let mut work = BuildWork::default();
     // The clustered tree may be too deep; the halved tree is not.
     for quality in [Some(quality), None] {
         let (binary, looks) = binary(boxes, quality, kind, stop)?;
         work.looks += looks;
         if let Some((tree, order, depth)) = Bvh8::collapse(&binary, kind) {
-            return Some(Build {
+            return Some(BoxTree {
                 bvh: tree,
                 order: Some(order),
                 work: Some(BuildWork { depth, ..work }),
@@ -139,7 +140,7 @@ pub(crate) fn build(
         }
     }
     // Fallback: queries by scan are slow but correct.
-    Some(Build::scan(boxes.len(), Some(work)))
+    Some(BoxTree::scan(boxes.len(), Some(work)))
 }
 
 /// The binary tree over the boxes, and the number of boxes visited. Without a quality the tree is
@@ -148,7 +149,7 @@ fn binary(
     boxes: &[PaddedBox],
     quality: Option<BuildQuality>,
     kind: LeafKindOf<'_>,
-    stop: Stop<'_>,
+    stop: StopCheck<'_>,
 ) -> Option<(Binary, u64)> {
     let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
     let (mut nodes, mut looks) = (
@@ -159,7 +160,7 @@ fn binary(
         }],
         0,
     );
-    let is_alike = (1..boxes.len() as u32).all(|place| kind(place) == kind(0));
+    let is_alike = (1..boxes.len() as u32).all(|index| kind(index) == kind(0));
     if let Some(quality) = quality {
         (order, looks) = curve::order(boxes);
         // `obvhs` knows no leaf kinds. With several kinds, leaves are made in the collapse to wide
@@ -169,7 +170,7 @@ fn binary(
         looks += clusters.looks;
         nodes = clusters.nodes();
     }
-    let halves = Halves {
+    let halves = MedianSplit {
         boxes,
         kind,
         is_alike,

@@ -40,12 +40,12 @@ use crate::ray::Visibility;
 use crate::shapes::Triangle;
 use crate::slot::Slot;
 
-use self::kernel::Chosen;
+use self::kernel::ChosenKernel;
 pub use self::kernel::Kernel;
-pub(crate) use self::optimisation_barrier::opaque;
+pub(crate) use self::optimisation_barrier::optimisation_barrier;
 pub(crate) use self::packet::{PacketResult, PacketState, PacketVisitor, RAYS};
 pub(crate) use self::query::{HitVisitor, RaySource, TraversalQuery};
-pub(crate) use self::row::{Row, RowKind};
+pub(crate) use self::row::{PrimitiveRow, RowKind};
 pub(crate) use self::traversal_ray::{RayReparametrisation, TraversalRay};
 pub(crate) use self::triangle8::LeafHeader;
 use self::triangle8::Triangle8;
@@ -60,9 +60,9 @@ const STACK: usize = (WIDTH - 1) * MAX_DEPTH as usize + WIDTH;
 /// another primitive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(transparent)]
-struct Child(u32);
+struct ChildRef(u32);
 
-impl Child {
+impl ChildRef {
     /// Kinds of children, in the bits above the index: the number of primitives is below 2²⁷.
     const INNER: u32 = 0;
     const BLOCK: u32 = 0b100 << 29;
@@ -121,26 +121,26 @@ impl Child {
 /// finite ray enters.
 #[repr(C, align(64))]
 #[derive(Clone, Debug)]
-struct Node {
+struct Bvh8Node {
     planes: [[f32; 2 * WIDTH]; 3],
-    children: [Child; WIDTH],
+    children: [ChildRef; WIDTH],
 }
 
-impl Node {
+impl Bvh8Node {
     const EMPTY: Self = {
         let mut planes = [[f32::INFINITY; 2 * WIDTH]; 3];
-        let mut place = 0;
-        while place < 3 * WIDTH {
-            planes[place / WIDTH][WIDTH + place % WIDTH] = f32::NEG_INFINITY;
-            place += 1;
+        let mut index = 0;
+        while index < 3 * WIDTH {
+            planes[index / WIDTH][WIDTH + index % WIDTH] = f32::NEG_INFINITY;
+            index += 1;
         }
         Self {
             planes,
-            children: [Child::NONE; WIDTH],
+            children: [ChildRef::NONE; WIDTH],
         }
     };
 
-    fn set(&mut self, lane: usize, bounds: &PaddedBox, child: Child) {
+    fn set(&mut self, lane: usize, bounds: &PaddedBox, child: ChildRef) {
         for axis in 0..3 {
             self.planes[axis][lane] = bounds.min[axis];
             self.planes[axis][WIDTH + lane] = bounds.max[axis];
@@ -154,16 +154,16 @@ impl Node {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Bvh8 {
     /// Root first; empty if every primitive is tested.
-    nodes: Vec<Node>,
+    nodes: Vec<Bvh8Node>,
     blocks: Vec<Triangle8>,
     /// Header of each block.
-    facts: Vec<LeafHeader>,
+    leaf_headers: Vec<LeafHeader>,
     /// Rows that every query tests (`always` of them), then rows of leaves.
-    rows: Vec<Row>,
+    rows: Vec<PrimitiveRow>,
     always: usize,
     /// Without nodes: positions of the primitives outside rows and blocks.
     others: Range<usize>,
-    kernel: Chosen,
+    kernel: ChosenKernel,
 }
 
 impl Bvh8 {
@@ -179,30 +179,30 @@ impl Bvh8 {
         let blocks = self
             .blocks
             .par_iter_mut()
-            .zip(&mut self.facts)
+            .zip(&mut self.leaf_headers)
             .with_min_len(512);
-        blocks.for_each(|(block, facts)| {
-            facts.first += first as u32;
-            for lane in 0..usize::from(facts.count) {
-                let (triangle, visibility) = taken(&slots[facts.first as usize + lane]);
+        blocks.for_each(|(block, leaf_header)| {
+            leaf_header.first += first as u32;
+            for lane in 0..usize::from(leaf_header.count) {
+                let (triangle, visibility) = taken(&slots[leaf_header.first as usize + lane]);
                 block.set(lane, triangle.vertices);
-                facts.set(lane, visibility);
+                leaf_header.set(lane, visibility);
             }
         });
         // Last, since the loop above reads each slot's old index.
-        for (number, facts) in self.facts.iter().enumerate() {
-            for lane in 0..usize::from(facts.count) {
-                slots[facts.first as usize + lane].index = (number * WIDTH + lane) as u32;
+        for (number, leaf_header) in self.leaf_headers.iter().enumerate() {
+            for lane in 0..usize::from(leaf_header.count) {
+                slots[leaf_header.first as usize + lane].index = (number * WIDTH + lane) as u32;
             }
         }
     }
 
     /// Fills the rows of leaves. `row` makes a row from a range of slots; the tree's slots begin at
     /// `first`.
-    pub fn fill_rows(&mut self, first: usize, row: impl Fn(Range<usize>) -> Row) {
+    pub fn fill_rows(&mut self, first: usize, row: impl Fn(Range<usize>) -> PrimitiveRow) {
         for own in &mut self.rows[self.always..] {
-            let start = first + own.facts.first as usize;
-            *own = row(start..start + usize::from(own.facts.count));
+            let start = first + own.leaf_header.first as usize;
+            *own = row(start..start + usize::from(own.leaf_header.count));
         }
     }
 
@@ -211,17 +211,17 @@ impl Bvh8 {
     pub fn flat(spheres: usize, triangles: usize, others: usize) -> Self {
         let end = spheres + triangles;
         let block = |first: usize| LeafHeader::new(first, (end - first).min(WIDTH));
-        let facts: Vec<LeafHeader> = (spheres..end).step_by(WIDTH).map(block).collect();
+        let leaf_headers: Vec<LeafHeader> = (spheres..end).step_by(WIDTH).map(block).collect();
         Self {
-            blocks: vec![Triangle8::EMPTY; facts.len()],
-            facts,
+            blocks: vec![Triangle8::EMPTY; leaf_headers.len()],
+            leaf_headers,
             others: end..end + others,
             ..Self::default()
         }
     }
 
     /// Adds rows that every query tests first.
-    pub fn test_always(&mut self, rows: impl IntoIterator<Item = Row>) {
+    pub fn test_always(&mut self, rows: impl IntoIterator<Item = PrimitiveRow>) {
         let before = self.rows.len();
         self.rows.splice(self.always..self.always, rows);
         self.always += self.rows.len() - before;
@@ -242,22 +242,22 @@ impl Bvh8 {
     /// The selected kernel.
     pub fn kernel(&self) -> Kernel {
         match self.kernel {
-            Chosen::Portable(_) => Kernel::Portable,
-            Chosen::Avx2(_) => Kernel::Avx2,
-            Chosen::Avx512(_) => Kernel::Avx512,
+            ChosenKernel::Portable(_) => Kernel::Portable,
+            ChosenKernel::Avx2(_) => Kernel::Avx2,
+            ChosenKernel::Avx512(_) => Kernel::Avx512,
         }
     }
 
     /// Selects a kernel; the portable kernel if the processor can't run `kernel`.
     pub fn set_kernel(&mut self, kernel: Kernel) {
-        self.kernel = Chosen::new(kernel).unwrap_or(Chosen::Portable(Portable));
+        self.kernel = ChosenKernel::new(kernel).unwrap_or(ChosenKernel::Portable(Portable));
     }
 
     /// Memory of nodes, blocks and rows, in bytes.
     pub fn bytes(&self) -> usize {
         size_of_val(self.nodes.as_slice())
             + size_of_val(self.blocks.as_slice())
-            + size_of_val(self.facts.as_slice())
+            + size_of_val(self.leaf_headers.as_slice())
             + size_of_val(self.rows.as_slice())
     }
 
@@ -267,7 +267,7 @@ impl Bvh8 {
         let eights =
             |count: u64, bytes: usize| count.div_ceil(WIDTH as u64).saturating_mul(bytes as u64);
         let blocks = eights(triangles, size_of::<Triangle8>() + size_of::<LeafHeader>());
-        eights(spheres, size_of::<Row>()).saturating_add(blocks)
+        eights(spheres, size_of::<PrimitiveRow>()).saturating_add(blocks)
     }
 
     /// Upper bound of the bytes of a tree over so many spheres, triangles and other primitives.
@@ -286,11 +286,13 @@ impl Bvh8 {
             .into_iter()
             .fold(0, u64::saturating_add);
         // The larger of both counts takes the part of the triangles in the proof above.
-        let most = triangles.max(spheres);
-        let nodes = if most == 0 {
+        let maximum = triangles.max(spheres);
+        let nodes = if maximum == 0 {
             few(others)
         } else {
-            (most / 7).saturating_add(all - most).saturating_add(1)
+            (maximum / 7)
+                .saturating_add(all - maximum)
+                .saturating_add(1)
         };
         // Spheres among primitives of other kinds leave few rows full.
         let leaves = (spheres / 2).min(
@@ -299,7 +301,7 @@ impl Bvh8 {
                 .saturating_add(all - spheres)
                 .saturating_add(2),
         );
-        let leaves = leaves.saturating_mul(size_of::<Row>() as u64);
+        let leaves = leaves.saturating_mul(size_of::<PrimitiveRow>() as u64);
         let others = all - triangles;
         let blocks = triangles.min(
             (triangles / 5)
@@ -310,7 +312,7 @@ impl Bvh8 {
         let each = (size_of::<Triangle8>() + size_of::<LeafHeader>()) as u64;
         blocks
             .saturating_mul(each)
-            .saturating_add(nodes.saturating_mul(size_of::<Node>() as u64))
+            .saturating_add(nodes.saturating_mul(size_of::<Bvh8Node>() as u64))
             .saturating_add(leaves)
     }
 }

@@ -9,16 +9,17 @@ use core::mem::take;
 use rayon::prelude::*;
 
 use crate::aabb::{Aabb, BoundingSphere, PIECE, PaddedBox};
-use crate::build::{AcceleratorKind, Build, BuildWork, Stop, build};
+use crate::build::{AcceleratorKind, BoxTree, BuildWork, StopCheck, build};
 use crate::bvh8::{Bvh8, Kernel};
-use crate::memory::{filled, huge_page_vec};
+use crate::memory::{huge_page_vec, huge_page_vec_of};
 use crate::primitive_set::{PrimitiveSet, few};
 use crate::scalar::{Real, Vector};
 use crate::shapes::Triangle;
-use crate::slot::{Kind, Slot};
+use crate::slot::{PrimitiveKind, Slot};
 
 /// A primitive set with its accelerator.
 #[derive(Clone, Debug)]
+#[doc(alias("RTCScene", "BVHAggregate", "Aggregate"))]
 pub struct Geometry<R: Real> {
     /// The primitives. Their slots come in this order: unbounded ones, which every query tests;
     /// bounded ones in the accelerator's order; instances of empty geometries, which no query
@@ -38,7 +39,7 @@ pub struct Geometry<R: Real> {
 }
 
 /// Primitives, sorted by whether a tree can hold them.
-struct Sorted {
+struct PrimitivePartition {
     /// Slots that every query tests.
     slots: Vec<Slot>,
     bounded: Vec<Slot>,
@@ -50,28 +51,28 @@ struct Sorted {
     bounds: Aabb,
 }
 
-impl Sorted {
+impl PrimitivePartition {
     /// An instance of an empty geometry has an empty box and is never tested. A primitive whose box
     /// no tree can hold is tested by every query, so that no primitive disappears silently.
     fn new<R: Real>(group: &mut PrimitiveSet<R>) -> Self {
         let all = take(&mut group.slots);
-        let mut boxes = filled(all.len(), PaddedBox::NOTHING);
-        let within = |slot: &Slot, own: Aabb| match slot.kind {
-            Kind::Instance => {
+        let mut boxes = huge_page_vec_of(all.len(), PaddedBox::NOTHING);
+        let within = |slot: &Slot, own_bounds: Aabb| match slot.kind {
+            PrimitiveKind::Instance => {
                 let instance = &group.instances[slot.index as usize];
-                instance.within(own, &group.parts[instance.part as usize].sphere)
+                instance.within(own_bounds, &group.parts[instance.part as usize].sphere)
             }
-            _ => own,
+            _ => own_bounds,
         };
         let piece = |(boxes, slots): (&mut [PaddedBox], &[Slot])| {
             let (mut bounds, mut odd) = (Aabb::EMPTY, false);
             for (padded, slot) in boxes.iter_mut().zip(slots) {
                 match group
                     .bounds(slot)
-                    .map(|own| (own, within(slot, own).padded()))
+                    .map(|own_bounds| (own_bounds, within(slot, own_bounds).padded()))
                 {
-                    Some((own, Some(own_padded))) => {
-                        bounds = bounds.union(own);
+                    Some((own_bounds, Some(own_padded))) => {
+                        bounds = bounds.union(own_bounds);
                         *padded = own_padded;
                     }
                     _ => odd = true,
@@ -101,7 +102,10 @@ impl Sorted {
         for (slot, padded) in all.into_iter().zip(&boxes) {
             if *padded != PaddedBox::NOTHING {
                 bounded.push(slot);
-            } else if group.bounds(&slot).is_some_and(|own| own.is_empty()) {
+            } else if group
+                .bounds(&slot)
+                .is_some_and(|own_bounds| own_bounds.is_empty())
+            {
                 nothing.push(slot);
             } else {
                 slots.push(slot);
@@ -125,8 +129,8 @@ fn without_nodes<R: Real>(bounded: &[Slot], few: usize) -> Option<[usize; 3]> {
     if !R::IS_SINGLE || bounded.len() > few.max(Bvh8::MOST_FLAT) {
         return is_few.then_some([0, 0, bounded.len()]);
     }
-    let count = |kind: Kind| bounded.iter().filter(|slot| slot.kind == kind).count();
-    let (spheres, triangles) = (count(Kind::Sphere), count(Kind::Triangle));
+    let count = |kind: PrimitiveKind| bounded.iter().filter(|slot| slot.kind == kind).count();
+    let (spheres, triangles) = (count(PrimitiveKind::Sphere), count(PrimitiveKind::Triangle));
     let others = bounded.len() - spheres - triangles;
     let is_flat = Bvh8::is_flat(spheres as u64, triangles as u64, others as u64);
     (is_few || is_flat).then_some([spheres, triangles, others])
@@ -140,22 +144,22 @@ fn structure<R: Real>(
     bounded: &mut [Slot],
     few: usize,
     boxes: &[PaddedBox],
-    stop: Stop<'_>,
-) -> Option<Build> {
+    stop: StopCheck<'_>,
+) -> Option<BoxTree> {
     let AcceleratorKind::Tree(quality) = kind else {
-        return Some(Build::scan(boxes.len(), None));
+        return Some(BoxTree::scan(boxes.len(), None));
     };
     if let Some([spheres, triangles, others]) = without_nodes::<R>(bounded, few) {
         if spheres + triangles > 0 {
-            let place = |kind: Kind| {
-                [Kind::Sphere, Kind::Triangle]
+            let place = |kind: PrimitiveKind| {
+                [PrimitiveKind::Sphere, PrimitiveKind::Triangle]
                     .iter()
                     .position(|&first| first == kind)
             };
             bounded.sort_by_key(|slot| place(slot.kind).unwrap_or(2));
         }
         let bvh = Bvh8::flat(spheres, triangles, others);
-        return Some(Build {
+        return Some(BoxTree {
             bvh,
             order: None,
             work: Some(BuildWork::default()),
@@ -166,7 +170,7 @@ fn structure<R: Real>(
     build(
         boxes,
         quality,
-        &|place| group.company(&bounded[place as usize]),
+        &|index| group.leaf_kind(&bounded[index as usize]),
         stop,
     )
 }
@@ -187,20 +191,20 @@ impl<R: Real> Geometry<R> {
     pub fn unless(
         mut group: PrimitiveSet<R>,
         kind: AcceleratorKind,
-        stop: Stop<'_>,
+        stop: StopCheck<'_>,
     ) -> Option<Self> {
-        let Sorted {
+        let PrimitivePartition {
             mut slots,
             mut bounded,
             mut nothing,
             boxes,
             bounds,
-        } = Sorted::new(&mut group);
+        } = PrimitivePartition::new(&mut group);
         let unbounded = slots.len();
         let few =
             few(unbounded + bounded.len() + nothing.len()
                 == group.spheres.len() + group.planes.len());
-        let Build {
+        let BoxTree {
             mut bvh,
             order,
             work,
@@ -209,7 +213,7 @@ impl<R: Real> Geometry<R> {
         let sphere = BoundingSphere::new(bounds.centre(), &boxes);
         drop(boxes);
         let has_lanes = R::IS_SINGLE && kind != AcceleratorKind::Linear;
-        let is_plane = |slot: &Slot| has_lanes && slot.kind == Kind::Plane;
+        let is_plane = |slot: &Slot| has_lanes && slot.kind == PrimitiveKind::Plane;
         slots.sort_by_key(|slot| !is_plane(slot));
         let planes = slots.partition_point(is_plane);
         let mut firsts = slots;
@@ -220,7 +224,7 @@ impl<R: Real> Geometry<R> {
                 order
                     .par_iter()
                     .with_min_len(PIECE)
-                    .map(|&place| bounded[place as usize]),
+                    .map(|&index| bounded[index as usize]),
             ),
             None => slots.extend_from_slice(&bounded),
         }

@@ -139,10 +139,11 @@ mod tests {
 
     /// `n` spheres in a row, with `others` disks and optionally a plane.
     fn both<R: Real>(n: u64, others: u64, plane: bool) -> (GeometryMemory, PrimitiveSet<R>) {
-        let (mut inventory, mut group) = (GeometryMemory::default(), PrimitiveSet::<R>::default());
+        let (mut geometry_memory, mut group) =
+            (GeometryMemory::default(), PrimitiveSet::<R>::default());
         let mut add = |shape: AnyShape<R>| {
-            inventory.add(&shape, false, 1);
-            group.shape(shape, Visibility::default()).unwrap();
+            geometry_memory.add(&shape, false, 1);
+            group.add_shape(shape, Visibility::default()).unwrap();
         };
         let at = |i: u64| DVec3::new((i * 7 % 101) as f64, (i * 13 % 89) as f64, (i % 97) as f64);
         for i in 0..n {
@@ -160,7 +161,7 @@ mod tests {
                 Vector::from_f64(DVec3::Y),
             )));
         }
-        (inventory, group)
+        (geometry_memory, group)
     }
 
     fn holds<R: Real>() {
@@ -168,16 +169,16 @@ mod tests {
         for n in [0, 1, 2, 3, 5, 14, 15, 16, 64, 1000] {
             for (others, plane) in [(0, false), (0, true), (1, false), (n, true)] {
                 for kind in [AcceleratorKind::Linear].into_iter().chain(tree) {
-                    let (inventory, group) = both::<R>(n, others, plane);
-                    let most = inventory.most_bytes::<R>(kind);
+                    let (geometry_memory, group) = both::<R>(n, others, plane);
+                    let maximum = geometry_memory.most_bytes::<R>(kind);
                     let real = Geometry::new(group, kind).bytes() as u64;
-                    let what = format!(
-                        "{n} balls, {others} disks, {kind:?}: {real} bytes, at most {most}"
+                    let label = format!(
+                        "{n} balls, {others} disks, {kind:?}: {real} bytes, at most {maximum}"
                     );
-                    assert!(real <= most && most <= 3 * real, "{what}");
+                    assert!(real <= maximum && maximum <= 3 * real, "{label}");
                     assert!(
-                        matches!(kind, AcceleratorKind::Tree(_)) || real == most,
-                        "{what}"
+                        matches!(kind, AcceleratorKind::Tree(_)) || real == maximum,
+                        "{label}"
                     );
                 }
             }
@@ -213,30 +214,30 @@ mod tests {
                     [corner(i), corner(i) + DVec3::X, corner(i) + DVec3::Y].map(|p| p.as_vec3())
                 };
                 for kind in BuildQuality::ALL.map(AcceleratorKind::Tree) {
-                    let (mut inventory, mut group) = (
+                    let (mut geometry_memory, mut group) = (
                         GeometryMemory::of_triangles(n),
                         PrimitiveSet::<f32>::default(),
                     );
                     group
-                        .mesh((0..n).map(corners), Visibility::default())
+                        .add_mesh((0..n).map(corners), Visibility::default())
                         .unwrap();
                     for i in 0..balls {
                         let ball = AnyShape::Sphere(Sphere {
                             centre: corner(i * 3).as_vec3(),
                             radius: 0.25,
                         });
-                        inventory.add(&ball, false, 1);
-                        group.shape(ball, Visibility::default()).unwrap();
+                        geometry_memory.add(&ball, false, 1);
+                        group.add_shape(ball, Visibility::default()).unwrap();
                     }
-                    let (most, real) = (
-                        inventory.most_bytes::<f32>(kind),
+                    let (maximum, real) = (
+                        geometry_memory.most_bytes::<f32>(kind),
                         Geometry::new(group, kind).bytes() as u64,
                     );
-                    let what = format!(
-                        "{n} triangles, {balls} balls, family {family}, {kind:?}: {real} bytes, at most {most}"
+                    let label = format!(
+                        "{n} triangles, {balls} balls, family {family}, {kind:?}: {real} bytes, at most {maximum}"
                     );
                     let times = if balls == 0 { 3 } else { 5 };
-                    assert!(real <= most && most <= times * real + 4096, "{what}");
+                    assert!(real <= maximum && maximum <= times * real + 4096, "{label}");
                 }
             }
         }
@@ -251,23 +252,24 @@ mod tests {
             .flat_map(|n| [(n, false), (n, true)])
         {
             for kind in BuildQuality::ALL.map(AcceleratorKind::Tree) {
-                let (mut inventory, mut group) = if others {
+                let (mut geometry_memory, mut group) = if others {
                     both::<f32>(n, n, false)
                 } else {
                     Default::default()
                 };
                 for i in 0..n {
                     let quad = AnyShape::Quad(Quad::new(at(i), DVec3::X, DVec3::Y));
-                    inventory.add(&quad, false, 1);
-                    group.shape(quad, Visibility::default()).unwrap();
+                    geometry_memory.add(&quad, false, 1);
+                    group.add_shape(quad, Visibility::default()).unwrap();
                 }
-                let (most, real) = (
-                    inventory.most_bytes::<f32>(kind),
+                let (maximum, real) = (
+                    geometry_memory.most_bytes::<f32>(kind),
                     Geometry::new(group, kind).bytes() as u64,
                 );
-                let what =
-                    format!("{n} quads, others: {others}, {kind:?}: {real} bytes, at most {most}");
-                assert!(real <= most && most <= 5 * real + 4096, "{what}");
+                let label = format!(
+                    "{n} quads, others: {others}, {kind:?}: {real} bytes, at most {maximum}"
+                );
+                assert!(real <= maximum && maximum <= 5 * real + 4096, "{label}");
             }
         }
     }
@@ -275,7 +277,7 @@ mod tests {
     /// Protects: a value computed by hand: the greatest number of nodes for eight boxes in leaves
     /// of their own, and no nodes for two.
     #[test]
-    fn the_emptiest_nodes_are_reckoned_with() {
+    fn node_count_of_the_emptiest_nodes() {
         let most = |count: u64| {
             let memory = GeometryMemory {
                 shapes: count,

@@ -73,15 +73,15 @@ impl Instance {
         })
     }
 
-    /// A box for a tree, no larger than `own`: the intersection with the box of the part's bounding
+    /// A box for a tree, no larger than `bounds`: the intersection with the box of the part's bounding
     /// sphere. A rotated box has a larger box than its contents need.
-    pub fn within(&self, own: Aabb, sphere: &BoundingSphere) -> Aabb {
-        if own.is_empty() || self.motion != STILL {
-            return own;
+    pub fn within(&self, bounds: Aabb, sphere: &BoundingSphere) -> Aabb {
+        if bounds.is_empty() || self.motion != STILL {
+            return bounds;
         }
-        let both = own.intersection(self.transform.sphere_bounds(sphere));
+        let both = bounds.intersection(self.transform.sphere_bounds(sphere));
         // Bounds that are NaN or too large leave the box unchanged.
-        if both.is_empty() { own } else { both }
+        if both.is_empty() { bounds } else { both }
     }
 }
 
@@ -118,8 +118,8 @@ impl RoughInverse {
         let largest = columns
             .iter()
             .fold(0.0_f64, |all, column| all.max(column.abs().max_element()));
-        let [least, most] = Self::SIZES;
-        if !(largest > least && largest < most && translation.abs().max_element() < most) {
+        let [minimum, maximum] = Self::SIZES;
+        if !(largest > minimum && largest < maximum && translation.abs().max_element() < maximum) {
             return Self::NONE;
         }
         Self {

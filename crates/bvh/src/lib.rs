@@ -11,8 +11,8 @@
 //! use raywright_bvh::{AcceleratorKind, Geometry, PrimitiveSet, Interval, Ray, Visibility};
 //!
 //! let mut group = PrimitiveSet::<f32>::default();
-//! group.shape(AnyShape::Disk(Disk::new(DVec3::ZERO, DVec3::Y, 10.0)), Visibility::default())?;
-//! let ball = group.sphere(Sphere { centre: Vec3::new(0.0, 1.0, 0.0), radius: 1.0 }, Visibility::default())?;
+//! group.add_shape(AnyShape::Disk(Disk::new(DVec3::ZERO, DVec3::Y, 10.0)), Visibility::default())?;
+//! let ball = group.add_sphere(Sphere { centre: Vec3::new(0.0, 1.0, 0.0), radius: 1.0 }, Visibility::default())?;
 //! let geometry = Geometry::new(group, AcceleratorKind::default());
 //!
 //! let down = Ray::new(Vec3::new(0.0, 5.0, 0.0), Vec3::NEG_Y);
@@ -67,7 +67,7 @@ pub use heap::{CountingHeap, Refusal, allocate_fallibly, limit_heap, on_heap_ref
 pub use memory::huge_page_vec;
 pub use motion::Motion;
 pub use primitive_set::PrimitiveSet;
-pub use processor::{Loops, prefetch, widest};
+pub use processor::{SimdTask, prefetch, run_widest};
 pub use query::{PacketBackoff, RayPacket};
 pub use ray::{Hit, Interval, Occlusion, Ray, Side, Visibility};
 pub use scalar::{Real, Vector};

@@ -3,13 +3,14 @@
 use glam::DVec3;
 
 use crate::geometry::Geometry;
-use crate::processor::{Loops, widest};
+use crate::processor::{SimdTask, run_widest};
 use crate::ray::{Hit, Ray};
 use crate::scalar::{Real, Vector};
 use crate::shapes::{
-    Maps, Parameters, PreparedRay, Shape, ShapeHit, Surface, SurfacePoint, Triangle, Under,
+    OuterTransforms, Parameters, PreparedRay, Shape, ShapeHit, Surface, SurfacePoint,
+    TransformChain, Triangle,
 };
-use crate::slot::Kind;
+use crate::slot::PrimitiveKind;
 
 /// Number of triangles located together.
 const LANES: usize = 8;
@@ -18,15 +19,15 @@ impl<R: Real> Geometry<R> {
     /// The surface at a hit, before it is rounded to the stored scalar. The hit must come from a
     /// query of this geometry with the same ray.
     #[inline]
-    pub fn located(&self, ray: &Ray<R>, hit: &Hit<R>) -> SurfacePoint {
+    pub fn surface_point(&self, ray: &Ray<R>, hit: &Hit<R>) -> SurfacePoint {
         // Spheres and planes are inlined here, so that parts of the prepared ray that they do not
         // use are not computed.
         let slot = &self.group.slots[hit.slots[0] as usize];
         match slot.kind {
-            Kind::Sphere => {
+            PrimitiveKind::Sphere => {
                 self.group.spheres[slot.index as usize].locate(&self.prepare(*ray), own(hit))
             }
-            Kind::Plane => {
+            PrimitiveKind::Plane => {
                 self.group.planes[slot.index as usize].locate(&self.prepare(*ray), own(hit))
             }
             _ => self.locate(&self.prepare(*ray), own(hit), hit.slots, None),
@@ -36,7 +37,7 @@ impl<R: Real> Geometry<R> {
     /// The surface at a hit that this geometry returned for the same ray.
     #[inline]
     pub fn surface(&self, ray: &Ray<R>, hit: &Hit<R>) -> Surface<R> {
-        self.located(ray, hit).stored()
+        self.surface_point(ray, hit).to_scalar()
     }
 
     /// [`Self::surface`] for many rays, which is faster since triangles are located several at a
@@ -48,13 +49,13 @@ impl<R: Real> Geometry<R> {
         mut out: impl FnMut(usize, Surface<R>),
     ) {
         let mut waiting = HitLanes::<R>::default();
-        for (place, (ray, hit)) in hits.enumerate() {
+        for (index, (ray, hit)) in hits.enumerate() {
             let slot = &self.group.slots[hit.slots[0] as usize];
-            if slot.kind != Kind::Triangle {
-                out(place, self.surface(ray, hit));
+            if slot.kind != PrimitiveKind::Triangle {
+                out(index, self.surface(ray, hit));
                 continue;
             }
-            waiting.push(place, &self.triangle(slot.index as usize), hit);
+            waiting.push(index, &self.triangle(slot.index as usize), hit);
             if waiting.len == LANES {
                 waiting.locate(&mut out);
             }
@@ -79,7 +80,7 @@ impl<R: Real> Geometry<R> {
     /// normal is returned unchanged.
     pub fn normal(&self, ray: &Ray<R>, hit: &Hit<R>, normal: R::Vec3) -> R::Vec3 {
         let (group, slot) = (&self.group, &self.group.slots[hit.slots[0] as usize]);
-        if slot.kind != Kind::Instance {
+        if slot.kind != PrimitiveKind::Instance {
             return normal;
         }
         let mut room = None;
@@ -91,35 +92,47 @@ impl<R: Real> Geometry<R> {
         R::Vec3::from_f64(transform.normal_to_world(normal.to_f64()))
     }
 
-    /// The surface for a ray in this geometry's own space, which lies under `maps`.
+    /// The surface for a ray in this geometry's own space, which lies under `transform_chain`.
     #[inline(never)]
     fn locate(
         &self,
-        probe: &PreparedRay,
+        prepared_ray: &PreparedRay,
         hit: ShapeHit<R>,
         [slot, inner]: [u32; 2],
-        maps: Under<'_>,
+        transform_chain: OuterTransforms<'_>,
     ) -> SurfacePoint {
         let (group, slot) = (&self.group, &self.group.slots[slot as usize]);
         let index = slot.index as usize;
         match slot.kind {
-            Kind::Sphere => group.spheres[index].locate_under(probe, hit, maps),
-            Kind::Triangle => self.triangle(index).locate_under(probe, hit, maps),
-            Kind::Plane => group.planes[index].locate_under(probe, hit, maps),
-            Kind::Shape => group.shapes[index].locate_under(probe, hit, maps),
-            Kind::TransformedShape => group.placed[index].locate_under(probe, hit, maps),
-            Kind::Instance => {
+            PrimitiveKind::Sphere => {
+                group.spheres[index].locate_under(prepared_ray, hit, transform_chain)
+            }
+            PrimitiveKind::Triangle => {
+                self.triangle(index)
+                    .locate_under(prepared_ray, hit, transform_chain)
+            }
+            PrimitiveKind::Plane => {
+                group.planes[index].locate_under(prepared_ray, hit, transform_chain)
+            }
+            PrimitiveKind::Shape => {
+                group.shapes[index].locate_under(prepared_ray, hit, transform_chain)
+            }
+            PrimitiveKind::TransformedShape => {
+                group.transformed_shapes[index].locate_under(prepared_ray, hit, transform_chain)
+            }
+            PrimitiveKind::Instance => {
                 let mut room = None;
-                let (transform, part) = group.shown(&group.instances[index], probe.time, &mut room);
-                let maps = Maps {
+                let (transform, part) =
+                    group.shown(&group.instances[index], prepared_ray.time, &mut room);
+                let transform_chain = TransformChain {
                     map: transform,
                     outer: None,
                 };
                 transform.located_to_world(&part.locate(
-                    &transform.probe_to_object(probe),
+                    &transform.probe_to_object(prepared_ray),
                     hit,
                     [inner, inner],
-                    Some(maps),
+                    Some(transform_chain),
                 ))
             }
         }
@@ -129,36 +142,45 @@ impl<R: Real> Geometry<R> {
         let (group, slot) = (&self.group, &self.group.slots[slot as usize]);
         let index = slot.index as usize;
         match slot.kind {
-            Kind::Triangle => Some(self.triangle(index).vertices.map(Vector::to_f64)),
-            Kind::Instance => {
+            PrimitiveKind::Triangle => Some(self.triangle(index).vertices.map(Vector::to_f64)),
+            PrimitiveKind::Instance => {
                 let mut room = None;
                 let (transform, part) = group.shown(&group.instances[index], time, &mut room);
                 let corners = part.corners_at(time, [inner, inner])?;
                 Some(corners.map(|corner| transform.to_world.transform_point3(corner)))
             }
-            Kind::Sphere | Kind::Plane | Kind::Shape | Kind::TransformedShape => None,
+            PrimitiveKind::Sphere
+            | PrimitiveKind::Plane
+            | PrimitiveKind::Shape
+            | PrimitiveKind::TransformedShape => None,
         }
     }
 
     fn parameters_at(
         &self,
-        probe: &PreparedRay,
+        prepared_ray: &PreparedRay,
         hit: ShapeHit<R>,
         [slot, inner]: [u32; 2],
     ) -> Parameters<R> {
         let (group, slot) = (&self.group, &self.group.slots[slot as usize]);
         let index = slot.index as usize;
         match slot.kind {
-            Kind::Sphere => group.spheres[index].parameters(probe, hit),
-            Kind::Triangle => self.triangle(index).parameters(probe, hit),
-            Kind::Plane => group.planes[index].parameters(probe, hit),
-            Kind::Shape => group.shapes[index].parameters(probe, hit),
-            Kind::TransformedShape => group.placed[index].parameters(probe, hit),
-            Kind::Instance => {
+            PrimitiveKind::Sphere => group.spheres[index].parameters(prepared_ray, hit),
+            PrimitiveKind::Triangle => self.triangle(index).parameters(prepared_ray, hit),
+            PrimitiveKind::Plane => group.planes[index].parameters(prepared_ray, hit),
+            PrimitiveKind::Shape => group.shapes[index].parameters(prepared_ray, hit),
+            PrimitiveKind::TransformedShape => {
+                group.transformed_shapes[index].parameters(prepared_ray, hit)
+            }
+            PrimitiveKind::Instance => {
                 let mut room = None;
-                let (transform, part) = group.shown(&group.instances[index], probe.time, &mut room);
-                let there =
-                    part.parameters_at(&transform.probe_to_object(probe), hit, [inner, inner]);
+                let (transform, part) =
+                    group.shown(&group.instances[index], prepared_ray.time, &mut room);
+                let there = part.parameters_at(
+                    &transform.probe_to_object(prepared_ray),
+                    hit,
+                    [inner, inner],
+                );
                 transform.parameters_to_world(&there)
             }
         }
@@ -189,10 +211,10 @@ impl<R: Real> Default for HitLanes<R> {
 
 impl<R: Real> HitLanes<R> {
     #[inline(always)]
-    fn push(&mut self, place: usize, triangle: &Triangle<R>, hit: &Hit<R>) {
+    fn push(&mut self, index: usize, triangle: &Triangle<R>, hit: &Hit<R>) {
         let lane = self.len;
         self.len += 1;
-        self.place[lane] = place;
+        self.place[lane] = index;
         for ([x, y, z], corner) in self.corners.iter_mut().zip(triangle.vertices) {
             (x[lane], y[lane], z[lane]) = (corner.x(), corner.y(), corner.z());
         }
@@ -205,24 +227,26 @@ impl<R: Real> HitLanes<R> {
         if self.len == 0 {
             return;
         }
-        let located = widest(LocateTriangles(self));
+        let lanes = run_widest(LocateTriangles(self));
         for lane in 0..self.len {
-            let [point, normal] = [located.point, located.normal]
-                .map(|[x, y, z]| Vector::new(x[lane], y[lane], z[lane]));
+            let [point, normal] =
+                [lanes.point, lanes.normal].map(|[x, y, z]| Vector::new(x[lane], y[lane], z[lane]));
             let surface = Surface {
                 point,
                 above: point,
                 below: point,
-                error: located.error[lane],
+                error: lanes.error[lane],
                 normal,
             };
-            let inside = located.is_inside[lane];
+            let inside = lanes.is_inside[lane];
             out(
                 self.place[lane],
                 if inside {
                     surface
                 } else {
-                    self.triangle(lane).located(self.weights(lane)).stored()
+                    self.triangle(lane)
+                        .surface_point(self.weights(lane))
+                        .to_scalar()
                 },
             );
         }
@@ -260,7 +284,7 @@ struct LocatedLanes<R> {
 
 struct LocateTriangles<'a, R: Real>(&'a HitLanes<R>);
 
-impl<R: Real> Loops for LocateTriangles<'_, R> {
+impl<R: Real> SimdTask for LocateTriangles<'_, R> {
     type Output = LocatedLanes<R>;
     #[inline(always)]
     fn run(self) -> LocatedLanes<R> {
@@ -280,7 +304,7 @@ impl<R: Real> Loops for LocateTriangles<'_, R> {
                 [corner(0), corner(1), corner(2)],
                 self.0.weights(lane),
             );
-            let surface = point.stored::<R>();
+            let surface = point.to_scalar::<R>();
             for ([x, y, z], v) in [
                 (&mut out.point, surface.point),
                 (&mut out.normal, surface.normal),

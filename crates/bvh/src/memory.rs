@@ -20,7 +20,7 @@ pub fn huge_page_vec<T>(capacity: usize) -> Vec<T> {
 }
 
 /// The same, filled with `count` copies of `value`.
-pub(crate) fn filled<T: Clone>(count: usize, value: T) -> Vec<T> {
+pub(crate) fn huge_page_vec_of<T: Clone>(count: usize, value: T) -> Vec<T> {
     let mut list = huge_page_vec(count);
     list.resize(count, value);
     list
@@ -76,11 +76,11 @@ mod tests {
     #[test]
     fn large_arrays_ask_for_large_pages() {
         // The kernel reports the advice for each memory mapping.
-        let asked = |list: &[u64], at: usize| {
+        let requested = |list: &[u64], position: usize| {
             let Ok(ranges) = std::fs::read_to_string("/proc/self/smaps") else {
                 return None;
             };
-            let (place, mut here) = (list.as_ptr() as usize + at, false);
+            let (index, mut here) = (list.as_ptr() as usize + position, false);
             for line in ranges.lines() {
                 let range = line
                     .split_once(' ')
@@ -91,7 +91,7 @@ mod tests {
                         usize::from_str_radix(end, 16),
                     )
                 }) {
-                    here = (start..end).contains(&place);
+                    here = (start..end).contains(&index);
                 } else if here && line.starts_with("VmFlags:") {
                     return Some(line.split(' ').any(|flag| flag == "hg"));
                 }
@@ -101,13 +101,13 @@ mod tests {
         if !std::path::Path::new("/sys/kernel/mm/transparent_hugepage").exists() {
             return;
         }
-        let large = filled(8 << 20, 0_u64);
-        assert_ne!(asked(&large, 32 << 20), Some(false));
+        let large = huge_page_vec_of(8 << 20, 0_u64);
+        assert_ne!(requested(&large, 32 << 20), Some(false));
         // A page only partly in the array must not be advised; the last element usually lies on
         // such a page.
         let ends_on_a_page = (large.as_ptr_range().end as usize).is_multiple_of(2 << 20);
         assert_ne!(
-            asked(&large, size_of_val(large.as_slice()) - 8),
+            requested(&large, size_of_val(large.as_slice()) - 8),
             Some(!ends_on_a_page)
         );
     }

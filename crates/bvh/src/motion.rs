@@ -168,7 +168,7 @@ mod tests {
     /// and at others, where the determinant crosses zero and where it only touches it, at any scale
     /// and flatness; a motion that only comes near, or grows from almost nothing, is accepted.
     #[test]
-    fn singular_on_the_way() {
+    fn maps_singular_during_motion() {
         let scale = |x: f64, y: f64, z: f64| DAffine3::from_scale(DVec3::new(x, y, z));
         let (one, on_the_way) = (DAffine3::IDENTITY, Some(GeometryError::SingularOnTheWay));
         for flat in [

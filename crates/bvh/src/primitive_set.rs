@@ -13,10 +13,11 @@ use crate::motion::Motion;
 use crate::ray::Visibility;
 use crate::scalar::{Real, Vector};
 use crate::shapes::{AnyShape, Plane, Shape, Sphere, Transform, TransformedShape, Triangle};
-use crate::slot::{Kind, MAX_PRIMITIVES, Slot};
+use crate::slot::{MAX_PRIMITIVES, PrimitiveKind, Slot};
 
 /// Primitives by kind, and their slots. An object is a shape, a mesh or an instance.
 #[derive(Clone, Debug, Default)]
+#[doc(alias("RTCGeometry", "rtcAttachGeometry"))]
 pub struct PrimitiveSet<R: Real> {
     /// In the order of insertion; in a [`Geometry`], in the accelerator's order.
     pub(crate) slots: Vec<Slot>,
@@ -26,7 +27,7 @@ pub struct PrimitiveSet<R: Real> {
     pub(crate) planes: Vec<Plane<R>>,
     /// All other shapes.
     pub(crate) shapes: Vec<AnyShape<R>>,
-    pub(crate) placed: Vec<TransformedShape<R>>,
+    pub(crate) transformed_shapes: Vec<TransformedShape<R>>,
     pub(crate) instances: Vec<Instance>,
     /// Motions of the moving instances.
     pub(crate) motions: Vec<Motion>,
@@ -72,7 +73,7 @@ impl<R: Real> PrimitiveSet<R> {
     /// Adds an object of one primitive and returns its id.
     fn single(
         &mut self,
-        kind: Kind,
+        kind: PrimitiveKind,
         visibility: Visibility,
         index: usize,
     ) -> Result<u32, GeometryError> {
@@ -83,7 +84,7 @@ impl<R: Real> PrimitiveSet<R> {
 
     fn push(
         &mut self,
-        kind: Kind,
+        kind: PrimitiveKind,
         visibility: Visibility,
         primitive: usize,
         index: usize,
@@ -106,38 +107,42 @@ impl<R: Real> PrimitiveSet<R> {
     /// # Errors
     /// [`GeometryError::NotFinite`] for a coordinate that is NaN, infinite or beyond the range of
     /// f32; [`GeometryError::TooMany`] if the set is full.
-    pub fn sphere(
+    pub fn add_sphere(
         &mut self,
         sphere: Sphere<R>,
         visibility: Visibility,
     ) -> Result<u32, GeometryError> {
         check_bounds(sphere.bounds())?;
         self.spheres.push(sphere);
-        self.single(Kind::Sphere, visibility, self.spheres.len() - 1)
+        self.single(PrimitiveKind::Sphere, visibility, self.spheres.len() - 1)
     }
 
     /// Adds a plane and returns its object id.
     ///
     /// # Errors
-    /// As [`PrimitiveSet::sphere`].
-    pub fn plane(&mut self, plane: Plane<R>, visibility: Visibility) -> Result<u32, GeometryError> {
+    /// As [`PrimitiveSet::add_sphere`].
+    pub fn add_plane(
+        &mut self,
+        plane: Plane<R>,
+        visibility: Visibility,
+    ) -> Result<u32, GeometryError> {
         if !(plane.point.is_finite() && plane.normal.is_finite()) {
             return Err(GeometryError::NotFinite);
         }
         self.planes.push(plane);
-        self.single(Kind::Plane, visibility, self.planes.len() - 1)
+        self.single(PrimitiveKind::Plane, visibility, self.planes.len() - 1)
     }
 
     /// Adds a single triangle and returns its object id.
     ///
     /// # Errors
-    /// As [`PrimitiveSet::sphere`].
-    pub fn triangle(
+    /// As [`PrimitiveSet::add_sphere`].
+    pub fn add_triangle(
         &mut self,
         vertices: [R::Vec3; 3],
         visibility: Visibility,
     ) -> Result<u32, GeometryError> {
-        self.mesh([vertices], visibility)
+        self.add_mesh([vertices], visibility)
     }
 
     /// Reserves capacity for `count` more triangles, for an iterator without a size hint.
@@ -157,8 +162,9 @@ impl<R: Real> PrimitiveSet<R> {
     /// primitives in their order; a mesh may be empty.
     ///
     /// # Errors
-    /// As [`PrimitiveSet::sphere`], for any of the triangles; then none is added.
-    pub fn mesh(
+    /// As [`PrimitiveSet::add_sphere`], for any of the triangles; then none is added.
+    #[doc(alias("RTC_GEOMETRY_TYPE_TRIANGLE", "TriangleMesh"))]
+    pub fn add_mesh(
         &mut self,
         triangles: impl IntoIterator<Item = [R::Vec3; 3]>,
         visibility: Visibility,
@@ -171,7 +177,7 @@ impl<R: Real> PrimitiveSet<R> {
             self.triangles.push(triangle);
             let added = check_corners(&triangle).and_then(|()| {
                 self.push(
-                    Kind::Triangle,
+                    PrimitiveKind::Triangle,
                     visibility,
                     primitive,
                     self.triangles.len() - 1,
@@ -195,20 +201,20 @@ impl<R: Real> PrimitiveSet<R> {
     /// Adds any shape and returns its object id.
     ///
     /// # Errors
-    /// As [`PrimitiveSet::sphere`].
-    pub fn shape(
+    /// As [`PrimitiveSet::add_sphere`].
+    pub fn add_shape(
         &mut self,
         shape: AnyShape<R>,
         visibility: Visibility,
     ) -> Result<u32, GeometryError> {
         match shape {
-            AnyShape::Sphere(sphere) => self.sphere(sphere, visibility),
-            AnyShape::Triangle(triangle) => self.triangle(triangle.vertices, visibility),
-            AnyShape::Plane(plane) => self.plane(plane, visibility),
+            AnyShape::Sphere(sphere) => self.add_sphere(sphere, visibility),
+            AnyShape::Triangle(triangle) => self.add_triangle(triangle.vertices, visibility),
+            AnyShape::Plane(plane) => self.add_plane(plane, visibility),
             shape if !shape.is_finite() => Err(GeometryError::NotFinite),
             shape => {
                 self.shapes.push(shape);
-                self.single(Kind::Shape, visibility, self.shapes.len() - 1)
+                self.single(PrimitiveKind::Shape, visibility, self.shapes.len() - 1)
             }
         }
     }
@@ -216,32 +222,37 @@ impl<R: Real> PrimitiveSet<R> {
     /// Adds any shape under an affine map and returns its object id.
     ///
     /// # Errors
-    /// As [`PrimitiveSet::sphere`]; [`GeometryError::Singular`] for a map without an inverse.
-    pub fn placed(
+    /// As [`PrimitiveSet::add_sphere`]; [`GeometryError::Singular`] for a map without an inverse.
+    pub fn add_transformed(
         &mut self,
         shape: AnyShape<R>,
         to_world: DAffine3,
         visibility: Visibility,
     ) -> Result<u32, GeometryError> {
         if to_world == DAffine3::IDENTITY {
-            return self.shape(shape, visibility);
+            return self.add_shape(shape, visibility);
         }
         if !shape.is_finite() {
             return Err(GeometryError::NotFinite);
         }
-        let placed = TransformedShape::new(shape, to_world).ok_or(GeometryError::Singular)?;
-        check_bounds(placed.bounds())?;
-        self.placed.push(placed);
-        self.single(Kind::TransformedShape, visibility, self.placed.len() - 1)
+        let transformed_shape =
+            TransformedShape::new(shape, to_world).ok_or(GeometryError::Singular)?;
+        check_bounds(transformed_shape.bounds())?;
+        self.transformed_shapes.push(transformed_shape);
+        self.single(
+            PrimitiveKind::TransformedShape,
+            visibility,
+            self.transformed_shapes.len() - 1,
+        )
     }
 
     /// Adds a geometry for instances to show, and returns its part number for
-    /// [`PrimitiveSet::instance`].
+    /// [`PrimitiveSet::add_instance`].
     ///
     /// # Errors
     /// [`GeometryError::Nested`] if the geometry itself holds instances: a hit can name only one
     /// instance.
-    pub fn part(&mut self, geometry: Geometry<R>) -> Result<u32, GeometryError> {
+    pub fn add_part(&mut self, geometry: Geometry<R>) -> Result<u32, GeometryError> {
         if geometry.instance_count() > 0 {
             return Err(GeometryError::Nested);
         }
@@ -254,27 +265,28 @@ impl<R: Real> PrimitiveSet<R> {
     /// can be hit is a property of the part's objects.
     ///
     /// # Errors
-    /// As [`PrimitiveSet::placed`]; [`GeometryError::NoPart`] for an unknown part.
-    pub fn instance(
+    /// As [`PrimitiveSet::add_transformed`]; [`GeometryError::NoPart`] for an unknown part.
+    #[doc(alias("RTC_GEOMETRY_TYPE_INSTANCE", "ObjectInstance"))]
+    pub fn add_instance(
         &mut self,
         part: u32,
         to_world: DAffine3,
         visibility: Visibility,
     ) -> Result<u32, GeometryError> {
-        self.moving(part, [to_world; 2], visibility)
+        self.add_moving_instance(part, [to_world; 2], visibility)
     }
 
-    /// Adds a moving instance of a part, otherwise as [`PrimitiveSet::instance`]. The map is
+    /// Adds a moving instance of a part, otherwise as [`PrimitiveSet::add_instance`]. The map is
     /// interpolated linearly in each entry, from the first at ray time 0 to the second at time 1;
     /// equal maps give an instance at rest. So each point moves along a straight line at constant
     /// speed. A rotating part shrinks on the way: halfway, across the axis, by the cosine of half
     /// the angle.
     ///
     /// # Errors
-    /// As [`PrimitiveSet::instance`]; [`GeometryError::SingularOnTheWay`] if the map is singular,
+    /// As [`PrimitiveSet::add_instance`]; [`GeometryError::SingularOnTheWay`] if the map is singular,
     /// or can't be proven invertible, at some time in [0, 1], for example halfway through half a
     /// turn.
-    pub fn moving(
+    pub fn add_moving_instance(
         &mut self,
         part: u32,
         to_world: [DAffine3; 2],
@@ -293,7 +305,11 @@ impl<R: Real> PrimitiveSet<R> {
             instance
         };
         self.instances.push(instance);
-        self.single(Kind::Instance, visibility, self.instances.len() - 1)
+        self.single(
+            PrimitiveKind::Instance,
+            visibility,
+            self.instances.len() - 1,
+        )
     }
 
     /// Bytes of primitives and of instanced geometries.
@@ -303,7 +319,7 @@ impl<R: Real> PrimitiveSet<R> {
             + size_of_val(self.triangles.as_slice())
             + size_of_val(self.planes.as_slice())
             + size_of_val(self.shapes.as_slice())
-            + size_of_val(self.placed.as_slice())
+            + size_of_val(self.transformed_shapes.as_slice())
             + size_of_val(self.instances.as_slice())
             + size_of_val(self.motions.as_slice())
             + self
@@ -317,12 +333,12 @@ impl<R: Real> PrimitiveSet<R> {
     pub(crate) fn bounds(&self, slot: &Slot) -> Option<Aabb> {
         let index = slot.index as usize;
         match slot.kind {
-            Kind::Sphere => Shape::bounds(&self.spheres[index]),
-            Kind::Triangle => Shape::bounds(&self.triangles[index]),
-            Kind::Plane => None,
-            Kind::Shape => Shape::bounds(&self.shapes[index]),
-            Kind::TransformedShape => self.placed[index].bounds(),
-            Kind::Instance => self.instances[index].bounds,
+            PrimitiveKind::Sphere => Shape::bounds(&self.spheres[index]),
+            PrimitiveKind::Triangle => Shape::bounds(&self.triangles[index]),
+            PrimitiveKind::Plane => None,
+            PrimitiveKind::Shape => Shape::bounds(&self.shapes[index]),
+            PrimitiveKind::TransformedShape => self.transformed_shapes[index].bounds(),
+            PrimitiveKind::Instance => self.instances[index].bounds,
         }
     }
 }
@@ -337,8 +353,8 @@ pub(crate) fn few(spheres_alone: bool) -> usize {
 
 /// Refuses a triangle that no tree can hold. The box is computed only for very large triangles.
 fn check_corners<R: Real>(triangle: &Triangle<R>) -> Result<(), GeometryError> {
-    let most = R::from_f64(f64::from(f32::MAX) * 0.5);
-    let within = |corner: &R::Vec3| corner.is_finite() && corner.abs().max_element() < most;
+    let maximum = R::from_f64(f64::from(f32::MAX) * 0.5);
+    let within = |corner: &R::Vec3| corner.is_finite() && corner.abs().max_element() < maximum;
     if triangle.vertices.iter().all(within) {
         Ok(())
     } else {

@@ -8,7 +8,7 @@
 use crate::math::simd::{Avx2, Avx512};
 
 /// Arithmetic in plain loops over arrays, which the compiler vectorises.
-pub trait Loops {
+pub trait SimdTask {
     /// Result of the loops.
     type Output;
     /// Runs the loops. Must be `#[inline(always)]`, with every function called in the loops: code
@@ -16,10 +16,10 @@ pub trait Loops {
     fn run(self) -> Self::Output;
 }
 
-/// Runs loops with the widest registers of the processor. The bits are those of [`Loops::run`] by
+/// Runs loops with the widest registers of the processor. The bits are those of [`SimdTask::run`] by
 /// itself: nothing is fused, and each number is computed independently.
 #[inline]
-pub fn widest<L: Loops>(work: L) -> L::Output {
+pub fn run_widest<L: SimdTask>(work: L) -> L::Output {
     #[cfg(target_arch = "x86_64")]
     {
         if Avx512::detect().is_some() {
@@ -36,22 +36,22 @@ pub fn widest<L: Loops>(work: L) -> L::Output {
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,bmi1,bmi2")]
-fn with_avx512<L: Loops>(work: L) -> L::Output {
+fn with_avx512<L: SimdTask>(work: L) -> L::Output {
     work.run()
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,bmi1,bmi2")]
-fn with_avx2<L: Loops>(work: L) -> L::Output {
+fn with_avx2<L: SimdTask>(work: L) -> L::Output {
     work.run()
 }
 
 /// Prefetches an element of a list, so that a later read does not wait for memory. No result
 /// changes. Beyond the list's end, and on processors without the instruction, nothing happens.
 #[inline(always)]
-pub fn prefetch<T>(list: &[T], place: usize) {
-    if let Some(wanted) = list.get(place) {
-        prefetch_line(wanted);
+pub fn prefetch<T>(list: &[T], index: usize) {
+    if let Some(requested) = list.get(index) {
+        prefetch_line(requested);
     }
 }
 
@@ -75,7 +75,7 @@ mod tests {
 
     struct Sums<'a>(&'a [f32; 64], &'a [f32; 64]);
 
-    impl Loops for Sums<'_> {
+    impl SimdTask for Sums<'_> {
         type Output = [f32; 64];
         #[inline(always)]
         fn run(self) -> [f32; 64] {
@@ -89,16 +89,16 @@ mod tests {
     fn wide_registers_change_no_bit() {
         let mut differs = 0;
         for turn in 0..100_u32 {
-            let of = |k: u32, i: usize| {
+            let value_of = |k: u32, i: usize| {
                 f32::from_bits(
                     0x3f80_0000 | (turn * 64 + i as u32 + k).wrapping_mul(0x9e37_79b9) >> 9,
                 )
             };
             let (a, b) = (
-                core::array::from_fn(|i| of(0, i)),
-                core::array::from_fn(|i| of(7777, i)),
+                core::array::from_fn(|i| value_of(0, i)),
+                core::array::from_fn(|i| value_of(7777, i)),
             );
-            let (found, alone) = (widest(Sums(&a, &b)), Sums(&a, &b).run());
+            let (found, alone) = (run_widest(Sums(&a, &b)), Sums(&a, &b).run());
             assert_eq!(found.map(f32::to_bits), alone.map(f32::to_bits));
             let exact = |i: usize| {
                 ((f64::from(a[i]) * f64::from(b[i]) + f64::from(a[63 - i])) as f32).sqrt() / b[i]

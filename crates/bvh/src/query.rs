@@ -16,7 +16,7 @@ use crate::geometry::Geometry;
 use crate::ray::{Hit, Interval, Ray};
 use crate::scalar::{Real, Vector};
 use crate::shapes::{PreparedRay, Shape, ShapeHit};
-use crate::slot::{Kind, Slot};
+use crate::slot::{PrimitiveKind, Slot};
 use crate::stats::{TraversalCounter, TraversalStats};
 
 use self::visitor::{AnyHit, ClosestHit, QueryKind, Visitor};
@@ -46,27 +46,32 @@ impl<R: Real> Geometry<R> {
     /// The closest hit with `range.min < t < range.max`. Ties at equal distance go to the lowest
     /// object id, then to the lowest primitive.
     #[inline(never)]
+    #[doc(alias("rtcIntersect1", "Intersect"))]
     pub fn closest<T: TraversalCounter>(
         &self,
         ray: &Ray<R>,
         range: Interval<R>,
-        tally: &mut T,
+        stats: &mut T,
     ) -> Option<Hit<R>> {
         if !is_sound(ray) {
             return None;
         }
         let Some(bvh) = self.lanes() else {
             return self
-                .closest_prepared(ray, range, tally)
-                .map(|found| self.named(&found));
+                .closest_prepared(ray, range, stats)
+                .map(|slot_hit| self.named(&slot_hit));
         };
         let mut visitor = Visitor {
             geometry: self,
             query: ClosestHit::new(range),
-            tally,
+            stats,
         };
         self.visit_stored(bvh, ray, &mut visitor);
-        visitor.query.found.as_ref().map(|found| self.named(found))
+        visitor
+            .query
+            .slot_hit
+            .as_ref()
+            .map(|slot_hit| self.named(slot_hit))
     }
 
     /// The closest hit by a ray that is prepared first: for a scan, and for primitives stored in
@@ -76,17 +81,17 @@ impl<R: Real> Geometry<R> {
         &self,
         ray: &Ray<R>,
         range: Interval<R>,
-        tally: &mut T,
+        stats: &mut T,
     ) -> Option<SlotHit<R>> {
         let ray = self.prepare(*ray);
         let closest = self
-            .visit_all(&ray, ClosestHit::new(range).in_space_of(&ray), tally)
+            .visit_all(&ray, ClosestHit::new(range).in_space_of(&ray), stats)
             .1;
-        let found = closest.found?;
+        let slot_hit = closest.slot_hit?;
         Some(if closest.is_contested {
-            self.first_of_equals(&ray, closest.range, found, tally)
+            self.first_of_equals(&ray, closest.range, slot_hit, stats)
         } else {
-            found
+            slot_hit
         })
     }
 
@@ -99,13 +104,13 @@ impl<R: Real> Geometry<R> {
         ray: &PreparedRay,
         range: Interval<R>,
         nearest: SlotHit<R>,
-        tally: &mut T,
+        stats: &mut T,
     ) -> SlotHit<R> {
-        let order = |found: &SlotHit<R>| self.group.slots[found.slot as usize].order();
+        let order = |slot_hit: &SlotHit<R>| self.group.slots[slot_hit.slot as usize].order();
         let mut first = nearest;
-        let mut consider = |found: SlotHit<R>| {
-            first = if order(&found) < order(&first) {
-                found
+        let mut consider = |slot_hit: SlotHit<R>| {
+            first = if order(&slot_hit) < order(&first) {
+                slot_hit
             } else {
                 first
             };
@@ -117,7 +122,7 @@ impl<R: Real> Geometry<R> {
                 range,
                 accept: &mut consider,
             },
-            tally,
+            stats,
         );
         first
     }
@@ -127,17 +132,18 @@ impl<R: Real> Geometry<R> {
     /// The order of calls is free; a refused hit does not stop the search. A primitive of the set
     /// itself is passed once, at its nearest hit; for an instance, so is each primitive in it.
     #[inline(never)]
+    #[doc(alias("rtcOccluded1", "occluded", "IntersectP"))]
     pub fn any<T: TraversalCounter>(
         &self,
         ray: &Ray<R>,
         range: Interval<R>,
         ask: &mut dyn FnMut(&Hit<R>) -> bool,
-        tally: &mut T,
+        stats: &mut T,
     ) -> bool {
         if !is_sound(ray) {
             return false;
         }
-        let mut accept = |found: SlotHit<R>| ask(&self.named(&found));
+        let mut accept = |slot_hit: SlotHit<R>| ask(&self.named(&slot_hit));
         let query = AnyHit::<_, true> {
             range,
             accept: &mut accept,
@@ -149,10 +155,10 @@ impl<R: Real> Geometry<R> {
                 &mut Visitor {
                     geometry: self,
                     query,
-                    tally,
+                    stats,
                 },
             ),
-            None => self.visit_prepared(ray, query, tally),
+            None => self.visit_prepared(ray, query, stats),
         }
     }
 
@@ -162,9 +168,9 @@ impl<R: Real> Geometry<R> {
         &self,
         ray: &Ray<R>,
         query: Q,
-        tally: &mut T,
+        stats: &mut T,
     ) -> bool {
-        self.visit_all(&self.prepare(*ray), query, tally).0
+        self.visit_all(&self.prepare(*ray), query, stats).0
     }
 
     /// Unbounded slots, which every query tests one by one.
@@ -184,28 +190,33 @@ impl<R: Real> Geometry<R> {
     #[inline(always)]
     fn test<T: TraversalCounter>(
         &self,
-        (slot, own): (u32, &Slot),
+        (slot, own_slot): (u32, &Slot),
         ray: &PreparedRay,
         range: Interval<R>,
-        tally: &mut T,
+        stats: &mut T,
     ) -> Option<SlotHit<R>> {
-        let (index, side) = (own.index as usize, own.visibility.side.to(ray.culls));
-        tally.count(TraversalStats::ONE);
-        let hit = match own.kind {
-            Kind::Sphere => self.group.spheres[index].intersect(ray, range, side),
-            Kind::Triangle => self.triangle(index).intersect(ray, range, side),
-            Kind::Plane => self.group.planes[index].intersect(ray, range, side),
-            Kind::Shape => self.group.shapes[index].intersect(ray, range, side),
-            Kind::TransformedShape => self.group.placed[index].intersect(ray, range, side),
-            Kind::Instance => {
-                let found = self
-                    .visit_instance(index, ray, ClosestHit::new(range), tally)
+        let (index, side) = (
+            own_slot.index as usize,
+            own_slot.visibility.side.to(ray.culls),
+        );
+        stats.count(TraversalStats::ONE);
+        let hit = match own_slot.kind {
+            PrimitiveKind::Sphere => self.group.spheres[index].intersect(ray, range, side),
+            PrimitiveKind::Triangle => self.triangle(index).intersect(ray, range, side),
+            PrimitiveKind::Plane => self.group.planes[index].intersect(ray, range, side),
+            PrimitiveKind::Shape => self.group.shapes[index].intersect(ray, range, side),
+            PrimitiveKind::TransformedShape => {
+                self.group.transformed_shapes[index].intersect(ray, range, side)
+            }
+            PrimitiveKind::Instance => {
+                let slot_hit = self
+                    .visit_instance(index, ray, ClosestHit::new(range), stats)
                     .1
-                    .found?;
+                    .slot_hit?;
                 return Some(SlotHit {
                     slot,
-                    inner: found.slot,
-                    ..found
+                    inner: slot_hit.slot,
+                    ..slot_hit
                 });
             }
         };
@@ -237,10 +248,10 @@ impl<R: Real> Geometry<R> {
             inner,
         }: &SlotHit<R>,
     ) -> Hit<R> {
-        let own = &self.group.slots[slot as usize];
+        let own_slot = &self.group.slots[slot as usize];
         let slots = [slot, inner];
         if inner == NO_PART {
-            let (object, primitive) = own.order();
+            let (object, primitive) = own_slot.order();
             return Hit {
                 t,
                 u,
@@ -251,7 +262,7 @@ impl<R: Real> Geometry<R> {
                 slots,
             };
         }
-        let part = &self.group.parts[self.group.instances[own.index as usize].part as usize];
+        let part = &self.group.parts[self.group.instances[own_slot.index as usize].part as usize];
         let (object, primitive) = part.group.slots[inner as usize].order();
         Hit {
             t,
@@ -259,7 +270,7 @@ impl<R: Real> Geometry<R> {
             v,
             object,
             primitive,
-            instance: own.object,
+            instance: own_slot.object,
             slots,
         }
     }

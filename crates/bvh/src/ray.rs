@@ -6,6 +6,7 @@ use crate::scalar::{Real, Vector};
 /// so that distances are lengths. Intersection tests use the stored direction unchanged, with
 /// distances in units of its length.
 #[derive(Clone, Copy, Debug)]
+#[doc(alias = "RTCRay")]
 pub struct Ray<R: Real> {
     /// Start, in world units.
     pub origin: R::Vec3,
@@ -61,6 +62,7 @@ impl<R: Real> Ray<R> {
 /// The open interval of accepted distances: a hit counts iff `min < t < max`, for every query and
 /// every accelerator.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[doc(alias("tnear", "tfar", "tMax"))]
 pub struct Interval<R> {
     /// Excluded lower end.
     pub min: R,
@@ -142,6 +144,7 @@ pub enum Occlusion {
 
 /// How an object takes part in queries.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[doc(alias("ray mask", "backface culling"))]
 pub struct Visibility {
     /// Which sides can be hit.
     pub side: Side,
@@ -152,6 +155,7 @@ pub struct Visibility {
 /// An intersection and the ids of the hit primitive. Kept small; the surface point is computed
 /// once, after the query.
 #[derive(Clone, Copy, Debug)]
+#[doc(alias("RTCHit", "ShapeIntersection"))]
 pub struct Hit<R> {
     /// Distance along the unit direction.
     pub t: R,

@@ -7,7 +7,7 @@ pub(crate) const MAX_PRIMITIVES: usize = (1 << 27) - 1;
 
 /// The array that stores a primitive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Kind {
+pub(crate) enum PrimitiveKind {
     Sphere,
     Triangle,
     Plane,
@@ -24,7 +24,7 @@ pub(crate) struct Slot {
     pub object: u32,
     pub primitive: u32,
     pub index: u32,
-    pub kind: Kind,
+    pub kind: PrimitiveKind,
     pub visibility: Visibility,
 }
 

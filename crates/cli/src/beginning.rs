@@ -13,10 +13,10 @@ use std::time::{Duration, Instant};
 use raywright_core::memory::{Refusal, limit_heap, on_heap_refusal};
 use raywright_io::human_bytes;
 
-use crate::clock::spoken;
+use crate::clock::format_duration;
 use crate::console;
 use crate::failure::{Exit, Failure};
-use crate::ready::NOTHING_KEPT;
+use crate::preparation::NOTHING_KEPT;
 use crate::threads;
 
 /// Whether a run is still in its early stage. The thread that clears the flag ends that stage, and
@@ -106,13 +106,13 @@ pub fn watch_memory() {
 fn end(exit_code: Exit, failure: impl FnOnce() -> Failure) {
     if IS_UNDER_WAY.swap(false, Ordering::SeqCst) {
         clear_line();
-        console::tell(failure().message);
+        console::print_message(failure().message);
         exit(exit_code as i32);
     }
 }
 
 fn late(name: &str, budget: Duration) -> Failure {
-    let time = spoken(budget.max(LEAST_TIME).as_secs_f64());
+    let time = format_duration(budget.max(LEAST_TIME).as_secs_f64());
     Failure::new(
         Exit::Limit,
         format_args!(

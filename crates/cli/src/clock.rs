@@ -68,7 +68,7 @@ impl Clock {
 }
 
 /// Formats a duration: `35 ms`, `1.24 s`, `75.0 s`, `12 min 5 s`.
-pub fn spoken(seconds: f64) -> String {
+pub fn format_duration(seconds: f64) -> String {
     match seconds {
         s if s < 0.9995 => format!("{:.0} ms", s * 1e3),
         s if s < 9.995 => format!("{s:.2} s"),
@@ -101,9 +101,9 @@ mod tests {
             (725.0, "12 min 5 s"),
         ];
         for (seconds, text) in cases {
-            assert_eq!(spoken(seconds), text);
+            assert_eq!(format_duration(seconds), text);
         }
-        assert_eq!(spoken(7500.0), "2 h 5 min");
+        assert_eq!(format_duration(7500.0), "2 h 5 min");
     }
 
     /// Protects: stages do not overlap: the sum of their times is at most the total.

@@ -119,7 +119,7 @@ pub fn json(value: &impl Serialize) -> String {
 }
 
 /// Writes one message to standard error, masked. A failed write is ignored.
-pub fn tell(message: impl fmt::Display) {
+pub fn print_message(message: impl fmt::Display) {
     let message = message.to_string();
     let shown = masked(&message);
     let shown = if COLOURED.load(Ordering::Relaxed) {
@@ -146,28 +146,28 @@ impl Verbosity {
     /// Prints a warning about a picture that is still made: one message, perhaps of several lines.
     pub fn warn(self, message: impl fmt::Display) {
         if self > Self::Quiet {
-            tell(format_args!("warning: {message}"));
+            print_message(format_args!("warning: {message}"));
         }
     }
 
     /// Prints a note about a choice among several possibilities.
     pub fn note(self, message: impl fmt::Display) {
         if self > Self::Quiet {
-            tell(format_args!("note: {message}"));
+            print_message(format_args!("note: {message}"));
         }
     }
 
     /// Prints a result of the run.
     pub fn say(self, message: impl fmt::Display) {
         if self > Self::Quiet {
-            tell(message);
+            print_message(message);
         }
     }
 
     /// Prints a message for verbose runs only.
     pub fn detail(self, message: impl fmt::Display) {
         if self == Self::Verbose {
-            tell(message);
+            print_message(message);
         }
     }
 }

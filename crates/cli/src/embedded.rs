@@ -4,12 +4,12 @@
 //! pool and checks an observer for cancellation.
 //!
 //! ```
-//! use raywright_cli::embedded::{Request, load};
+//! use raywright_cli::embedded::{EmbeddedCommand, load};
 //! use raywright_io::Input;
 //!
 //! let model = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
 //! let input = Input::Bytes { name: "sheet.obj".into(), bytes: model.to_vec(), resolver: None };
-//! let request = Request::new("render", ["--size=16x16", "--spp=4"].map(Into::into).to_vec())?;
+//! let request = EmbeddedCommand::new("render", ["--size=16x16", "--spp=4"].map(Into::into).to_vec())?;
 //! let picture = request.picture(load(&input, &request.options(), &())?, &())?;
 //! assert_eq!(picture.samples, "4 samples");
 //! # Ok::<(), raywright_cli::failure::Failure>(())
@@ -23,24 +23,24 @@ use raywright_core::Observer;
 use raywright_io::{LoadOptions, Loaded};
 
 use crate::args::{Arguments, Command};
-pub use crate::commands::compare::Judged;
+pub use crate::commands::compare::JudgedPicture;
 use crate::commands::render::picture;
 pub use crate::commands::render::picture::FinishedPicture;
 use crate::commands::{accuracy, compare, explain};
 use crate::console::Verbosity;
 use crate::failure::{Exit, Failure};
-use crate::plan::{self, Task};
+use crate::plan::{self, RenderTask};
 pub use crate::scene_input::load_watched as load;
 pub use crate::threads::refused;
 use crate::{origin, wrong_words};
 
 /// A command with its arguments, without the names of its inputs.
-pub struct Request {
+pub struct EmbeddedCommand {
     command: Command,
     words: Vec<OsString>,
 }
 
-impl Request {
+impl EmbeddedCommand {
     /// Parses the arguments of `render`, `explain`, `accuracy` or `compare`.
     ///
     /// # Errors
@@ -102,11 +102,11 @@ impl Request {
     }
 
     /// Task of `render`.
-    pub(crate) fn task(&self) -> Result<Task, Failure> {
+    pub(crate) fn task(&self) -> Result<RenderTask, Failure> {
         let Command::Render(args) = &self.command else {
             return Err(other("a picture"));
         };
-        Task::new((**args).clone(), Verbosity::Quiet)
+        RenderTask::new((**args).clone(), Verbosity::Quiet)
     }
 
     /// Returns the JSON of `explain --json` or `accuracy --json` for a scene loaded with these
@@ -124,7 +124,11 @@ impl Request {
 
     /// Returns the JSON of `compare --json` for two pictures with these names. A difference is no
     /// failure.
-    pub fn comparison(&self, names: [PathBuf; 2], pair: &[Judged; 2]) -> Result<String, Failure> {
+    pub fn comparison(
+        &self,
+        names: [PathBuf; 2],
+        pair: &[JudgedPicture; 2],
+    ) -> Result<String, Failure> {
         let Command::Compare(args) = &self.command else {
             return Err(other("a comparison"));
         };
@@ -138,10 +142,10 @@ impl Request {
     }
 }
 
-fn other(what: &str) -> Failure {
+fn other(label: &str) -> Failure {
     Failure::new(
         Exit::Usage,
-        format_args!("this command does not make {what}"),
+        format_args!("this command does not make {label}"),
     )
 }
 
@@ -151,8 +155,8 @@ mod tests {
 
     use super::*;
 
-    fn request(command: &str, words: &[&str]) -> Result<Request, Failure> {
-        Request::new(command, words.iter().map(OsString::from).collect())
+    fn request(command: &str, words: &[&str]) -> Result<EmbeddedCommand, Failure> {
+        EmbeddedCommand::new(command, words.iter().map(OsString::from).collect())
     }
 
     /// Protects: arguments mean the same as on the command line, a wrong one gives the same
@@ -186,7 +190,11 @@ mod tests {
         let made = picture(&["--size=8x4", "--spp=16", "--view=front", "--max-error=1"])
             .expect("a picture");
         assert_eq!(
-            (made.shown().width, made.shown().height, made.converged),
+            (
+                made.shown_picture().width,
+                made.shown_picture().height,
+                made.converged
+            ),
             (8, 4, Some(true))
         );
         assert_eq!(
@@ -229,7 +237,7 @@ mod tests {
             request.picture(loaded(), &()).expect("a picture")
         };
         let pair = [picture("--seed=1"), picture("--seed=2")]
-            .map(|of| Judged::of(of.shown(), of.display, &of.metadata));
+            .map(|of| JudgedPicture::of(of.shown_picture(), of.display, &of.metadata));
         let compared = request("compare", &["--max-rmse=0"])
             .and_then(|request| request.comparison(["a", "b"].map(PathBuf::from), &pair));
         assert!(compared.expect("a comparison").contains("\"RMSE "));

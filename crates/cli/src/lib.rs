@@ -31,8 +31,8 @@ mod memory;
 mod notes;
 mod origin;
 mod plan;
+mod preparation;
 mod progress;
-mod ready;
 mod scatter;
 mod scene_input;
 mod stats;
@@ -70,7 +70,7 @@ pub fn main_with(words: Vec<OsString>) -> Exit {
     match panic::catch_unwind(AssertUnwindSafe(|| run(words))) {
         Ok(Ok(())) => Exit::Done,
         Ok(Err(failure)) => {
-            console::tell(failure.message.trim_end());
+            console::print_message(failure.message.trim_end());
             failure.exit
         }
         Err(_) => Exit::Failed,
@@ -105,7 +105,7 @@ fn report_panic(panic: &panic::PanicHookInfo<'_>) {
     ONCE.call_once(|| {
         let cause = panic.payload_as_str().unwrap_or("no message");
         let place = panic.location().map(|l| format!(" ({}:{})", l.file(), l.line())).unwrap_or_default();
-        console::tell(format_args!(
+        console::print_message(format_args!(
             "error: this is a bug in raywright {}: {cause}{place}\n  Please report it with the command and the scene.",
             env!("CARGO_PKG_VERSION")
         ));

@@ -9,7 +9,7 @@ use crate::console::{self, Verbosity};
 
 /// Importance of a message; greater values come first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Weight {
+enum MessagePriority {
     /// An automatic choice of the program.
     Note,
     /// Advice for a better picture.
@@ -18,7 +18,7 @@ enum Weight {
     Warning(Severity),
 }
 
-impl From<Severity> for Weight {
+impl From<Severity> for MessagePriority {
     fn from(severity: Severity) -> Self {
         if severity == Severity::Note {
             Self::Note
@@ -31,7 +31,7 @@ impl From<Severity> for Weight {
 /// A message kept until the end of a run.
 #[derive(Debug)]
 struct Message {
-    weight: Weight,
+    weight: MessagePriority,
     /// Index of its file in the order of the run.
     file: usize,
     text: String,
@@ -73,17 +73,17 @@ impl Notes {
 
     /// Adds a warning: a part of the picture is incomplete or wrong.
     pub fn warn(&mut self, message: impl Into<String>) {
-        self.add(Weight::Warning(Severity::LeftOut), message.into());
+        self.add(MessagePriority::Warning(Severity::LeftOut), message.into());
     }
 
     /// Adds advice.
     pub fn hint(&mut self, message: impl Into<String>) {
-        self.add(Weight::Hint, message.into());
+        self.add(MessagePriority::Hint, message.into());
     }
 
     /// Adds a note on an automatic choice.
     pub fn note(&mut self, message: impl Into<String>) {
-        self.add(Weight::Note, message.into());
+        self.add(MessagePriority::Note, message.into());
     }
 
     /// Prints a message for verbose runs, with or without a label.
@@ -99,13 +99,13 @@ impl Notes {
             .for_each(|warning| self.add(warning.severity().into(), warning.message.clone()));
     }
 
-    fn add(&mut self, weight: Weight, message: String) {
+    fn add(&mut self, weight: MessagePriority, message: String) {
         let text = match &self.about {
             Some(name) if !message.starts_with(name.as_str()) => format!("{name}: {message}"),
             _ => message,
         };
         if self.verbosity == Verbosity::Verbose {
-            return console::tell(labelled(weight, &text));
+            return console::print_message(labelled(weight, &text));
         }
         if self.texts.insert(text.clone()) {
             self.kept.push(Message {
@@ -125,7 +125,7 @@ impl Notes {
     /// problems.
     pub fn finish(&mut self) {
         if self.verbosity == Verbosity::Normal {
-            self.lines().iter().for_each(console::tell);
+            self.lines().iter().for_each(console::print_message);
         }
         (self.kept, self.texts) = (Vec::new(), HashSet::new());
     }
@@ -136,12 +136,13 @@ impl Notes {
         let is_fine = !self
             .kept
             .iter()
-            .any(|message| matches!(message.weight, Weight::Warning(_)));
+            .any(|message| matches!(message.weight, MessagePriority::Warning(_)));
         let same = |a: &Message, b: &Message| is_fine || a.file == b.file;
-        let mut lines: Vec<(Weight, String)> = self.kept.chunk_by(same).filter_map(line).collect();
+        let mut lines: Vec<(MessagePriority, String)> =
+            self.kept.chunk_by(same).filter_map(line).collect();
         lines.sort_by_key(|(weight, _)| std::cmp::Reverse(*weight));
         if !is_fine {
-            lines.retain(|(weight, _)| matches!(weight, Weight::Warning(_)));
+            lines.retain(|(weight, _)| matches!(weight, MessagePriority::Warning(_)));
         }
         let hidden = lines.len().saturating_sub(MOST_FILES);
         let mut lines: Vec<String> = lines
@@ -157,7 +158,7 @@ impl Notes {
 }
 
 /// Formats the first of the worst messages and the number of the others.
-fn line(messages: &[Message]) -> Option<(Weight, String)> {
+fn line(messages: &[Message]) -> Option<(MessagePriority, String)> {
     let most = messages.iter().map(|message| message.weight).max()?;
     let first = messages.iter().find(|message| message.weight == most)?;
     let more = match messages.len() - 1 {
@@ -167,8 +168,8 @@ fn line(messages: &[Message]) -> Option<(Weight, String)> {
     Some((most, labelled(most, &first.text) + &more))
 }
 
-fn labelled(weight: Weight, message: &str) -> String {
-    let label = if matches!(weight, Weight::Warning(_)) {
+fn labelled(weight: MessagePriority, message: &str) -> String {
+    let label = if matches!(weight, MessagePriority::Warning(_)) {
         "warning"
     } else {
         "note"
@@ -192,7 +193,10 @@ mod tests {
         notes.hint("try this");
         notes.warn("c is missing");
         notes.warn("a is missing");
-        notes.add(Weight::Warning(Severity::Empty), "nothing to see".into());
+        notes.add(
+            MessagePriority::Warning(Severity::Empty),
+            "nothing to see".into(),
+        );
         assert_eq!(notes.lines(), ["warning: nothing to see (and 4 more: -v)"]);
     }
 

@@ -5,23 +5,23 @@ use std::sync::OnceLock;
 
 use raywright_core::bvh::AcceleratorKind;
 use raywright_core::display::Display;
-use raywright_core::film::{Estimate, Film, Uncertainty};
+use raywright_core::film::{ErrorEstimate, Film, Uncertainty};
 use raywright_core::ladder::Ladder;
 use raywright_core::scene::Pattern;
 use raywright_core::settings::{PrecisionChoice, Sampling};
-use raywright_core::{Rendered, Settings};
+use raywright_core::{RenderOutput, Settings};
 use raywright_io::output::Metadata;
 use raywright_io::{EnvironmentSource, LoadOptions, Loaded};
 use serde::Serialize;
 
-use crate::plan::{Choices, Plan};
-use crate::table::significant;
+use crate::plan::{PicturePlan, RungChoices};
+use crate::table::format_significant;
 
 /// Program and version.
 pub const SOFTWARE: &str = concat!("Raywright ", env!("CARGO_PKG_VERSION"));
 
 /// Metadata of a picture's file.
-pub fn metadata(loaded: &Loaded, plan: &Plan, choices: &Choices) -> Metadata {
+pub fn metadata(loaded: &Loaded, plan: &PicturePlan, choices: &RungChoices) -> Metadata {
     Metadata {
         software: SOFTWARE.to_owned(),
         scene_hash: loaded.hash.to_string(),
@@ -34,17 +34,17 @@ pub fn metadata(loaded: &Loaded, plan: &Plan, choices: &Choices) -> Metadata {
 
 /// Error statement of a picture's file: both measures with their intervals, the number of samples
 /// and whether the picture was denoised. Empty without an estimate.
-pub fn error(noisy: Option<&Uncertainty>, rendered: &Rendered, film: &Film) -> String {
+pub fn error(noisy: Option<&Uncertainty>, rendered: &RenderOutput, film: &Film) -> String {
     let denoised = rendered.denoised();
     let Some(claim) = denoised.map(|denoised| &denoised.error).or(noisy) else {
         return String::new();
     };
-    let of = |name: &str, estimate: Estimate| {
-        let [value, low, high] =
-            [estimate.value, estimate.low, estimate.high].map(|number| significant(number, 3));
+    let value_of = |name: &str, estimate: ErrorEstimate| {
+        let [value, low, high] = [estimate.value, estimate.low, estimate.high]
+            .map(|number| format_significant(number, 3));
         format!("{name}={value} {name}_low={low} {name}_high={high}")
     };
-    let samples = film.samples(&film.whole());
+    let samples = film.samples(&film.whole_part());
     let [least, most] = [samples.start(), samples.end()];
     let samples = if least == most {
         most.to_string()
@@ -61,13 +61,13 @@ pub fn error(noisy: Option<&Uncertainty>, rendered: &Rendered, film: &Film) -> S
     };
     format!(
         "{} {} samples={samples} reconstruction={reconstruction} doubt={doubt}",
-        of("root_relmse", claim.root_relmse),
-        of("rmse", claim.rmse)
+        value_of("root_relmse", claim.root_relmse),
+        value_of("rmse", claim.rmse)
     )
 }
 
 /// Identity of a scene with all changes of the flags: equal for all parts of one picture.
-pub fn identity(loaded: &Loaded, options: &LoadOptions, choices: &Choices) -> String {
+pub fn identity(loaded: &Loaded, options: &LoadOptions, choices: &RungChoices) -> String {
     let LoadOptions {
         overrides,
         model,
@@ -97,7 +97,7 @@ pub fn identity(loaded: &Loaded, options: &LoadOptions, choices: &Choices) -> St
 
 /// The choices shared by all parts of one picture. The number of samples and denoising are
 /// properties of the film, so that their rungs are left out.
-fn of_picture(choices: &Choices) -> String {
+fn of_picture(choices: &RungChoices) -> String {
     let of_film = [Ladder::Samples, Ladder::Reconstruction];
     let mut own = choices.clone();
     own.rungs
@@ -181,14 +181,16 @@ fn settings(settings: &Settings, display: Display) -> String {
     };
     let clamp = settings
         .clamp
-        .map(|most| format!(" clamp={most}"))
+        .map(|maximum| format!(" clamp={maximum}"))
         .unwrap_or_default();
     let wireframe = if settings.wireframe { " wireframe" } else { "" };
     let background = match display.background {
         None => String::new(),
         Some(colour) => format!(
             " background={}",
-            colour.map(|value| significant(255.0 * value, 5)).join(",")
+            colour
+                .map(|value| format_significant(255.0 * value, 5))
+                .join(",")
         ),
     };
     format!(

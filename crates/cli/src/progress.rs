@@ -20,9 +20,9 @@ const LONGEST_PAUSE: Duration = Duration::from_secs(32);
 /// Progress display. Any thread may report.
 #[derive(Debug)]
 pub struct Progress {
-    what: &'static str,
+    label: &'static str,
     start: Instant,
-    display: Display,
+    display: ProgressDisplay,
     reports: AtomicU64,
     /// Number of finished pieces of the work; `of` is their total number.
     finished: AtomicU64,
@@ -35,19 +35,19 @@ pub struct Progress {
 const SHARES: f64 = (1_u64 << 32) as f64;
 
 #[derive(Debug)]
-enum Display {
+enum ProgressDisplay {
     Nothing,
     Bar(ProgressBar),
-    Lines(Mutex<Pace>),
+    Lines(Mutex<LinePace>),
 }
 
 impl Progress {
-    /// Starts a display of the work `what`. Its style suits standard error unless the user chose a
+    /// Starts a display of the work `label`. Its style suits standard error unless the user chose a
     /// style.
-    pub fn start(what: &'static str, style: ProgressStyle, verbosity: Verbosity) -> Self {
-        let display = Display::of(what, style, verbosity, io::stderr().is_terminal());
+    pub fn start(label: &'static str, style: ProgressStyle, verbosity: Verbosity) -> Self {
+        let display = ProgressDisplay::of(label, style, verbosity, io::stderr().is_terminal());
         Self {
-            what,
+            label,
             start: Instant::now(),
             display,
             reports: AtomicU64::new(0),
@@ -63,9 +63,9 @@ impl Progress {
     }
 
     /// Divides the work into `of` pieces, each of which reports for itself.
-    pub fn of_pieces(self, of: usize) -> Self {
+    pub fn of_pieces(self, total: usize) -> Self {
         Self {
-            of: of as u64,
+            of: total as u64,
             ..self
         }
     }
@@ -91,14 +91,14 @@ impl Progress {
         let share = (done as f64 / total.max(1) as f64 * SHARES) as u64;
         let share = self.share.fetch_max(share, Ordering::Relaxed).max(share);
         let reports = 1 + self.reports.fetch_add(1, Ordering::Relaxed);
-        let work = Work {
+        let work = WorkProgress {
             elapsed: self.start.elapsed(),
             reports,
             done: share,
             total: SHARES as u64,
         };
-        if let Some(line) = self.display.report(self.what, work) {
-            console::tell(line);
+        if let Some(line) = self.display.report(self.label, work) {
+            console::print_message(line);
         }
     }
 
@@ -120,25 +120,25 @@ impl Progress {
 
     /// Removes the display, so that messages can follow.
     pub fn finish(&self) {
-        if let Display::Bar(bar) = &self.display {
+        if let ProgressDisplay::Bar(bar) = &self.display {
             bar.finish_and_clear();
         }
     }
 }
 
-impl Display {
-    fn of(what: &str, style: ProgressStyle, verbosity: Verbosity, is_terminal: bool) -> Self {
+impl ProgressDisplay {
+    fn of(label: &str, style: ProgressStyle, verbosity: Verbosity, is_terminal: bool) -> Self {
         match style {
             _ if verbosity == Verbosity::Quiet => Self::Nothing,
             // JSON progress is printed by the render command, which has the samples and errors.
             ProgressStyle::None | ProgressStyle::Json => Self::Nothing,
-            ProgressStyle::Auto if is_terminal => Self::Bar(bar(what)),
-            ProgressStyle::Auto | ProgressStyle::Plain => Self::Lines(Mutex::new(Pace::new())),
+            ProgressStyle::Auto if is_terminal => Self::Bar(bar(label)),
+            ProgressStyle::Auto | ProgressStyle::Plain => Self::Lines(Mutex::new(LinePace::new())),
         }
     }
 
     /// Moves the bar; returns the line to print where a line is due.
-    fn report(&self, what: &str, work: Work) -> Option<String> {
+    fn report(&self, label: &str, work: WorkProgress) -> Option<String> {
         match self {
             Self::Nothing => None,
             Self::Bar(bar) => {
@@ -152,7 +152,7 @@ impl Display {
                 let due = pace
                     .try_lock()
                     .is_ok_and(|mut pace| pace.is_due(work.elapsed));
-                (due && work.done < work.total).then(|| work.line(what))
+                (due && work.done < work.total).then(|| work.line(label))
             }
         }
     }
@@ -161,13 +161,13 @@ impl Display {
 /// Display of work in several named steps: on a terminal a bar that disappears at the end,
 /// elsewhere occasional lines.
 #[derive(Debug)]
-pub struct Steps {
+pub struct StepProgress {
     start: Instant,
     bar: ProgressBar,
-    pace: Option<Pace>,
+    pace: Option<LinePace>,
 }
 
-impl Steps {
+impl StepProgress {
     /// Starts the display with no step done.
     pub fn start(verbosity: Verbosity) -> Self {
         let quiet = verbosity == Verbosity::Quiet;
@@ -181,7 +181,7 @@ impl Steps {
         {
             bar.set_style(template);
         }
-        let pace = (!quiet && !io::stderr().is_terminal()).then(Pace::new);
+        let pace = (!quiet && !io::stderr().is_terminal()).then(LinePace::new);
         Self {
             start: Instant::now(),
             bar,
@@ -190,30 +190,30 @@ impl Steps {
     }
 
     /// Shows the current step and the share of the whole that is done.
-    pub fn show(&mut self, what: &str, share: f64) {
+    pub fn show(&mut self, label: &str, share: f64) {
         self.bar.set_position((1000.0 * share) as u64);
-        self.bar.set_message(console::on_one_line(what));
+        self.bar.set_message(console::on_one_line(label));
         if self
             .pace
             .as_mut()
             .is_some_and(|pace| pace.is_due(self.start.elapsed()))
         {
-            console::tell(format_args!("measuring: {:.0} %, {what}", 100.0 * share));
+            console::print_message(format_args!("measuring: {:.0} %, {label}", 100.0 * share));
         }
     }
 }
 
-impl Drop for Steps {
+impl Drop for StepProgress {
     fn drop(&mut self) {
         self.bar.finish_and_clear();
     }
 }
 
-fn bar(what: &str) -> ProgressBar {
+fn bar(label: &str) -> ProgressBar {
     let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
-    if let Ok(template) =
-        Template::with_template(&format!("{what} {{wide_bar}} {{percent:>3}} %  {{msg:12}}"))
-    {
+    if let Ok(template) = Template::with_template(&format!(
+        "{label} {{wide_bar}} {{percent:>3}} %  {{msg:12}}"
+    )) {
         bar.set_style(template);
     }
     bar
@@ -226,7 +226,7 @@ const ENOUGH_SHARE: f64 = 0.05;
 
 /// Progress of the work.
 #[derive(Clone, Copy, Debug)]
-struct Work {
+struct WorkProgress {
     elapsed: Duration,
     /// Number of reports so far.
     reports: u64,
@@ -234,15 +234,15 @@ struct Work {
     total: u64,
 }
 
-impl Work {
+impl WorkProgress {
     /// Formats one plain line.
-    fn line(self, what: &str) -> String {
+    fn line(self, label: &str) -> String {
         let percent = 100 * self.done / self.total.max(1);
         let left = self.left();
         if left.is_empty() {
-            format!("{what}: {percent} %")
+            format!("{label}: {percent} %")
         } else {
-            format!("{what}: {percent} %, {left}")
+            format!("{label}: {percent} %, {left}")
         }
     }
 
@@ -264,12 +264,12 @@ impl Work {
 
 /// Schedule of the plain lines.
 #[derive(Debug)]
-struct Pace {
+struct LinePace {
     next: Duration,
     pause: Duration,
 }
 
-impl Pace {
+impl LinePace {
     fn new() -> Self {
         Self {
             next: FIRST_PAUSE,
@@ -295,14 +295,14 @@ mod tests {
     /// appears before the end.
     #[test]
     fn time_left_is_in_proportion() {
-        let line = |what, elapsed, done, total| {
-            Work {
+        let line = |label, elapsed, done, total| {
+            WorkProgress {
                 elapsed,
                 reports: 1,
                 done,
                 total,
             }
-            .line(what)
+            .line(label)
         };
         assert_eq!(
             line("rendering", Duration::from_secs(10), 1, 4),
@@ -343,7 +343,7 @@ mod tests {
     #[test]
     fn no_time_is_told_by_one_piece() {
         let line = |reports, done| {
-            Work {
+            WorkProgress {
                 elapsed: Duration::from_secs(8),
                 reports,
                 done,
@@ -362,13 +362,16 @@ mod tests {
     #[test]
     fn the_display_suits_the_place() {
         use ProgressStyle::{Auto, None, Plain};
-        let kind =
-            |style, verbosity, terminal| match Display::of("rendering", style, verbosity, terminal)
-            {
-                Display::Nothing => "nothing",
-                Display::Bar(_) => "bar",
-                Display::Lines(_) => "lines",
-            };
+        let kind = |style, verbosity, terminal| match ProgressDisplay::of(
+            "rendering",
+            style,
+            verbosity,
+            terminal,
+        ) {
+            ProgressDisplay::Nothing => "nothing",
+            ProgressDisplay::Bar(_) => "bar",
+            ProgressDisplay::Lines(_) => "lines",
+        };
         for style in [Auto, None, Plain] {
             assert_eq!(kind(style, Verbosity::Quiet, true), "nothing");
             assert_eq!(kind(style, Verbosity::Quiet, false), "nothing");
@@ -386,9 +389,9 @@ mod tests {
     /// line.
     #[test]
     fn the_end_is_no_line() {
-        let lines = || Display::Lines(Mutex::new(Pace::new()));
+        let lines = || ProgressDisplay::Lines(Mutex::new(LinePace::new()));
         let second = Duration::from_secs(1);
-        let work = |elapsed, done| Work {
+        let work = |elapsed, done| WorkProgress {
             elapsed,
             reports: 1,
             done,
@@ -400,14 +403,17 @@ mod tests {
         );
         assert_eq!(lines().report("loading", work(second, 2)), None);
         assert_eq!(lines().report("loading", work(second / 2, 1)), None);
-        assert_eq!(Display::Nothing.report("loading", work(second, 1)), None);
+        assert_eq!(
+            ProgressDisplay::Nothing.report("loading", work(second, 1)),
+            None
+        );
     }
 
     /// Protects: a thousand reports within a minute make a handful of lines, each pause twice the
     /// last.
     #[test]
     fn lines_become_rarer() {
-        let mut pace = Pace::new();
+        let mut pace = LinePace::new();
         let lines: Vec<u64> = (0..6000)
             .map(|n| 10 * n)
             .filter(|&n| pace.is_due(Duration::from_millis(n)))
@@ -418,7 +424,7 @@ mod tests {
     /// Protects: lines come at 1 s and then after pauses of 2, 4, 8, 16, 32 and again 32 seconds.
     #[test]
     fn pauses_grow_up_to_half_a_minute() {
-        let mut pace = Pace::new();
+        let mut pace = LinePace::new();
         let due: Vec<u64> = (0..130)
             .filter(|&second| pace.is_due(Duration::from_secs(second)))
             .collect();

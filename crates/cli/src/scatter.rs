@@ -1,7 +1,7 @@
 //! Scatter plot for a terminal: double-logarithmic, in plain characters, at most sixty columns
 //! wide.
 
-use crate::table::significant;
+use crate::table::format_significant;
 
 const WIDTH: usize = 44;
 const HEIGHT: usize = 10;
@@ -27,7 +27,7 @@ pub fn scatter(points: &[(f64, f64)], vertical: &str, horizontal: &str) -> Strin
     for point in points {
         cells[HEIGHT - 1 - place(point.1, y, HEIGHT)][place(point.0, x, WIDTH)] = 'o';
     }
-    let [top, bottom] = [y.1, y.0].map(|v| significant(v, 2));
+    let [top, bottom] = [y.1, y.0].map(|v| format_significant(v, 2));
     let margin = [&top, &bottom]
         .map(|label| label.chars().count())
         .into_iter()
@@ -45,7 +45,7 @@ pub fn scatter(points: &[(f64, f64)], vertical: &str, horizontal: &str) -> Strin
         text += format!("{label:>margin$} |{}", row.iter().collect::<String>()).trim_end();
         text.push('\n');
     }
-    let [left, right] = [x.0, x.1].map(|v| significant(v, 2) + " s");
+    let [left, right] = [x.0, x.1].map(|v| format_significant(v, 2) + " s");
     let gap = WIDTH
         .saturating_sub(left.chars().count() + right.chars().count() + horizontal.chars().count())
         / 2;
@@ -69,7 +69,7 @@ mod tests {
         assert_eq!(lines.len(), HEIGHT + 3);
         let column = |line: &str| {
             line.find('o')
-                .map(|at| at - line.find('|').expect("the axis") - 1)
+                .map(|position| position - line.find('|').expect("the axis") - 1)
         };
         assert_eq!(
             (column(lines[1]), column(lines[HEIGHT])),

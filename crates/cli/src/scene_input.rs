@@ -7,9 +7,9 @@ use std::sync::atomic::AtomicBool;
 
 use raywright_core::Observer;
 use raywright_core::suggest::closest;
-use raywright_core::{Rendered, Settings, extent};
+use raywright_core::{RenderOutput, Settings, extent};
 use raywright_io::{
-    Error, ErrorKind, Format, Input, LightShortage, Limits, LoadOptions, Loaded, WarningCode,
+    Error, ErrorKind, Input, LightShortage, Limits, LoadOptions, Loaded, SceneFormat, WarningCode,
     load_observed, models_in, presets,
 };
 
@@ -79,7 +79,7 @@ pub fn note_completed(loaded: &Loaded, notes: &mut Notes) {
     let light = loaded
         .added_sky
         .map(|shortage| match (loaded.source.format, shortage) {
-            (Format::Native(_), _) => "the scene has no light: a neutral grey sky is added",
+            (SceneFormat::Native(_), _) => "the scene has no light: a neutral grey sky is added",
             (_, LightShortage::NoLight) => {
                 "the model brings no lights: it stands in the default studio"
             }
@@ -112,14 +112,14 @@ pub fn note_completed(loaded: &Loaded, notes: &mut Notes) {
 /// own.
 pub fn shows_nothing(loaded: &Loaded) -> bool {
     let scene = &loaded.scene;
-    if matches!(loaded.source.format, Format::Native(_))
+    if matches!(loaded.source.format, SceneFormat::Native(_))
         && scene.sky.is_some()
         && loaded.added_sky.is_none()
     {
         return false;
     }
     let listed = scene.objects.is_empty() && scene.generators.is_empty();
-    let extent = extent(scene, Settings::of(scene).precision);
+    let extent = extent(scene, Settings::from_scene(scene).precision);
     listed || extent.bounds.is_empty() && extent.unbounded == 0
 }
 
@@ -136,20 +136,24 @@ pub fn nothing_to_see(loaded: &Loaded) -> Option<Failure> {
         .warnings
         .iter()
         .any(|warning| warning.code == WarningCode::Section);
-    let why = match (is_cut, is_thin) {
+    let reason = match (is_cut, is_thin) {
         (true, _) => "the section leaves nothing of it",
         (_, true) => "it has points and lines alone, which are not rendered",
         _ => "it has no object",
     };
-    Some(empty(&loaded.source.name, why))
+    Some(empty(&loaded.source.name, reason))
 }
 
 /// Explanation of a picture that shows the background alone, which is rarely intended; `None` for
 /// any other picture.
-pub fn nothing_met(loaded: &Loaded, rendered: &Rendered, settings: &Settings) -> Option<String> {
+pub fn nothing_met(
+    loaded: &Loaded,
+    rendered: &RenderOutput,
+    settings: &Settings,
+) -> Option<String> {
     let bounds = extent(&loaded.scene, settings.precision).bounds;
     // Rays cut short have crossed many surfaces.
-    if rendered.counters.met > 0 || rendered.counters.cut_short > 0 || bounds.is_empty() {
+    if rendered.counters.hits > 0 || rendered.counters.cut_short > 0 || bounds.is_empty() {
         return None;
     }
     let show = |[x, y, z]: [f64; 3]| format!("({x:.6}, {y:.6}, {z:.6})");

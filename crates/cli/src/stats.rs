@@ -2,10 +2,10 @@
 //! no field is renamed or removed without a new [`FORMAT`].
 
 use raywright_core::counters::Counters;
-use raywright_core::denoise::Denoised;
-use raywright_core::effects::Finding;
+use raywright_core::denoise::DenoiseOutput;
+use raywright_core::effects::EffectFinding;
 use raywright_core::film::Uncertainty;
-use raywright_core::{Ready, Rendered};
+use raywright_core::{ReadyScene, RenderOutput};
 use raywright_io::{Loaded, Warning};
 use serde::Serialize;
 
@@ -23,13 +23,13 @@ pub struct Stats<'a> {
     command: String,
     scene_hash: String,
     seconds: Seconds,
-    rays: Rays,
+    rays: RayCounts,
     samples: u64,
     /// Samples that were left out of the picture because they were not finite.
     dropped: u64,
     /// Rays that ended at the limit of surfaces crossed without a change of direction.
     cut_short: u64,
-    effects: &'a [Finding],
+    effects: &'a [EffectFinding],
     memory: Memory,
     accelerator: &'static str,
     /// Warnings about the scene, its files or the picture.
@@ -54,7 +54,7 @@ struct Claim {
 
 /// Numbers of rays by kind.
 #[derive(Debug, Serialize)]
-struct Rays {
+struct RayCounts {
     camera: u64,
     reflection: u64,
     refraction: u64,
@@ -62,7 +62,7 @@ struct Rays {
     shadow: u64,
 }
 
-impl From<&Counters> for Rays {
+impl From<&Counters> for RayCounts {
     fn from(counters: &Counters) -> Self {
         let Counters {
             camera,
@@ -95,8 +95,8 @@ impl<'a> Stats<'a> {
     /// Collects the statistics of a finished render.
     pub fn new(
         loaded: &'a Loaded,
-        ready: &'a Ready,
-        rendered: &Rendered,
+        ready: &'a ReadyScene,
+        rendered: &RenderOutput,
         error: Option<Uncertainty>,
         seconds: Seconds,
     ) -> Self {
@@ -107,7 +107,7 @@ impl<'a> Stats<'a> {
             command: origin::command_line(),
             scene_hash: loaded.hash.to_string(),
             seconds,
-            rays: Rays::from(&rendered.counters),
+            rays: RayCounts::from(&rendered.counters),
             samples: rendered.counters.samples,
             dropped: rendered.counters.dropped,
             cut_short: rendered.counters.cut_short,
@@ -121,7 +121,7 @@ impl<'a> Stats<'a> {
             warnings: &loaded.warnings,
             error,
             denoised: rendered.denoised().map(
-                |&Denoised {
+                |&DenoiseOutput {
                      error, brightened, ..
                  }| Claim { error, brightened },
             ),

@@ -5,8 +5,8 @@ use raywright_io::Error;
 
 /// Returns the error for an unknown name, with the closest known name or, without a close name, the
 /// list of known names.
-pub fn unknown(what: &str, name: &str, known: &[&str]) -> Error {
-    let error = Error::usage(format_args!("there is no {what} `{name}`"));
+pub fn unknown(label: &str, name: &str, known: &[&str]) -> Error {
+    let error = Error::usage(format_args!("there is no {label} `{name}`"));
     match closest(name, known.iter().copied()) {
         Some(candidate) => error.with_hint(format!("did you mean `{candidate}`?")),
         None if known.is_empty() => error,

@@ -126,21 +126,27 @@ mod tests {
     /// unknown flag is left to the parser's own advice.
     #[test]
     fn flags_of_other_programs_lead_to_ours() {
-        let said = |word: &str| {
+        let message_of = |word: &str| {
             explained(
                 &Arguments::try_parse_from(["raywright", "render", "a.glb", word]).expect_err(word),
             )
         };
         assert_eq!(
-            said("--samples").as_deref(),
+            message_of("--samples").as_deref(),
             Some("error: there is no `--samples`\nhelp: samples a pixel are --spp N")
         );
         assert_eq!(
-            said("--max_bounces"),
-            said("--max-bounces").map(|told| told.replace("max-bounces", "max_bounces"))
+            message_of("--max_bounces"),
+            message_of("--max-bounces")
+                .map(|message| message.replace("max-bounces", "max_bounces"))
         );
-        assert!(said("--width=300").is_some_and(|told| told.contains("--size 640x360")));
-        assert_eq!((said("--sampels"), said("--spp=x")), (None, None));
+        assert!(
+            message_of("--width=300").is_some_and(|message| message.contains("--size 640x360"))
+        );
+        assert_eq!(
+            (message_of("--sampels"), message_of("--spp=x")),
+            (None, None)
+        );
     }
 
     /// Protects: no flag of this program is explained as another program's, and each recommended

@@ -27,12 +27,12 @@ pub fn paragraph(text: &str) -> String {
 }
 
 /// Formats a number with four significant digits.
-pub fn short(value: f64) -> String {
-    significant(value, 4)
+pub fn format_short(value: f64) -> String {
+    format_significant(value, 4)
 }
 
 /// Formats a number with this many significant digits, without trailing zeros.
-pub fn significant(value: f64, digits: i32) -> String {
+pub fn format_significant(value: f64, digits: i32) -> String {
     let magnitude = value.abs();
     if value == 0.0 {
         "0".to_owned()
@@ -69,8 +69,8 @@ mod tests {
             (12345.6, "1.235e4"),
         ];
         for (value, text) in cases {
-            assert_eq!(short(value), text);
+            assert_eq!(format_short(value), text);
         }
-        assert_eq!(short(f64::NAN), "NaN");
+        assert_eq!(format_short(f64::NAN), "NaN");
     }
 }

@@ -4,35 +4,35 @@
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-use raywright_io::output::{Format, Place, is_own_picture};
-use raywright_io::{Clash, Error, ErrorKind, Inputs};
+use raywright_io::output::{OutputPlace, PictureFormat, is_own_picture};
+use raywright_io::{Error, ErrorKind, InputFiles, PathClash};
 
 use crate::failure::{Exit, Failure};
 
 /// An output of the picture.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Target {
+pub enum OutputTarget {
     /// PNG on standard output.
     Stdout,
     /// A file named by the user; an existing file is replaced.
-    File(PathBuf, Format),
+    File(PathBuf, PictureFormat),
     /// A file named after the scene, because the user named none. Only a picture made by this
     /// program is replaced.
-    Unnamed(PathBuf, Format),
+    Unnamed(PathBuf, PictureFormat),
 }
 
-impl Target {
+impl OutputTarget {
     /// Whether the format holds more than colour and coverage.
     pub fn has_layers(&self) -> bool {
         matches!(
             self,
-            Self::File(_, Format::Exr) | Self::Unnamed(_, Format::Exr)
+            Self::File(_, PictureFormat::Exr) | Self::Unnamed(_, PictureFormat::Exr)
         )
     }
 
     /// Whether the format holds coverage.
     pub fn has_coverage(&self) -> bool {
-        !matches!(self, Self::File(_, Format::Jpeg { .. }))
+        !matches!(self, Self::File(_, PictureFormat::Jpeg { .. }))
     }
 
     /// Path of the file, if the output is a file.
@@ -46,8 +46,8 @@ impl Target {
 
 /// All output files of a run.
 #[derive(Debug, Default)]
-pub struct Outputs {
-    all: Vec<Output>,
+pub struct OutputFiles {
+    all: Vec<OutputFile>,
     /// Indices of the outputs by path and by file identity: a run may have thousands of outputs,
     /// and each new output is compared with all.
     by_spelling: HashMap<PathBuf, usize>,
@@ -57,17 +57,17 @@ pub struct Outputs {
 }
 
 #[derive(Debug)]
-struct Output {
+struct OutputFile {
     /// Path as the user wrote it.
     path: PathBuf,
     /// Flag that names another output.
     flag: &'static str,
-    place: Place,
+    place: OutputPlace,
     /// Identity of the existing file at the start of the run.
     fingerprint: Option<u64>,
 }
 
-impl Outputs {
+impl OutputFiles {
     /// Creates an empty list; the JPEG quality is 1 to 100.
     pub fn with_quality(quality: Option<u8>) -> Self {
         Self {
@@ -81,7 +81,7 @@ impl Outputs {
     /// # Errors
     /// A failure where the file cannot be created or is already an output.
     pub fn add(&mut self, path: &Path, flag: &'static str) -> Result<(), Failure> {
-        let place = Place::check(path)?;
+        let place = OutputPlace::check(path)?;
         let fingerprint = place.fingerprint();
         if let Some(other) = self.find(&place, fingerprint) {
             let message = match plain(&other.path) == plain(path) {
@@ -99,7 +99,7 @@ impl Outputs {
         let index = self.all.len();
         self.by_spelling.insert(place.spelling(), index);
         fingerprint.map(|fingerprint| self.by_fingerprint.insert(fingerprint, index));
-        self.all.push(Output {
+        self.all.push(OutputFile {
             path: path.to_owned(),
             flag,
             place,
@@ -109,14 +109,14 @@ impl Outputs {
     }
 
     /// Returns the output with this path or the same existing file.
-    fn find(&self, place: &Place, fingerprint: Option<u64>) -> Option<&Output> {
+    fn find(&self, place: &OutputPlace, fingerprint: Option<u64>) -> Option<&OutputFile> {
         let there = || fingerprint.and_then(|fingerprint| self.by_fingerprint.get(&fingerprint));
         let index = self.by_spelling.get(&place.spelling()).or_else(there)?;
         self.all.get(*index).filter(|other| other.place.is(place))
     }
 
     /// Checks that no output overwrites an input of the run or a file named by the scene.
-    pub fn keep_clear_of(&self, inputs: &Inputs) -> Result<(), Failure> {
+    pub fn keep_clear_of(&self, inputs: &InputFiles) -> Result<(), Failure> {
         let places = self
             .all
             .iter()
@@ -124,19 +124,19 @@ impl Outputs {
         let Some((i, clash)) = inputs.first_clash(places) else {
             return Ok(());
         };
-        let Output {
+        let OutputFile {
             path, flag, place, ..
         } = &self.all[i];
         let path = path.display();
         let message = match &clash {
-            Clash::Read(file) if file.file_name() != place.file_name() => {
+            PathClash::Read(file) if file.file_name() != place.file_name() => {
                 format!(
                     "cannot write {path}: it is {}, which this run reads",
                     file.display()
                 )
             }
-            Clash::Read(_) => format!("cannot write {path}: this run reads it"),
-            Clash::Named(_) => {
+            PathClash::Read(_) => format!("cannot write {path}: this run reads it"),
+            PathClash::Named(_) => {
                 format!("cannot write {path}: the scene names it as a file of its own")
             }
         };
@@ -152,8 +152,8 @@ impl Outputs {
 
     /// Whether a file that the user did not name would overwrite no output and no input. A path
     /// where no file can be created passes; the later write reports the error.
-    pub fn leave_free(&self, path: &Path, inputs: &Inputs) -> bool {
-        match Place::check(path) {
+    pub fn leave_free(&self, path: &Path, inputs: &InputFiles) -> bool {
+        match OutputPlace::check(path) {
             Ok(place) => {
                 inputs.clash(&place).is_none() && self.find(&place, place.fingerprint()).is_none()
             }
@@ -164,20 +164,23 @@ impl Outputs {
 
 /// Resolves the output pictures named by the user: each of a known format, in a writable folder,
 /// none twice.
-pub fn pictures(named: &[PathBuf], outputs: &mut Outputs) -> Result<Vec<Target>, Failure> {
+pub fn pictures(
+    named: &[PathBuf],
+    outputs: &mut OutputFiles,
+) -> Result<Vec<OutputTarget>, Failure> {
     let mut targets = Vec::with_capacity(named.len());
     for path in named {
         let target = if path == Path::new("-") {
-            Target::Stdout
+            OutputTarget::Stdout
         } else {
-            let format = match (Format::of(path)?, outputs.quality) {
-                (Format::Jpeg { .. }, Some(quality)) => Format::Jpeg { quality },
+            let format = match (PictureFormat::from_path(path)?, outputs.quality) {
+                (PictureFormat::Jpeg { .. }, Some(quality)) => PictureFormat::Jpeg { quality },
                 (format, _) => format,
             };
             outputs.add(path, "-o")?;
-            Target::File(path.clone(), format)
+            OutputTarget::File(path.clone(), format)
         };
-        if target == Target::Stdout && targets.contains(&target) {
+        if target == OutputTarget::Stdout && targets.contains(&target) {
             return Err(Error::usage("- is named twice as output").into());
         }
         targets.push(target);
@@ -189,13 +192,17 @@ pub fn pictures(named: &[PathBuf], outputs: &mut Outputs) -> Result<Vec<Target>,
 /// program.
 pub fn unnamed(
     stem: &str,
-    format: Format,
-    outputs: &mut Outputs,
-    inputs: &Inputs,
-) -> Result<Target, Failure> {
+    format: PictureFormat,
+    outputs: &mut OutputFiles,
+    inputs: &InputFiles,
+) -> Result<OutputTarget, Failure> {
     let path = PathBuf::from(format!(
         "{stem}.{}",
-        if format == Format::Exr { "exr" } else { "png" }
+        if format == PictureFormat::Exr {
+            "exr"
+        } else {
+            "png"
+        }
     ));
     outputs.add(&path, "-o")?;
     outputs.keep_clear_of(inputs)?;
@@ -209,7 +216,7 @@ pub fn unnamed(
             "name the picture with -o; -o {name} replaces that file"
         )));
     }
-    Ok(Target::Unnamed(path, format))
+    Ok(OutputTarget::Unnamed(path, format))
 }
 
 /// Removes `.` components from a path.
@@ -223,8 +230,8 @@ fn plain(path: &Path) -> PathBuf {
 mod tests {
     use super::*;
 
-    fn check(named: &[PathBuf]) -> Result<Vec<Target>, Failure> {
-        pictures(named, &mut Outputs::default())
+    fn check(named: &[PathBuf]) -> Result<Vec<OutputTarget>, Failure> {
+        pictures(named, &mut OutputFiles::default())
     }
 
     /// Protects: two spellings of a path are one file.
@@ -262,9 +269,9 @@ mod tests {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let at = |name: &str| folder.path().join(name);
         std::fs::write(at("wood.png"), "wood").expect("a file");
-        let mut inputs = Inputs::default();
+        let mut inputs = InputFiles::default();
         inputs.read(&at("wood.png"));
-        let mut outputs = Outputs::default();
+        let mut outputs = OutputFiles::default();
         pictures(&[at("a.png")], &mut outputs).expect("a name that is free");
         let free = ["a.png", "wood.png", "./wood.png", "b.png"]
             .map(|name| outputs.leave_free(&at(name), &inputs));
@@ -281,12 +288,12 @@ mod tests {
     /// does not.
     #[test]
     fn layers_need_a_named_exr() {
-        let file = |format| Target::File("a".into(), format);
+        let file = |format| OutputTarget::File("a".into(), format);
         let targets = [
-            Target::Stdout,
-            file(Format::Png),
-            file(Format::Exr),
-            Target::Unnamed("a.png".into(), Format::Png),
+            OutputTarget::Stdout,
+            file(PictureFormat::Png),
+            file(PictureFormat::Exr),
+            OutputTarget::Unnamed("a.png".into(), PictureFormat::Png),
         ];
         assert_eq!(
             targets.map(|target| target.has_layers()),

@@ -67,7 +67,7 @@ mod tests {
 
     /// Protects: `--threads` alone sets the number of threads, in every library.
     #[test]
-    fn as_many_as_are_asked_for() {
+    fn threads_are_set_by_the_flag() {
         let at_work = |count| {
             Threads::new(count)
                 .expect("a few threads")

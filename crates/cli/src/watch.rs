@@ -12,7 +12,7 @@ pub struct Watch<'a> {
     /// Progress display of a render; `None` outside a render.
     pub progress: Option<&'a Progress>,
     /// Limits at which the render pauses or ends.
-    pub patience: Patience,
+    pub deadlines: Deadlines,
     /// Start of the run that the deadline belongs to.
     pub began: Instant,
     /// Set by Ctrl-C.
@@ -23,7 +23,7 @@ pub struct Watch<'a> {
 
 /// Limits at which a render pauses or ends.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Patience {
+pub struct Deadlines {
     /// Time at which the render ends, provided that every pixel has samples by then.
     pub deadline: Option<Instant>,
     /// Time at which the render pauses, for a checkpoint or a report.
@@ -37,7 +37,7 @@ impl<'a> Watch<'a> {
     pub fn until(stop: &'a AtomicBool) -> Self {
         Self {
             progress: None,
-            patience: Patience::default(),
+            deadlines: Deadlines::default(),
             began: Instant::now(),
             stop,
             done: AtomicU64::new(0),
@@ -51,7 +51,7 @@ impl<'a> Watch<'a> {
 
     /// Whether the deadline has passed.
     pub fn is_late(&self) -> bool {
-        is_past(self.patience.deadline)
+        is_past(self.deadlines.deadline)
     }
 }
 
@@ -65,7 +65,7 @@ impl Observer for Watch<'_> {
         let Some(progress) = self.progress else {
             return;
         };
-        match self.patience.deadline {
+        match self.deadlines.deadline {
             // Only the end is known, not the amount of work.
             Some(deadline) => {
                 let all = deadline.saturating_duration_since(self.began).as_millis() as u64;
@@ -75,16 +75,16 @@ impl Observer for Watch<'_> {
         }
     }
 
-    fn cancelled(&self) -> bool {
+    fn is_cancelled(&self) -> bool {
         self.was_stopped()
     }
 
     fn has_enough(&self, everywhere: bool) -> bool {
         let has_most = self
-            .patience
+            .deadlines
             .pause_with
-            .is_some_and(|most| self.done.load(Ordering::Relaxed) >= most);
-        everywhere && self.is_late() || has_most || is_past(self.patience.pause_at)
+            .is_some_and(|maximum| self.done.load(Ordering::Relaxed) >= maximum);
+        everywhere && self.is_late() || has_most || is_past(self.deadlines.pause_at)
     }
 }
 
@@ -98,7 +98,7 @@ mod tests {
     fn time_ends_what_is_somewhere_everywhere() {
         let stop = AtomicBool::new(false);
         let watch = |deadline, pause_at| Watch {
-            patience: Patience {
+            deadlines: Deadlines {
                 deadline,
                 pause_at,
                 pause_with: None,
@@ -113,9 +113,9 @@ mod tests {
         assert_eq!(enough(watch(now, None)), [false, true]);
         assert_eq!(enough(watch(None, now)), [true, true]);
         let counted = Watch {
-            patience: Patience {
+            deadlines: Deadlines {
                 pause_with: Some(10),
-                ..Patience::default()
+                ..Deadlines::default()
             },
             ..Watch::until(&stop)
         };

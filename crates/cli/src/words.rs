@@ -12,15 +12,15 @@ use crate::console::ColorChoice;
 /// command has. Flags of every command that precede it are moved behind it, so that the last of
 /// them is in force.
 pub fn with_command(mut words: Vec<OsString>) -> Vec<OsString> {
-    let Some(place) = place_of_command(&words) else {
+    let Some(index) = place_of_command(&words) else {
         return words;
     };
     let has_one = Arguments::command()
         .get_subcommands()
-        .any(|command| words[place] == command.get_name());
+        .any(|command| words[index] == command.get_name());
     if has_one {
-        words[1..=place].rotate_right(1);
-    } else if is_flag(&words[place]) || is_scene(&words[place]) {
+        words[1..=index].rotate_right(1);
+    } else if is_flag(&words[index]) || is_scene(&words[index]) {
         words.insert(1, "render".into());
     }
     words
@@ -29,17 +29,17 @@ pub fn with_command(mut words: Vec<OsString>) -> Vec<OsString> {
 /// Index of the command, or of its missing place; `None` where the line needs no command, as for
 /// `--help`.
 fn place_of_command(words: &[OsString]) -> Option<usize> {
-    let mut place = 1;
-    while let Some(word) = words.get(place).and_then(|word| word.to_str()) {
+    let mut index = 1;
+    while let Some(word) = words.get(index).and_then(|word| word.to_str()) {
         match word {
-            "-q" | "-v" | "--quiet" | "--verbose" => place += 1,
-            "--color" => place += 2,
-            _ if word.starts_with("--color=") => place += 1,
+            "-q" | "-v" | "--quiet" | "--verbose" => index += 1,
+            "--color" => index += 2,
+            _ if word.starts_with("--color=") => index += 1,
             "-h" | "--help" | "-V" | "--version" | "help" => return None,
             _ => break,
         }
     }
-    (place < words.len()).then_some(place)
+    (index < words.len()).then_some(index)
 }
 
 fn is_flag(word: &OsStr) -> bool {

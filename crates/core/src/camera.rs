@@ -8,7 +8,7 @@ use crate::scene::{Camera as CameraData, Fit, Pinhole, Pose, Projection};
 
 /// A camera for a picture of one size.
 #[derive(Clone, Debug)]
-pub struct Camera<R: Real> {
+pub struct PreparedCamera<R: Real> {
     eye: R::Vec3,
     right: R::Vec3,
     up: R::Vec3,
@@ -17,7 +17,7 @@ pub struct Camera<R: Real> {
     pixel: [R; 2],
     /// Half the picture's size in pixels.
     half: [R; 2],
-    kind: Kind<R>,
+    kind: CameraKind<R>,
     /// Ray generation of a distant camera.
     far: Option<Box<DistantCamera>>,
     /// Shutter of a camera with rays at different times.
@@ -50,14 +50,14 @@ struct Shutter {
 /// has no effect.
 #[derive(Clone, Debug)]
 struct DistantCamera {
-    camera: Camera<f64>,
+    camera: PreparedCamera<f64>,
     ahead: f64,
 }
 
 impl DistantCamera {
     /// Not inlined, so that loops over other cameras' rays stay free of it.
     #[inline(never)]
-    fn ray<R: Real>(&self, x: f64, y: f64, lens: [f32; 2]) -> Ray<R> {
+    fn generate_ray<R: Real>(&self, x: f64, y: f64, lens: [f32; 2]) -> Ray<R> {
         let ray = self.camera.near_ray(x, y, lens);
         Ray::new(
             R::Vec3::from_f64(ray.at(self.ahead)),
@@ -72,7 +72,7 @@ impl DistantCamera {
 const FAR: f64 = 1.0 / 65536.0;
 
 #[derive(Clone, Debug)]
-enum Kind<R: Real> {
+enum CameraKind<R: Real> {
     /// `forward` has the length of the focal length.
     Pinhole,
     /// `right` and `up` have the length of the view's height.
@@ -167,7 +167,7 @@ fn taken_apart<R: Real>(ray: Ray<R>) -> Ray<R> {
     }
 }
 
-impl<R: Real> Camera<R> {
+impl<R: Real> PreparedCamera<R> {
     /// Prepares a camera for a picture of `size` pixels.
     pub fn new(data: &CameraData, size: [u32; 2]) -> Self {
         let [width, height] = size.map(f64::from);
@@ -186,12 +186,12 @@ impl<R: Real> Camera<R> {
         let kind = match &data.projection {
             Projection::Pinhole(pinhole) => {
                 forward *= focal_length(pinhole, film_width);
-                Kind::Pinhole
+                CameraKind::Pinhole
             }
             Projection::Orthographic { height } => {
                 right *= *height;
                 up *= *height;
-                Kind::Orthographic
+                CameraKind::Orthographic
             }
             Projection::ThinLens {
                 pinhole,
@@ -200,9 +200,9 @@ impl<R: Real> Camera<R> {
             } => {
                 forward *= focal_length(pinhole, film_width);
                 if *aperture_radius == 0.0 {
-                    Kind::Pinhole
+                    CameraKind::Pinhole
                 } else {
-                    Kind::ThinLens {
+                    CameraKind::ThinLens {
                         radius: R::from_f64(*aperture_radius),
                         focus: R::from_f64(*focus_distance),
                     }
@@ -237,13 +237,13 @@ impl<R: Real> Camera<R> {
         let camera = Self::new(data, size);
         let radius = bounds.extent().length() * 0.5;
         let (eye, frame) = axes(&pose_at(data, opening(data)));
-        let way = bounds.centre() - eye;
+        let direction = bounds.centre() - eye;
         let (distance, reach) = match &data.projection {
-            Projection::Orthographic { .. } => (-way.dot(frame.z_axis), radius),
-            Projection::Pinhole(_) => (way.length(), radius),
+            Projection::Orthographic { .. } => (-direction.dot(frame.z_axis), radius),
+            Projection::Pinhole(_) => (direction.length(), radius),
             Projection::ThinLens {
                 aperture_radius, ..
-            } => (way.length(), radius + aperture_radius),
+            } => (direction.length(), radius + aperture_radius),
         };
         // Rounded as stored, so that every sum uses the same distance between eye and origin.
         let ahead = R::from_f64(distance - 2.0 * reach).to_f64();
@@ -258,7 +258,7 @@ impl<R: Real> Camera<R> {
         Self {
             far: far.then(|| {
                 Box::new(DistantCamera {
-                    camera: Camera::new(data, size),
+                    camera: PreparedCamera::new(data, size),
                     ahead,
                 })
             }),
@@ -297,11 +297,11 @@ impl<R: Real> Camera<R> {
     pub fn cone(&self) -> Cone<R> {
         let pixel = (self.right.length() * self.pixel[0]).max(self.up.length() * self.pixel[1]);
         match self.kind {
-            Kind::Orthographic => Cone {
+            CameraKind::Orthographic => Cone {
                 width: pixel,
                 spread: R::ZERO,
             },
-            Kind::Pinhole | Kind::ThinLens { .. } => Cone {
+            CameraKind::Pinhole | CameraKind::ThinLens { .. } => Cone {
                 width: R::ZERO,
                 spread: pixel * (R::ONE / self.forward.length()),
             },
@@ -314,14 +314,14 @@ impl<R: Real> Camera<R> {
     pub fn pixel_of(&self, point: DVec3) -> Option<[f64; 2]> {
         let [eye, right, up, forward] =
             [self.eye, self.right, self.up, self.forward].map(Vector::to_f64);
-        let way = point - eye;
-        let depth = way.dot(forward) / forward.length_squared();
-        let scale = if matches!(self.kind, Kind::Orthographic) {
+        let direction = point - eye;
+        let depth = direction.dot(forward) / forward.length_squared();
+        let scale = if matches!(self.kind, CameraKind::Orthographic) {
             1.0
         } else {
             depth
         };
-        let on_film = |axis: DVec3| way.dot(axis) / (scale * axis.length_squared());
+        let on_film = |axis: DVec3| direction.dot(axis) / (scale * axis.length_squared());
         let [width, height] = self.pixel.map(Real::to_f64);
         let pixel = [
             self.half[0].to_f64() + on_film(right) / width,
@@ -332,7 +332,7 @@ impl<R: Real> Camera<R> {
 
     /// Whether rays need a point on a lens.
     pub fn has_lens(&self) -> bool {
-        matches!(self.kind, Kind::ThinLens { .. })
+        matches!(self.kind, CameraKind::ThinLens { .. })
     }
 
     /// Whether rays need a time.
@@ -340,12 +340,12 @@ impl<R: Real> Camera<R> {
         self.shutter.is_some()
     }
 
-    /// [`Camera::ray`] at this share of the exposure interval. Without a shutter it is
-    /// [`Camera::ray`].
+    /// [`Camera::generate_ray`] at this share of the exposure interval. Without a shutter it is
+    /// [`Camera::generate_ray`].
     #[inline]
     pub fn ray_during(&self, x: R, y: R, lens: [f32; 2], share: f32) -> Ray<R> {
         match &self.shutter {
-            None => self.ray(x, y, lens),
+            None => self.generate_ray(x, y, lens),
             Some(shutter) => taken_apart(self.timed_ray(shutter, [x, y], lens, share)),
         }
     }
@@ -354,10 +354,10 @@ impl<R: Real> Camera<R> {
     fn timed_ray(&self, shutter: &Shutter, [x, y]: [R; 2], lens: [f32; 2], share: f32) -> Ray<R> {
         let time = R::from_f64(shutter.open + shutter.duration * f64::from(share));
         let ray = match &shutter.moving {
-            None => self.ray(x, y, lens),
+            None => self.generate_ray(x, y, lens),
             Some((data, size)) => Self::new(&camera_at(data, time.to_f64()), *size)
                 .with_larger_pixels(shutter.coarseness)
-                .ray(x, y, lens),
+                .generate_ray(x, y, lens),
         };
         ray.at_time(time)
     }
@@ -365,10 +365,10 @@ impl<R: Real> Camera<R> {
     /// The ray through a film position, in pixels from the top left corner of the picture, from
     /// [`Camera::ahead`] on. `lens` is uniform in [0, 1)² and only read where [`Camera::has_lens`].
     #[inline(always)]
-    pub fn ray(&self, x: R, y: R, lens: [f32; 2]) -> Ray<R> {
+    pub fn generate_ray(&self, x: R, y: R, lens: [f32; 2]) -> Ray<R> {
         match &self.far {
             None => self.near_ray(x, y, lens),
-            Some(far) => taken_apart(far.ray(x.to_f64(), y.to_f64(), lens)),
+            Some(far) => taken_apart(far.generate_ray(x.to_f64(), y.to_f64(), lens)),
         }
     }
 
@@ -378,9 +378,11 @@ impl<R: Real> Camera<R> {
         let v = (self.half[1] - y) * self.pixel[1];
         let across = self.right * u + self.up * v;
         match self.kind {
-            Kind::Pinhole => Ray::new(self.eye, (self.forward + across).normalize()).culling(),
-            Kind::Orthographic => Ray::new(self.eye + across, self.forward).culling(),
-            Kind::ThinLens { radius, focus } => {
+            CameraKind::Pinhole => {
+                Ray::new(self.eye, (self.forward + across).normalize()).culling()
+            }
+            CameraKind::Orthographic => Ray::new(self.eye + across, self.forward).culling(),
+            CameraKind::ThinLens { radius, focus } => {
                 let direction = self.forward + across;
                 // The plane of focus is perpendicular to the view.
                 let sharp = direction * (focus / self.forward.length());

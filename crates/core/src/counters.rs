@@ -39,7 +39,8 @@ pub struct Counters {
     #[serde(default)]
     pub cut_short: u64,
     /// Samples whose camera ray hit a surface.
-    pub met: u64,
+    #[serde(rename = "met")]
+    pub hits: u64,
 }
 
 /// Loss of samples or rays, to be reported with the picture.
@@ -100,6 +101,6 @@ impl AddAssign for Counters {
         self.samples += other.samples;
         self.dropped += other.dropped;
         self.cut_short += other.cut_short;
-        self.met += other.met;
+        self.hits += other.hits;
     }
 }

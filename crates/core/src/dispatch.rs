@@ -6,13 +6,15 @@ use raywright_bvh::Real;
 
 use crate::effects::{EffectReport, EffectSet, RenderSetup};
 use crate::extent::{self, Extent};
-use crate::film::{Aim, Film, Part, PartError, Plan};
+use crate::film::{ErrorProgress, Film, FilmPart, FilmPlan, PartError};
 use crate::integrator::{PathTracer, WhittedTracer};
-use crate::lookup::Lookup;
+use crate::lookup::SceneLookup;
 use crate::memory::{Memory, is_available};
 use crate::observer::Observer;
-use crate::prepare::{self, ClosedGap, LightLeak, PrepareError, Prepared, ShutAway, Tables};
-use crate::render::{RenderStage, Rendered, render};
+use crate::prepare::{
+    self, BuiltCounts, ClosedGap, LightLeak, PrepareError, Prepared, UnreachedLight,
+};
+use crate::render::{RenderOutput, RenderStage, render};
 use crate::scene::{Camera, Integrator, MeshSource, Pattern, Scene};
 use crate::settings::{Aov, Crop, PrecisionChoice, Sampling, Settings};
 use crate::validate::Problem;
@@ -22,7 +24,7 @@ use crate::validate::Problem;
 const SKETCH_TILE: u32 = 16;
 
 /// A scene prepared for one set of settings, ready to render.
-pub struct Ready {
+pub struct ReadyScene {
     inner: AnyPrepared,
     follows_paths: bool,
     settings: Settings,
@@ -62,34 +64,39 @@ pub fn prepare(
     scene: &Scene,
     settings: &Settings,
     observer: &dyn Observer,
-) -> Result<Ready, PrepareError> {
+) -> Result<ReadyScene, PrepareError> {
     settings.check().map_err(PrepareError::Settings)?;
-    let setup = RenderSetup::new(scene, settings);
-    let simulated = setup.effects.simulated();
-    let needed = reckon(&setup);
+    let render_setup = RenderSetup::new(scene, settings);
+    let simulated = render_setup.effects.simulated();
+    let needed = estimate_memory(&render_setup);
     if let Some(allowed) = settings
         .max_memory
         .filter(|&allowed| needed.total() > allowed)
     {
         return Err(PrepareError::Memory { needed, allowed });
     }
-    if !is_available(yet_to_take(&needed, scene)) {
+    if !is_available(remaining_allocations(&needed, scene)) {
         return Err(PrepareError::OutOfMemory { needed });
     }
-    let inner = AnyPrepared::new(&setup.scene, &setup.settings, simulated, observer)?;
-    let follows_paths = setup.integrator() == Integrator::Path;
-    Ok(Ready {
+    let inner = AnyPrepared::new(
+        &render_setup.scene,
+        &render_setup.settings,
+        simulated,
+        observer,
+    )?;
+    let follows_paths = render_setup.integrator() == Integrator::Path;
+    Ok(ReadyScene {
         inner,
         follows_paths,
         settings: settings.clone(),
-        effects: setup.effects,
+        effects: render_setup.effects,
     })
 }
 
 /// Returns the bytes that preparation and rendering have still to allocate. Meshes and images are
 /// already in memory. A tree is built beside lists of about its size, and a picture is reordered
 /// for its file beside the film.
-fn yet_to_take(needed: &Memory, scene: &Scene) -> u64 {
+fn remaining_allocations(needed: &Memory, scene: &Scene) -> u64 {
     let images = scene
         .images
         .iter()
@@ -107,24 +114,24 @@ fn yet_to_take(needed: &Memory, scene: &Scene) -> u64 {
         .saturating_add(needed.film / 2)
 }
 
-/// Estimates the memory of a scene. The estimate is at least the result of [`Ready::memory`] after
+/// Estimates the memory of a scene. The estimate is at least the result of [`ReadyScene::memory`] after
 /// preparation, and at most twice that; three times with the tree of `robust`, five times where
 /// triangles and shapes mix, four times where triangles may be split (`build=high`).
 pub fn estimate(scene: &Scene, settings: &Settings) -> Memory {
-    reckon(&RenderSetup::new(scene, settings))
+    estimate_memory(&RenderSetup::new(scene, settings))
 }
 
-fn reckon(setup: &RenderSetup<'_>) -> Memory {
-    match setup.settings.precision {
-        PrecisionChoice::Robust => prepare::estimate::<f32>(setup),
-        PrecisionChoice::Reference => prepare::estimate::<f64>(setup),
+fn estimate_memory(render_setup: &RenderSetup<'_>) -> Memory {
+    match render_setup.settings.precision {
+        PrecisionChoice::Robust => prepare::estimate::<f32>(render_setup),
+        PrecisionChoice::Reference => prepare::estimate::<f64>(render_setup),
     }
 }
 
 /// Returns the extent of a scene, as a precision stores it. Computed from the scene data alone;
 /// nothing is built.
 pub fn extent(scene: &Scene, precision: PrecisionChoice) -> Extent {
-    let lookup = Lookup::new(scene);
+    let lookup = SceneLookup::new(scene);
     match precision {
         PrecisionChoice::Robust => extent::extent::<f32>(scene, &lookup),
         PrecisionChoice::Reference => extent::extent::<f64>(scene, &lookup),
@@ -160,21 +167,21 @@ impl AnyPrepared {
 }
 
 /// Ends a render once a 2ᵏ-th of its samples are finished, and every pixel has some.
-struct Stage<'a> {
+struct StageObserver<'a> {
     observer: &'a dyn Observer,
     halving: u32,
     is_over: AtomicBool,
 }
 
-impl Observer for Stage<'_> {
+impl Observer for StageObserver<'_> {
     fn progress(&self, done: u64, total: u64) {
         self.observer.progress(done, total);
         self.is_over
             .store(done >= total >> self.halving, Ordering::Relaxed);
     }
 
-    fn cancelled(&self) -> bool {
-        self.observer.cancelled()
+    fn is_cancelled(&self) -> bool {
+        self.observer.is_cancelled()
     }
 
     fn has_enough(&self, everywhere: bool) -> bool {
@@ -182,7 +189,7 @@ impl Observer for Stage<'_> {
     }
 }
 
-impl Ready {
+impl ReadyScene {
     /// Replaces the camera without rebuilding what does not depend on it. `scene` must be the one
     /// that was prepared. The result equals a new preparation to the bit. Returns false and changes
     /// nothing where the new camera would need another preparation: a shutter, other effects, or
@@ -216,11 +223,11 @@ impl Ready {
     }
 
     /// Renders the picture on the current thread pool.
-    pub fn render(&self, observer: &dyn Observer) -> Rendered {
+    pub fn render(&self, observer: &dyn Observer) -> RenderOutput {
         let mut film = self.film("");
-        let whole = film.whole();
-        self.render_rounds(&mut film, &whole, observer);
-        Rendered::of(&film, observer)
+        let part = film.whole_part();
+        self.render_rounds(&mut film, &part, observer);
+        RenderOutput::from_film(&film, observer)
     }
 
     /// Renders as [`Self::render`] and calls `look` with pixels, samples and error each time that
@@ -230,23 +237,23 @@ impl Ready {
         &self,
         observer: &dyn Observer,
         mut look: impl FnMut(&RenderStage<'_>),
-    ) -> Rendered {
+    ) -> RenderOutput {
         let mut film = self.film("");
-        let whole = film.whole();
+        let part = film.whole_part();
         for halving in (1..=7).rev() {
-            let stage = Stage {
+            let stage = StageObserver {
                 observer,
                 halving,
                 is_over: AtomicBool::new(false),
             };
-            self.render_units(&mut film, &whole, &stage);
-            if !stage.is_over.into_inner() || observer.cancelled() || film.lacking(&whole) == 0 {
+            self.render_units(&mut film, &part, &stage);
+            if !stage.is_over.into_inner() || observer.is_cancelled() || film.lacking(&part) == 0 {
                 break;
             }
             look(&RenderStage::of(&film));
         }
-        self.render_rounds(&mut film, &whole, observer);
-        Rendered::of(&film, observer)
+        self.render_rounds(&mut film, &part, observer);
+        RenderOutput::from_film(&film, observer)
     }
 
     /// Renders a film with other settings. They may differ from the prepared ones in crop, seed,
@@ -261,10 +268,10 @@ impl Ready {
         let mut film = Film::new(
             "",
             settings,
-            Plan::new(settings, self.is_by_chance(), self.has_ground()),
+            FilmPlan::new(settings, self.is_by_chance(), self.has_ground()),
         );
-        let whole = film.whole();
-        each!(&self.inner, prepared => self.with_integrator((prepared, &prepared.camera), settings, (&mut film, &whole), observer));
+        let part = film.whole_part();
+        each!(&self.inner, prepared => self.with_integrator((prepared, &prepared.camera), settings, (&mut film, &part), observer));
         film
     }
 
@@ -278,23 +285,23 @@ impl Ready {
         samples: u32,
         layers: &[Aov],
         observer: &dyn Observer,
-    ) -> Rendered {
+    ) -> RenderOutput {
         let edge = edge.max(1);
-        let of = |pixels: u32| pixels.div_ceil(edge);
+        let value_of = |pixels: u32| pixels.div_ceil(edge);
         let settings = Settings {
-            size: self.settings.size.map(of),
+            size: self.settings.size.map(value_of),
             crop: self.settings.crop.map(|crop| {
                 let [x, y] = [crop.x, crop.y].map(|start| start / edge);
                 Crop {
                     x,
                     y,
-                    width: of(crop.x + crop.width) - x,
-                    height: of(crop.y + crop.height) - y,
+                    width: value_of(crop.x + crop.width) - x,
+                    height: value_of(crop.y + crop.height) - y,
                 }
             }),
             sampling: match self.settings.sampling {
                 Sampling::Pattern(_) => Sampling::Pattern(Pattern::Centre),
-                Sampling::General(most) => Sampling::General(samples.clamp(1, most)),
+                Sampling::General(maximum) => Sampling::General(samples.clamp(1, maximum)),
             },
             aovs: layers.to_vec(),
             max_error: None,
@@ -306,14 +313,14 @@ impl Ready {
         let mut film = Film::new(
             "",
             &settings,
-            Plan::new(&settings, self.is_by_chance(), self.has_ground()),
+            FilmPlan::new(&settings, self.is_by_chance(), self.has_ground()),
         );
-        let whole = film.whole();
+        let part = film.whole_part();
         each!(&self.inner, prepared => {
             let camera = prepared.camera.with_larger_pixels(edge);
-            self.with_integrator((prepared, &camera), &settings, (&mut film, &whole), observer);
+            self.with_integrator((prepared, &camera), &settings, (&mut film, &part), observer);
         });
-        Rendered::noisy(&film)
+        RenderOutput::noisy(&film)
     }
 
     /// Returns an empty film, to be rendered part by part. `scene` identifies the scene, for
@@ -331,11 +338,11 @@ impl Ready {
     pub fn render_part(
         &self,
         film: &mut Film,
-        part: &Part,
+        part: &FilmPart,
         observer: &dyn Observer,
     ) -> Result<(), PartError> {
-        if let Some(what) = self.film(film.scene()).difference(film) {
-            return Err(PartError::Foreign { part: 0, what });
+        if let Some(label) = self.film(film.scene()).difference(film) {
+            return Err(PartError::Foreign { part: 0, label });
         }
         self.render_rounds(film, part, observer);
         Ok(())
@@ -343,28 +350,30 @@ impl Ready {
 
     /// Renders until no unit is missing. With samples placed by the error, each round decides the
     /// sample counts of the next one from all tiles; so a part ends with its round.
-    fn render_rounds(&self, film: &mut Film, part: &Part, observer: &dyn Observer) {
+    fn render_rounds(&self, film: &mut Film, part: &FilmPart, observer: &dyn Observer) {
         loop {
             self.render_units(film, part, observer);
             let aimed = self
                 .settings
                 .max_error
-                .filter(|_| film.lacking(&film.whole()) == 0);
-            if aimed.is_none_or(|error| film.aim(error, observer) != Aim::Further) {
+                .filter(|_| film.lacking(&film.whole_part()) == 0);
+            if aimed.is_none_or(|error| {
+                film.advance_to_error(error, observer) != ErrorProgress::Further
+            }) {
                 return;
             }
         }
     }
 
-    fn render_units(&self, film: &mut Film, part: &Part, observer: &dyn Observer) {
+    fn render_units(&self, film: &mut Film, part: &FilmPart, observer: &dyn Observer) {
         each!(&self.inner, prepared => self.with_integrator((prepared, &prepared.camera), &self.settings, (film, part), observer));
     }
 
     fn with_integrator<R: Real>(
         &self,
-        prepared: (&Prepared<R>, &crate::camera::Camera<R>),
+        prepared: (&Prepared<R>, &crate::camera::PreparedCamera<R>),
         settings: &Settings,
-        (film, part): (&mut Film, &Part),
+        (film, part): (&mut Film, &FilmPart),
         observer: &dyn Observer,
     ) {
         if self.follows_paths {
@@ -380,8 +389,8 @@ impl Ready {
     }
 
     /// Returns the division of the picture into units.
-    fn plan(&self) -> Plan {
-        Plan::new(&self.settings, self.is_by_chance(), self.has_ground())
+    fn plan(&self) -> FilmPlan {
+        FilmPlan::new(&self.settings, self.is_by_chance(), self.has_ground())
     }
 
     fn has_ground(&self) -> bool {
@@ -405,7 +414,7 @@ impl Ready {
     /// were sent towards them. Such a light is enclosed, or so placed that chance has not found a
     /// path to it. Empty for pictures that are not path traced. Samples that the film read from a
     /// file do not count.
-    pub fn shut_away(&self, film: &Film) -> Vec<ShutAway> {
+    pub fn shut_away(&self, film: &Film) -> Vec<UnreachedLight> {
         each!(&self.inner, p => p.shut_away(film.usage()))
     }
 
@@ -435,7 +444,7 @@ impl Ready {
     }
 
     /// Returns the sizes of the tables that effects need; the table of an absent effect is empty.
-    pub fn tables(&self) -> Tables {
+    pub fn tables(&self) -> BuiltCounts {
         each!(&self.inner, p => p.tables())
     }
 

@@ -10,11 +10,11 @@ use raywright_bvh::shapes::{TransformedShape, Triangle};
 use raywright_bvh::{Aabb, Real, Shape as _, Vector};
 
 use crate::generate::all_about;
-use crate::lookup::Lookup;
+use crate::lookup::SceneLookup;
 use crate::origin::StorageOrigin;
 use crate::scene::{MeshData, Scene, Shape};
 use crate::shape::{map_about, own_shape, placed_shape};
-pub(crate) use uses::Uses;
+pub(crate) use uses::MeshUses;
 
 /// Extent of a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,23 +27,27 @@ pub struct Extent {
 
 /// Returns the extent of a scene as stored in a precision, relative to the storage origin: equal to
 /// the bit to the extent of the built geometry. Objects that cannot be built do not count.
-pub(crate) fn extent<R: Real>(scene: &Scene, lookup: &Lookup<'_>) -> Extent {
-    let origin = StorageOrigin::of::<R>(scene, lookup).origin;
-    let uses = Uses::of(scene);
+pub(crate) fn extent<R: Real>(scene: &Scene, lookup: &SceneLookup<'_>) -> Extent {
+    let origin = StorageOrigin::from_scene::<R>(scene, lookup).origin;
+    let uses = MeshUses::of(scene);
     let mut shared: HashMap<&str, Aabb> = HashMap::new();
-    let mut whole = Extent {
+    let mut extent = Extent {
         bounds: Aabb::EMPTY,
         unbounded: 0,
     };
-    for shown in all_about(scene, origin) {
-        let (object, map, ends) = (shown.object, shown.map(), shown.ends());
+    for placed_object in all_about(scene, origin) {
+        let (object, map, ends) = (
+            placed_object.object,
+            placed_object.map(),
+            placed_object.ends(),
+        );
         // The path of a moving point lies between its ends.
-        let instance = |own: Aabb, origin: DVec3| match ends
+        let instance = |own_bounds: Aabb, origin: DVec3| match ends
             .map(|ends| ends.map(|end| map_about(end, origin)))
         {
-            None => transform_bounds(&map_about(map, origin), &own),
+            None => transform_bounds(&map_about(map, origin), &own_bounds),
             Some([start, end]) => {
-                transform_bounds(&start, &own).union(transform_bounds(&end, &own))
+                transform_bounds(&start, &own_bounds).union(transform_bounds(&end, &own_bounds))
             }
         };
         match &object.shape {
@@ -52,40 +56,40 @@ pub(crate) fn extent<R: Real>(scene: &Scene, lookup: &Lookup<'_>) -> Extent {
                     continue;
                 };
                 if uses.share(name, object.side) {
-                    let own = shared
+                    let own_bounds = shared
                         .entry(name.as_str())
                         .or_insert_with(|| around::<R>(data, None));
-                    if !own.is_empty() {
-                        whole.include(Some(instance(*own, data.positions.origin())));
+                    if !own_bounds.is_empty() {
+                        extent.include(Some(instance(*own_bounds, data.positions.origin())));
                     }
                 } else {
-                    whole.include(Some(around::<R>(data, Some(map))));
+                    extent.include(Some(around::<R>(data, Some(map))));
                 }
             }
             shape if ends.is_some() => {
                 let Some((shape, origin)) = own_shape::<R>(shape) else {
                     continue;
                 };
-                whole.include(shape.bounds().map(|bounds| instance(bounds, origin)));
+                extent.include(shape.bounds().map(|bounds| instance(bounds, origin)));
             }
             shape => match placed_shape::<R>(shape, map) {
-                Some((shape, None)) => whole.include(shape.bounds()),
+                Some((shape, None)) => extent.include(shape.bounds()),
                 Some((shape, Some(map))) => {
-                    if let Some(placed) = TransformedShape::<R>::new(shape, map) {
-                        whole.include(placed.bounds());
+                    if let Some(transformed_shape) = TransformedShape::<R>::new(shape, map) {
+                        extent.include(transformed_shape.bounds());
                     }
                 }
                 None => {}
             },
         }
     }
-    let Aabb { min, max } = whole.bounds;
+    let Aabb { min, max } = extent.bounds;
     Extent {
         bounds: Aabb {
             min: min + origin,
             max: max + origin,
         },
-        ..whole
+        ..extent
     }
 }
 
@@ -106,7 +110,7 @@ fn around<R: Real>(data: &MeshData, map: Option<DAffine3>) -> Aabb {
     let position = |i: u32| {
         let own = || DVec3::from(data.positions.offsets()[i as usize].map(f64::from));
         Vector::from_f64(map.map_or_else(own, |map| {
-            map.transform_point3(data.positions.at(i as usize))
+            map.transform_point3(data.positions.position(i as usize))
         }))
     };
     let boxes = data

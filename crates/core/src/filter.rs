@@ -15,6 +15,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
+#[doc(alias("reconstruction filter", "GaussianFilter"))]
 pub enum PixelFilter {
     /// Uniform over the pixel's square.
     #[default]
@@ -64,12 +65,13 @@ impl PixelFilter {
     }
 
     /// Returns the sampler of one axis.
-    pub(crate) fn draws(self) -> Draws {
-        static TENT: LazyLock<Box<Table>> = LazyLock::new(|| inverse(PixelFilter::Tent));
-        static GAUSSIAN: LazyLock<Box<Table>> = LazyLock::new(|| inverse(PixelFilter::Gaussian));
-        static BLACKMAN_HARRIS: LazyLock<Box<Table>> =
+    pub(crate) fn draws(self) -> FilterSampler {
+        static TENT: LazyLock<Box<FilterTable>> = LazyLock::new(|| inverse(PixelFilter::Tent));
+        static GAUSSIAN: LazyLock<Box<FilterTable>> =
+            LazyLock::new(|| inverse(PixelFilter::Gaussian));
+        static BLACKMAN_HARRIS: LazyLock<Box<FilterTable>> =
             LazyLock::new(|| inverse(PixelFilter::BlackmanHarris));
-        Draws(match self {
+        FilterSampler(match self {
             Self::Box => None,
             Self::Tent => Some(&TENT),
             Self::Gaussian => Some(&GAUSSIAN),
@@ -84,16 +86,16 @@ impl PixelFilter {
 /// integral: the thin tails are resolved as well as the middle. The table of a tent is a straight
 /// line.
 #[derive(Clone, Debug)]
-pub(crate) struct Draws(Option<&'static Table>);
+pub(crate) struct FilterSampler(Option<&'static FilterTable>);
 
 /// Distances from the pixel's centre.
-type Table = [f32; STEPS + 1];
+type FilterTable = [f32; STEPS + 1];
 
-impl Draws {
+impl FilterSampler {
     /// Returns a position in pixels from the pixel's low edge. The box filter returns the number
     /// unchanged, in [0, 1).
     #[inline(always)]
-    pub fn place(&self, number: f32) -> f32 {
+    pub fn sample(&self, number: f32) -> f32 {
         match &self.0 {
             None => number,
             Some(table) if number < 0.5 => 0.5 - between(table, number),
@@ -104,7 +106,7 @@ impl Draws {
 
 /// Returns the distance beyond which one side of the filter has this share of its integral, at most
 /// a half.
-fn between(table: &Table, share: f32) -> f32 {
+fn between(table: &FilterTable, share: f32) -> f32 {
     let at = (2.0 * share).sqrt() * STEPS as f32;
     let step = (at as usize).min(STEPS - 1);
     let (near, far) = (table[step], table[step + 1]);
@@ -113,7 +115,7 @@ fn between(table: &Table, share: f32) -> f32 {
 
 /// Tabulates the distances beyond which the filter has the shares s²/2, for evenly spaced s. The
 /// integral runs from the outside inwards, by Simpson's rule, exact to twelve digits.
-fn inverse(filter: PixelFilter) -> Box<Table> {
+fn inverse(filter: PixelFilter) -> Box<FilterTable> {
     const FINE: usize = 1 << 14;
     let step = filter.radius() / FINE as f64;
     let mut integral = vec![0.0; FINE + 1];
@@ -127,11 +129,11 @@ fn inverse(filter: PixelFilter) -> Box<Table> {
     }
     let mut table = Box::new([0.0; STEPS + 1]);
     for (i, distance) in table.iter_mut().enumerate() {
-        let wanted = integral[FINE] * (i as f64 / STEPS as f64).powi(2);
+        let requested = integral[FINE] * (i as f64 / STEPS as f64).powi(2);
         let above = integral
-            .partition_point(|&value| value < wanted)
+            .partition_point(|&value| value < requested)
             .clamp(1, FINE);
-        let share = (wanted - integral[above - 1])
+        let share = (requested - integral[above - 1])
             / (integral[above] - integral[above - 1]).max(f64::MIN_POSITIVE);
         *distance = (filter.radius() - step * ((above - 1) as f64 + share.clamp(0.0, 1.0))) as f32;
     }
@@ -144,10 +146,10 @@ mod tests {
 
     /// Returns the mean of a function of filter samples, relative to the pixel's centre, over
     /// evenly spaced numbers.
-    fn mean(filter: PixelFilter, of: impl Fn(f64) -> f64) -> f64 {
-        let (draws, n) = (filter.draws(), 1 << 20);
+    fn mean(filter: PixelFilter, value_of: impl Fn(f64) -> f64) -> f64 {
+        let (filter_sampler, n) = (filter.draws(), 1 << 20);
         (0..n)
-            .map(|i| of(f64::from(draws.place((i as f32 + 0.5) / n as f32)) - 0.5))
+            .map(|i| value_of(f64::from(filter_sampler.sample((i as f32 + 0.5) / n as f32)) - 0.5))
             .sum::<f64>()
             / f64::from(n)
     }
@@ -205,8 +207,9 @@ mod tests {
                     within(limit)
                 );
             }
-            let draws = filter.draws();
-            let ends = [0.0, 1.0 - f32::EPSILON / 2.0].map(|u| f64::from(draws.place(u)) - 0.5);
+            let filter_sampler = filter.draws();
+            let ends =
+                [0.0, 1.0 - f32::EPSILON / 2.0].map(|u| f64::from(filter_sampler.sample(u)) - 0.5);
             assert!(
                 ends[0] >= -filter.radius() && ends[1] <= filter.radius(),
                 "{filter:?}: {ends:?}"
@@ -216,9 +219,9 @@ mod tests {
         for u in [0.5_f32, 0.7, 0.9, 0.99] {
             let expected = 1.5 - (2.0 * (1.0 - u)).sqrt();
             assert!(
-                (tent.place(u) - expected).abs() < 1e-5,
+                (tent.sample(u) - expected).abs() < 1e-5,
                 "{u}: {} instead of {expected}",
-                tent.place(u)
+                tent.sample(u)
             );
         }
     }
@@ -227,11 +230,11 @@ mod tests {
     /// their bits.
     #[test]
     fn the_box_changes_no_number() {
-        let draws = PixelFilter::Box.draws();
+        let filter_sampler = PixelFilter::Box.draws();
         assert!(
             [0.0, 0.1, 0.5, 0.999_999_9]
                 .into_iter()
-                .all(|u: f32| draws.place(u).to_bits() == u.to_bits())
+                .all(|u: f32| filter_sampler.sample(u).to_bits() == u.to_bits())
         );
     }
 }

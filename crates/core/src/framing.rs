@@ -12,9 +12,9 @@ use glam::DVec3;
 use raywright_bvh::Aabb;
 
 use crate::generate::all;
-use crate::lookup::Lookup;
+use crate::lookup::SceneLookup;
 use crate::scene::{Camera, MeshData, Pinhole, Pose, Projection, Scene, Shape};
-use crate::studio::towards;
+use crate::studio::direction_from_angles;
 use outline::{FINE, Outlines, outermost};
 
 /// Share of the picture's tighter side that a framed silhouette fills.
@@ -94,8 +94,8 @@ impl View {
 
     /// Returns the unit vectors to the right, up and back of a camera with this view.
     fn axes(self) -> [DVec3; 3] {
-        let back = towards(self.azimuth.to_radians(), self.elevation.to_radians());
-        let right = towards((self.azimuth + 90.0).to_radians(), 0.0);
+        let back = direction_from_angles(self.azimuth.to_radians(), self.elevation.to_radians());
+        let right = direction_from_angles((self.azimuth + 90.0).to_radians(), 0.0);
         [right, back.cross(right), back]
     }
 }
@@ -124,8 +124,8 @@ const FACES: usize = 1 << 18;
 
 impl Silhouette {
     /// Examines all bounded parts of a scene.
-    pub fn of(scene: &Scene) -> Self {
-        let lookup = Lookup::new(scene);
+    pub fn from_scene(scene: &Scene) -> Self {
+        let lookup = SceneLookup::new(scene);
         let outlines = Outlines::of(scene, &lookup);
         let points = outermost(|visit| outlines.visit(scene, visit), FINE);
         let middle = Aabb::from_points(points.iter().copied()).centre();
@@ -310,16 +310,16 @@ const RELIEF: f64 = 0.5;
 
 impl FacingAreas {
     /// Gathers every `step`-th triangle of a scene.
-    fn of(scene: &Scene, lookup: &Lookup<'_>, middle: DVec3, step: usize) -> Self {
+    fn of(scene: &Scene, lookup: &SceneLookup<'_>, middle: DVec3, step: usize) -> Self {
         let mut faces = Self::default();
-        for shown in all(scene) {
-            let Shape::Mesh(name) = &shown.object.shape else {
+        for placed_object in all(scene) {
+            let Shape::Mesh(name) = &placed_object.object.shape else {
                 continue;
             };
             let Some(data) = lookup.mesh_data(name) else {
                 continue;
             };
-            let map = shown.map();
+            let map = placed_object.map();
             let mirrored = map.matrix3.determinant() < 0.0;
             for corners in data.indices.iter().step_by(step) {
                 let [a, b, c] = corners.map(|i| map.transform_point3(position(data, i)));
@@ -337,7 +337,7 @@ impl FacingAreas {
 }
 
 fn position(data: &MeshData, index: u32) -> DVec3 {
-    data.positions.at(index as usize)
+    data.positions.position(index as usize)
 }
 
 #[cfg(test)]

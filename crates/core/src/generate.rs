@@ -14,7 +14,7 @@ use crate::scene::{GeneratorKind, Object, Scene, TransformStep};
 pub(crate) struct PlacedObject<'a> {
     pub object: &'a Object,
     /// Offset by the generator, less the storage origin; `None` for a listed object about zero.
-    pub place: Option<DVec3>,
+    pub position: Option<DVec3>,
 }
 
 impl PlacedObject<'_> {
@@ -22,18 +22,18 @@ impl PlacedObject<'_> {
     /// then the offset.
     pub fn map(&self) -> DAffine3 {
         let own = affine(&self.object.transform);
-        self.placed(own)
+        self.world_map(own)
     }
 
     /// Returns the same map at both ends of the motion of a moving object; the generator's offset
     /// applies to both.
     pub fn ends(&self) -> Option<[DAffine3; 2]> {
-        ends(self.object).map(|ends| ends.map(|end| self.placed(end)))
+        ends(self.object).map(|ends| ends.map(|end| self.world_map(end)))
     }
 
-    fn placed(&self, own: DAffine3) -> DAffine3 {
-        self.place
-            .map_or(own, |place| DAffine3::from_translation(place) * own)
+    fn world_map(&self, own: DAffine3) -> DAffine3 {
+        self.position
+            .map_or(own, |position| DAffine3::from_translation(position) * own)
     }
 }
 
@@ -41,12 +41,12 @@ impl PlacedObject<'_> {
 pub(crate) fn all(scene: &Scene) -> impl Iterator<Item = PlacedObject<'_>> {
     let listed = scene.objects.iter().map(|object| PlacedObject {
         object,
-        place: None,
+        position: None,
     });
     let made = scene.generators.iter().flat_map(|generator| {
-        places(&generator.kind).map(|place| PlacedObject {
+        places(&generator.kind).map(|position| PlacedObject {
             object: &generator.object,
-            place: Some(place),
+            position: Some(position),
         })
     });
     listed.chain(made)
@@ -54,12 +54,12 @@ pub(crate) fn all(scene: &Scene) -> impl Iterator<Item = PlacedObject<'_>> {
 
 /// Iterates over the scene's objects relative to an origin.
 pub(crate) fn all_about(scene: &Scene, origin: DVec3) -> impl Iterator<Item = PlacedObject<'_>> {
-    let moved = move |shown: PlacedObject<'_>| {
-        (origin != DVec3::ZERO).then(|| shown.place.unwrap_or_default() - origin)
+    let moved = move |placed_object: PlacedObject<'_>| {
+        (origin != DVec3::ZERO).then(|| placed_object.position.unwrap_or_default() - origin)
     };
-    all(scene).map(move |shown| PlacedObject {
-        place: moved(shown).or(shown.place),
-        ..shown
+    all(scene).map(move |placed_object| PlacedObject {
+        position: moved(placed_object).or(placed_object.position),
+        ..placed_object
     })
 }
 
@@ -78,11 +78,11 @@ pub(crate) fn counted(scene: &Scene) -> impl Iterator<Item = (&Object, u64)> {
 /// Returns a copy of each of the scene's objects, generated ones last as objects of their own.
 pub fn expand(scene: &Scene) -> Vec<Object> {
     all(scene)
-        .map(|shown| {
-            let mut object = shown.object.clone();
-            let place = shown
-                .place
-                .map(|place| TransformStep::Translate(place.into()));
+        .map(|placed_object| {
+            let mut object = placed_object.object.clone();
+            let place = placed_object
+                .position
+                .map(|position| TransformStep::Translate(position.into()));
             object.transform.extend(place);
             object
                 .transform_end

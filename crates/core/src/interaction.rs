@@ -3,9 +3,9 @@
 
 use raywright_bvh::{Real, Surface, Vector};
 
-use crate::expr::Inputs;
+use crate::expr::VariableValues;
 use crate::scene::MOST_UV_SETS;
-use crate::texture::Place;
+use crate::texture::TexelFootprint;
 
 /// A surface point that a ray hit. Derived values are computed on demand: [`Self::inputs`] for an
 /// expression, [`Self::mirrored`] for a reflection, [`Self::frame`] for sampled directions.
@@ -34,7 +34,7 @@ pub(crate) struct Interaction<R: Real> {
     pub footprint: [R; MOST_UV_SETS],
     /// Texel footprint of the material's textures, where already computed, with the first texture
     /// use that has this footprint.
-    pub lies: Option<(u32, Place<R>)>,
+    pub texel_footprint: Option<(u32, TexelFootprint<R>)>,
     /// Interpolated vertex colour with alpha; white where the mesh has none.
     pub colour: [R; 4],
     pub object: u32,
@@ -46,13 +46,13 @@ pub(crate) struct Interaction<R: Real> {
 /// there.
 #[inline(always)]
 pub(crate) fn interpolate<R: Real>([a, b, c]: [R; 3], [wa, wb, wc]: [R; 3]) -> R {
-    let (least, most) = (Real::min(Real::min(a, b), c), Real::max(Real::max(a, b), c));
-    Real::clamp(a * wa + b * wb + c * wc, least, most)
+    let (minimum, maximum) = (Real::min(Real::min(a, b), c), Real::max(Real::max(a, b), c));
+    Real::clamp(a * wa + b * wb + c * wc, minimum, maximum)
 }
 
 /// Light inputs of an expression: the light whose contribution is evaluated.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Beam<R: Real> {
+pub(crate) struct LightInputs<R: Real> {
     /// Unit direction towards the light.
     pub direction: R::Vec3,
     /// Share of the light that arrives.
@@ -61,7 +61,7 @@ pub(crate) struct Beam<R: Real> {
     pub occluder: R,
 }
 
-impl<R: Real> Default for Beam<R> {
+impl<R: Real> Default for LightInputs<R> {
     /// Unoccluded light without a direction.
     #[inline(always)]
     fn default() -> Self {
@@ -91,7 +91,7 @@ impl<R: Real> Interaction<R> {
         time: R::ZERO,
         uv: [[R::ZERO; 2]; MOST_UV_SETS],
         footprint: [R::ZERO; MOST_UV_SETS],
-        lies: None,
+        texel_footprint: None,
         colour: [R::ONE; 4],
         object: 0,
         material: 0,
@@ -105,19 +105,19 @@ impl<R: Real> Interaction<R> {
 
     /// Returns the inputs of an expression at this point, for a given light.
     #[inline(always)]
-    pub fn inputs(&self, beam: &Beam<R>) -> Inputs<R> {
-        Inputs {
+    pub fn inputs(&self, light_inputs: &LightInputs<R>) -> VariableValues<R> {
+        VariableValues {
             p: self.surface.point,
             n: self.normal,
             d: self.direction,
             r: self.mirrored(),
-            l: beam.direction,
+            l: light_inputs.direction,
             o: self.origin,
             u: self.uv[0][0],
             v: self.uv[0][1],
             distance: self.distance,
-            occluder_distance: beam.occluder,
-            shadow: beam.share,
+            occluder_distance: light_inputs.occluder,
+            shadow: light_inputs.share,
         }
     }
 }

@@ -2,7 +2,7 @@
 //! preparation, integrators, film, display and metrics.
 //!
 //! A [`Scene`] is plain data. [`validate`] reports its errors, [`effects`] lists the features that
-//! it needs. [`prepare()`] builds the data that an integrator traverses, and [`Ready::render`]
+//! it needs. [`prepare()`] builds the data that an integrator traverses, and [`ReadyScene::render`]
 //! renders the picture.
 //!
 //! ```
@@ -18,7 +18,7 @@
 //! }"#)?;
 //! assert!(raywright_core::validate::validate(&scene).is_empty());
 //!
-//! let settings = Settings { size: [10, 5], ..Settings::of(&scene) };
+//! let settings = Settings { size: [10, 5], ..Settings::from_scene(&scene) };
 //! let rendered = prepare(&scene, &settings, &())?.render(&());
 //! assert_eq!(rendered.picture.pixel(5, 2), Some([1.0, 0.5, 0.0]));
 //! assert_eq!(rendered.picture.pixel(0, 0), Some([0.25; 3]));
@@ -45,7 +45,7 @@
 //! }
 //!
 //! let scene = Scene::default();
-//! let settings = Settings { size: [8, 8], ..Settings::of(&scene) };
+//! let settings = Settings { size: [8, 8], ..Settings::from_scene(&scene) };
 //! let stop = Stop(AtomicBool::new(false));
 //! let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build()?;
 //! let ready = pool.install(|| prepare(&scene, &settings, &stop))?;
@@ -102,11 +102,11 @@ pub mod suggest;
 mod texture;
 pub mod validate;
 pub use affine::affine;
-pub use dispatch::{Ready, collapsed, estimate, extent, prepare};
-pub use lookup::Lookup;
+pub use dispatch::{ReadyScene, collapsed, estimate, extent, prepare};
+pub use lookup::SceneLookup;
 pub use memory::Memory;
 pub use observer::Observer;
 pub use raywright_bvh as bvh;
-pub use render::{RenderStage, Rendered};
+pub use render::{RenderOutput, RenderStage};
 pub use scene::Scene;
 pub use settings::Settings;

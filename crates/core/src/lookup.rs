@@ -7,20 +7,20 @@ use crate::scene::{Image, Material, Mesh, MeshData, MeshSource, Scene, Texture};
 
 /// Named items of a scene. Of two items with one name, which validation refuses, the first counts.
 #[derive(Clone, Debug)]
-pub struct Lookup<'a> {
+pub struct SceneLookup<'a> {
     scene: &'a Scene,
-    pub(crate) images: Names<'a>,
-    pub(crate) textures: Names<'a>,
-    pub(crate) materials: Names<'a>,
-    pub(crate) meshes: Names<'a>,
+    pub(crate) images: NameList<'a>,
+    pub(crate) textures: NameList<'a>,
+    pub(crate) materials: NameList<'a>,
+    pub(crate) meshes: NameList<'a>,
 }
 
 /// Names of one list in alphabetical order. The order is the same in every run, so that a message
 /// always suggests the same of several equally near names.
 #[derive(Clone, Debug)]
-pub(crate) struct Names<'a>(BTreeMap<&'a str, usize>);
+pub(crate) struct NameList<'a>(BTreeMap<&'a str, usize>);
 
-impl<'a> Names<'a> {
+impl<'a> NameList<'a> {
     fn new<T>(things: &'a [T], name: impl Fn(&'a T) -> &'a String) -> Self {
         // Earlier items overwrite later ones.
         Self(
@@ -47,15 +47,15 @@ impl<'a> Names<'a> {
     }
 }
 
-impl<'a> Lookup<'a> {
+impl<'a> SceneLookup<'a> {
     /// Builds the lookup in a single scan of each list.
     pub fn new(scene: &'a Scene) -> Self {
         Self {
             scene,
-            images: Names::new(&scene.images, |image| &image.name),
-            textures: Names::new(&scene.textures, |texture| &texture.name),
-            materials: Names::new(&scene.materials, |material| &material.name),
-            meshes: Names::new(&scene.meshes, |mesh| &mesh.name),
+            images: NameList::new(&scene.images, |image| &image.name),
+            textures: NameList::new(&scene.textures, |texture| &texture.name),
+            materials: NameList::new(&scene.materials, |material| &material.name),
+            meshes: NameList::new(&scene.meshes, |mesh| &mesh.name),
         }
     }
 
@@ -117,7 +117,7 @@ mod tests {
             ],
             ..Scene::default()
         };
-        let lookup = Lookup::new(&scene);
+        let lookup = SceneLookup::new(&scene);
         assert_eq!(
             ["a", "b", "c"].map(|name| lookup.material(name).map(|(index, _)| index)),
             [Some(0), Some(1), None]

@@ -2,6 +2,7 @@
 
 /// Watches preparation and rendering, and may stop both. The working threads call it: a few hundred
 /// times a picture, between the stages of preparation, and now and then within long stages.
+#[doc(alias("ProgressReporter", "CancellationToken"))]
 pub trait Observer: Sync {
     /// Reports progress: `done` of `total` samples of all pixels.
     fn progress(&self, done: u64, total: u64) {
@@ -10,7 +11,7 @@ pub trait Observer: Sync {
     /// Returns true to cancel. A render stops at the next tile and keeps its finished samples.
     /// Preparation returns [`PrepareError::Cancelled`](crate::prepare::PrepareError::Cancelled) at
     /// its next check; a tree under construction is finished first.
-    fn cancelled(&self) -> bool {
+    fn is_cancelled(&self) -> bool {
         false
     }
     /// Returns true to end a render at the next tile with its finished samples. Called before each

@@ -9,7 +9,7 @@ use raywright_bvh::{Aabb, Real, Shape as _};
 
 use crate::affine::affine;
 use crate::generate::all;
-use crate::lookup::Lookup;
+use crate::lookup::SceneLookup;
 use crate::motion::ends;
 use crate::nearby::{FAR, near};
 use crate::scene::{Camera, Light, LightKind, Object, Pose, Scene, Shape, Triple};
@@ -31,14 +31,14 @@ pub(crate) struct StorageOrigin {
 impl StorageOrigin {
     /// Chooses the origin of a scene: near all objects where all are far from zero; else near the
     /// far objects, where more is resolved from there.
-    pub fn of<R: Real>(scene: &Scene, lookup: &Lookup<'_>) -> Self {
-        let from_zero = Survey::from::<R>(DVec3::ZERO, scene, lookup);
+    pub fn from_scene<R: Real>(scene: &Scene, lookup: &SceneLookup<'_>) -> Self {
+        let from_zero = OriginSurvey::from::<R>(DVec3::ZERO, scene, lookup);
         let near_all = near(&from_zero.bounds, FAR);
-        let found = match near_all == DVec3::ZERO {
-            false => Survey::from::<R>(near_all, scene, lookup),
+        let origin_survey = match near_all == DVec3::ZERO {
+            false => OriginSurvey::from::<R>(near_all, scene, lookup),
             true if from_zero.unresolved == 0 => from_zero,
             true => {
-                let near_far = Survey::from::<R>(near(&from_zero.lost, FAR), scene, lookup);
+                let near_far = OriginSurvey::from::<R>(near(&from_zero.lost, FAR), scene, lookup);
                 if near_far.unresolved < from_zero.unresolved {
                     near_far
                 } else {
@@ -47,15 +47,15 @@ impl StorageOrigin {
             }
         };
         Self {
-            origin: found.origin,
-            unresolved: found.first,
+            origin: origin_survey.origin,
+            unresolved: origin_survey.first,
         }
     }
 }
 
 /// Objects resolved by coordinates relative to an origin.
 #[derive(Clone, Copy)]
-struct Survey {
+struct OriginSurvey {
     origin: DVec3,
     /// Box around all bounded objects.
     bounds: Aabb,
@@ -67,9 +67,9 @@ struct Survey {
     first: Option<u32>,
 }
 
-impl Survey {
-    fn from<R: Real>(origin: DVec3, scene: &Scene, lookup: &Lookup<'_>) -> Self {
-        let mut found = Self {
+impl OriginSurvey {
+    fn from<R: Real>(origin: DVec3, scene: &Scene, lookup: &SceneLookup<'_>) -> Self {
+        let mut origin_survey = Self {
             origin,
             bounds: Aabb::EMPTY,
             lost: Aabb::EMPTY,
@@ -79,12 +79,12 @@ impl Survey {
         let mut meshes: HashMap<&str, Aabb> = HashMap::new();
         // The objects of one generator differ in their offset alone.
         let mut last: Option<(&Object, Option<OwnBox>)> = None;
-        for (index, shown) in all(scene).enumerate() {
+        for (index, placed_object) in all(scene).enumerate() {
             let own = match last {
-                Some((object, own)) if core::ptr::eq(object, shown.object) => own,
-                _ => OwnBox::of(shown.object, lookup, &mut meshes),
+                Some((object, own)) if core::ptr::eq(object, placed_object.object) => own,
+                _ => OwnBox::of(placed_object.object, lookup, &mut meshes),
             };
-            last = Some((shown.object, own));
+            last = Some((placed_object.object, own));
             let Some(OwnBox {
                 bounds,
                 size,
@@ -93,24 +93,24 @@ impl Survey {
             else {
                 continue;
             };
-            let place = shown.place.unwrap_or_default();
+            let position = placed_object.position.unwrap_or_default();
             let bounds = Aabb {
-                min: bounds.min + place,
-                max: bounds.max + place,
+                min: bounds.min + position,
+                max: bounds.max + position,
             };
-            found.bounds = found.bounds.union(bounds);
+            origin_survey.bounds = origin_survey.bounds.union(bounds);
             let farthest = (bounds.min - origin)
                 .abs()
                 .max((bounds.max - origin).abs())
                 .max_element();
             // The spacing of the stored scalar at the farthest coordinate.
             if 2.0 * R::ROUNDOFF.to_f64() * farthest > RESOLVED * size && size > 0.0 {
-                found.lost = found.lost.union(bounds);
-                found.unresolved = found.unresolved.saturating_add(parts);
-                found.first = found.first.or(u32::try_from(index).ok());
+                origin_survey.lost = origin_survey.lost.union(bounds);
+                origin_survey.unresolved = origin_survey.unresolved.saturating_add(parts);
+                origin_survey.first = origin_survey.first.or(u32::try_from(index).ok());
             }
         }
-        found
+        origin_survey
     }
 }
 
@@ -128,10 +128,10 @@ impl OwnBox {
     /// Returns `None` for unbounded and empty objects.
     fn of<'a>(
         object: &'a Object,
-        lookup: &Lookup<'_>,
+        lookup: &SceneLookup<'_>,
         meshes: &mut HashMap<&'a str, Aabb>,
     ) -> Option<Self> {
-        let (own, parts) = match &object.shape {
+        let (own_bounds, parts) = match &object.shape {
             Shape::Mesh(name) => {
                 let data = lookup.mesh_data(name)?;
                 (
@@ -145,9 +145,9 @@ impl OwnBox {
         };
         let [start, end] = ends(object).unwrap_or_else(|| [affine(&object.transform); 2]);
         let at = |map: DAffine3| {
-            Some(transform_bounds(&map, &own)).filter(|bounds| bounds.padded().is_some())
+            Some(transform_bounds(&map, &own_bounds)).filter(|bounds| bounds.padded().is_some())
         };
-        let (start, end) = (at(start).filter(|_| !own.is_empty())?, at(end)?);
+        let (start, end) = (at(start).filter(|_| !own_bounds.is_empty())?, at(end)?);
         Some(Self {
             bounds: start.union(end),
             size: start.extent().max_element(),

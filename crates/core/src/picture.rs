@@ -5,6 +5,7 @@
 ///
 /// Every buffer holds `width · height` entries, row by row from the top, each row from the left.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[doc(alias("DynamicImage", "ImageBuffer", "framebuffer"))]
 pub struct Picture {
     /// Width in pixels.
     pub width: u32,

@@ -1,8 +1,8 @@
 //! Rendering: parallel over tiles, sequential over pixels and samples. Nothing here allocates or
 //! locks per ray.
 
-mod ahead;
 mod first_hits;
+mod lookahead;
 mod queue;
 mod stage;
 
@@ -13,33 +13,33 @@ use std::sync::{Mutex, MutexGuard};
 
 use raywright_bvh::{Ray, Real};
 
-use self::ahead::{Ahead, Samples};
 use self::first_hits::FirstHitSums;
-use self::queue::{Next, Queue};
+use self::lookahead::{SampleBatch, SampleLookahead};
+use self::queue::{NextUnit, UnitQueue};
 pub use self::stage::RenderStage;
-use crate::camera::Camera;
+use crate::camera::PreparedCamera;
 use crate::counters::Counters;
-use crate::denoise::{DenoiseError, Denoised, denoise};
+use crate::denoise::{DenoiseError, DenoiseOutput, denoise};
 use crate::film::{
-    Block, Film, Gather, Moments, Part, Plain, Plan, ReplicateBuffer, Sums, TileUpdate,
-    Uncertainty, parts,
+    BlockAccumulator, Film, FilmPart, FilmPlan, MomentSums, PixelSums, PlainSums, ReplicateBuffer,
+    SampleAccumulator, TileUpdate, Uncertainty, parts,
 };
-use crate::filter::Draws;
+use crate::filter::FilterSampler;
 use crate::integrator::{FirstHit, LightTransport, PACKET, PathResult};
 use crate::observer::Observer;
 use crate::picture::Picture;
 use crate::prepare::Prepared;
-use crate::sampler::{Address, Purpose, Sequence, fours, pair};
+use crate::sampler::{Purpose, SampleAddress, Sequence, fours, pair};
 use crate::scene::Pattern;
 use crate::settings::{Aov, Crop, Sampling, Settings};
 
 /// A picture with the figures of its render.
 #[derive(Clone, Debug)]
-pub struct Rendered {
+pub struct RenderOutput {
     /// The picture; of an unfinished render, the mean of the samples so far, black without any.
     pub picture: Picture,
     /// The denoised picture, or the reason why it is missing; `None` where it was not requested.
-    pub denoised: Option<Result<Denoised, DenoiseError>>,
+    pub denoised: Option<Result<DenoiseOutput, DenoiseError>>,
     /// Rays and samples.
     pub counters: Counters,
     /// Number of pixels that lack samples because the observer stopped the render.
@@ -48,9 +48,9 @@ pub struct Rendered {
     pub finished: bool,
 }
 
-impl Rendered {
+impl RenderOutput {
     /// Returns the picture of a film so far, denoised where requested.
-    pub fn of(film: &Film, observer: &dyn Observer) -> Self {
+    pub fn from_film(film: &Film, observer: &dyn Observer) -> Self {
         let denoised = film.is_to_be_denoised().then(|| denoise(film, observer));
         Self {
             denoised,
@@ -76,7 +76,7 @@ impl Rendered {
     }
 
     /// Returns the denoised picture with its error estimate, if any.
-    pub fn denoised(&self) -> Option<&Denoised> {
+    pub fn denoised(&self) -> Option<&DenoiseOutput> {
         self.denoised.as_ref()?.as_ref().ok()
     }
 
@@ -89,7 +89,7 @@ impl Rendered {
     }
 
     /// Returns the picture to show: the denoised one, if any.
-    pub fn shown(&self) -> &Picture {
+    pub fn shown_picture(&self) -> &Picture {
         self.denoised()
             .map_or(&self.picture, |denoised| &denoised.picture)
     }
@@ -97,7 +97,7 @@ impl Rendered {
     /// Returns the pictures composited over a background colour, without coverage.
     #[must_use]
     pub fn over(&self, colour: [f64; 3]) -> Self {
-        let over = |denoised: &Denoised| Denoised {
+        let over = |denoised: &DenoiseOutput| DenoiseOutput {
             picture: denoised.picture.over(colour),
             ..denoised.clone()
         };
@@ -127,14 +127,14 @@ impl Rendered {
 /// over the picture each add some samples of one replicate, so that a stopped render has nearly
 /// equal numbers of samples everywhere.
 pub(crate) fn render<'a, R: Real, T: LightTransport<'a, R>>(
-    (scene, camera): (&'a Prepared<R>, &Camera<R>),
+    (scene, camera): (&'a Prepared<R>, &PreparedCamera<R>),
     settings: &Settings,
     film: &mut Film,
-    part: &Part,
+    part: &FilmPart,
     observer: &'a dyn Observer,
 ) {
-    let (plan, draws) = (film.plan().clone(), settings.filter.draws());
-    let queue = Mutex::new(Queue::new(film, part));
+    let (plan, filter_sampler) = (film.plan().clone(), settings.filter.draws());
+    let queue = Mutex::new(UnitQueue::new(film, part));
     // A separate statement: in the loop's condition, the lock would be held until the work is done.
     let exchange = |finished: Option<TileUpdate>| lock(&queue).exchange(finished, observer);
     let work = || {
@@ -145,10 +145,10 @@ pub(crate) fn render<'a, R: Real, T: LightTransport<'a, R>>(
             !plan.layers.mean.is_empty(),
             observer,
         );
-        while !observer.cancelled()
+        while !observer.is_cancelled()
             && let Some(next) = exchange(finished.take())
         {
-            let Next {
+            let NextUnit {
                 tile,
                 replicate,
                 samples,
@@ -159,7 +159,7 @@ pub(crate) fn render<'a, R: Real, T: LightTransport<'a, R>>(
                 camera,
                 settings,
                 plan: &plan,
-                draws: &draws,
+                filter_sampler: &filter_sampler,
                 area,
                 tile,
                 replicate,
@@ -167,10 +167,10 @@ pub(crate) fn render<'a, R: Real, T: LightTransport<'a, R>>(
                 observer,
                 transport: PhantomData,
             };
-            let Some(unit) = job.run(&start, &mut tracer) else {
+            let Some(tile_update) = job.run(&start, &mut tracer) else {
                 break;
             };
-            finished = Some(unit);
+            finished = Some(tile_update);
         }
         lock(&queue).end(finished, &tracer.into_light_usage(), observer);
     };
@@ -188,16 +188,16 @@ fn lock<'a, T>(mutex: &'a Mutex<T>) -> MutexGuard<'a, T> {
 
 /// Returns the coverage and the shadow of a sample, in the units of the sums.
 #[inline(always)]
-fn shares<R: Real>(brought: &PathResult<R>) -> [u32; 2] {
-    [parts(brought.coverage), parts(brought.shadow)]
+fn shares<R: Real>(path_result: &PathResult<R>) -> [u32; 2] {
+    [parts(path_result.coverage), parts(path_result.shadow)]
 }
 
 /// A unit of work: some samples of one tile in one replicate.
 struct UnitJob<'a, R: Real, T> {
-    camera: &'a Camera<R>,
+    camera: &'a PreparedCamera<R>,
     settings: &'a Settings,
-    plan: &'a Plan,
-    draws: &'a Draws,
+    plan: &'a FilmPlan,
+    filter_sampler: &'a FilterSampler,
     /// Position in the film, relative to the crop.
     area: Crop,
     tile: u32,
@@ -211,59 +211,68 @@ impl<'t, R: Real, T: LightTransport<'t, R>> UnitJob<'_, R, T> {
     /// Renders the unit; `None` where the observer stopped it halfway.
     fn run(&self, start: &ReplicateBuffer, tracer: &mut T) -> Option<TileUpdate> {
         match self.plan.random {
-            true => self.gather::<Moments>(start, tracer),
-            false => self.gather::<Plain<R>>(start, tracer),
+            true => self.gather::<MomentSums>(start, tracer),
+            false => self.gather::<PlainSums<R>>(start, tracer),
         }
     }
 
-    fn gather<B: Block<R>>(&self, start: &ReplicateBuffer, tracer: &mut T) -> Option<TileUpdate> {
+    fn gather<B: BlockAccumulator<R>>(
+        &self,
+        start: &ReplicateBuffer,
+        tracer: &mut T,
+    ) -> Option<TileUpdate> {
         let pixels = self.area.width as usize * self.area.height as usize;
-        let mut plane = ReplicateBuffer::with_room(self.plan, pixels);
+        let mut buffer = ReplicateBuffer::with_room(self.plan, pixels);
         let mut spread = Vec::with_capacity(if self.plan.random { pixels } else { 0 });
-        let (mut dropped, met);
-        let mut finish = |plane: &mut ReplicateBuffer, pixel: Sums| {
-            plane.push(self.plan, &pixel, self.samples.end);
+        let (mut dropped, hit_count);
+        let mut finish = |buffer: &mut ReplicateBuffer, pixel: PixelSums| {
+            buffer.push(self.plan, &pixel, self.samples.end);
             if self.plan.random {
                 spread.push(pixel.spread);
             }
         };
         match self.settings.sampling {
             Sampling::Pattern(Pattern::Corners) => {
-                (dropped, met) = self.corners::<B>(tracer, &mut plane, finish)
+                (dropped, hit_count) = self.corners::<B>(tracer, &mut buffer, finish)
             }
             Sampling::Pattern(Pattern::Centre) | Sampling::General(_) => {
                 dropped = 0;
                 let mut firsts = FirstHitSums::new(self.plan);
-                let (mut pixel, mut ahead) = (Gather::<R, B>::default(), Ahead::default());
-                let mut place = 0;
+                let (mut pixel, mut ahead) = (
+                    SampleAccumulator::<R, B>::default(),
+                    SampleLookahead::default(),
+                );
+                let mut position = 0;
                 for y in self.rows() {
                     // A tile of many samples may take seconds.
-                    if self.observer.cancelled() {
+                    if self.observer.is_cancelled() {
                         return None;
                     }
                     for x in self.columns() {
                         if self.samples.start > 0 {
-                            pixel
-                                .resume(start.pixel(place, self.samples.start), self.samples.start);
-                            firsts.resume(start, place);
+                            pixel.resume(
+                                start.pixel(position, self.samples.start),
+                                self.samples.start,
+                            );
+                            firsts.resume(start, position);
                         }
-                        place += 1;
+                        position += 1;
                         for index in self.samples.clone() {
-                            let make = |most, samples: &mut Samples<_>| {
-                                self.make_samples([x, y], index, most, samples)
+                            let make = |maximum, samples: &mut SampleBatch<_>| {
+                                self.make_samples([x, y], index, maximum, samples)
                             };
-                            let Some(brought) = ahead.next(tracer, make) else {
+                            let Some(path_result) = ahead.next(tracer, make) else {
                                 break;
                             };
-                            let entered = pixel.add(brought.radiance, shares(&brought));
+                            let entered = pixel.add(path_result.radiance, shares(&path_result));
                             dropped += u64::from(!entered);
                             firsts.add(|| ahead.first(), entered);
                         }
-                        finish(&mut plane, pixel.finish());
-                        firsts.push(&mut plane);
+                        finish(&mut buffer, pixel.finish());
+                        firsts.push(&mut buffer);
                     }
                 }
-                met = pixel.met;
+                hit_count = pixel.hits;
             }
         }
         let centre = if self.replicate == 0 && self.samples.start == 0 {
@@ -276,15 +285,15 @@ impl<'t, R: Real, T: LightTransport<'t, R>> UnitJob<'_, R, T> {
         }
         let mut counters: Counters = tracer.take_counters();
         let entered =
-            |plane: &ReplicateBuffer| plane.samples.iter().map(|&n| u64::from(n)).sum::<u64>();
-        counters.samples = entered(&plane) - entered(start);
+            |buffer: &ReplicateBuffer| buffer.samples.iter().map(|&n| u64::from(n)).sum::<u64>();
+        counters.samples = entered(&buffer) - entered(start);
         counters.dropped = dropped;
-        counters.met = met;
+        counters.hits = hit_count;
         Some(TileUpdate {
             tile: self.tile,
             replicate: self.replicate,
             drawn: self.samples.end,
-            plane,
+            buffer,
             spread,
             centre,
             counters,
@@ -305,17 +314,17 @@ impl<'t, R: Real, T: LightTransport<'t, R>> UnitJob<'_, R, T> {
 
     /// Computes pixels as the means of their corners; returns the number of dropped samples, and of
     /// samples that hit a surface.
-    fn corners<B: Block<R>>(
+    fn corners<B: BlockAccumulator<R>>(
         &self,
         tracer: &mut T,
-        plane: &mut ReplicateBuffer,
-        mut finish: impl FnMut(&mut ReplicateBuffer, Sums),
+        buffer: &mut ReplicateBuffer,
+        mut finish: impl FnMut(&mut ReplicateBuffer, PixelSums),
     ) -> (u64, u64) {
         let (lattice, hits) = self.lattice(tracer);
         let row = self.area.width as usize + 1;
         let mut dropped = 0;
         let mut firsts = FirstHitSums::new(self.plan);
-        let mut pixel = Gather::<R, B>::default();
+        let mut pixel = SampleAccumulator::<R, B>::default();
         for (y, upper) in lattice
             .chunks_exact(row)
             .take(self.area.height as usize)
@@ -326,20 +335,20 @@ impl<'t, R: Real, T: LightTransport<'t, R>> UnitJob<'_, R, T> {
                 let entered = [&bottom[0], &bottom[1], &top[0], &top[1]]
                     .map(|&(radiance, shares)| pixel.add(radiance, shares));
                 dropped += entered.iter().filter(|entered| !**entered).count() as u64;
-                finish(plane, pixel.finish());
+                finish(buffer, pixel.finish());
                 if !hits.is_empty() {
                     let top = y * row + x;
-                    for (at, entered) in [top + row, top + row + 1, top, top + 1]
+                    for (position, entered) in [top + row, top + row + 1, top, top + 1]
                         .into_iter()
                         .zip(entered)
                     {
-                        firsts.add(|| (hits[at].0.as_ref(), hits[at].1), entered);
+                        firsts.add(|| (hits[position].0.as_ref(), hits[position].1), entered);
                     }
-                    firsts.push(plane);
+                    firsts.push(buffer);
                 }
             }
         }
-        (dropped, pixel.met)
+        (dropped, pixel.hits)
     }
 
     /// Returns radiance and coverage at the corners of the tile's pixels, each traced once for the
@@ -354,30 +363,32 @@ impl<'t, R: Real, T: LightTransport<'t, R>> UnitJob<'_, R, T> {
         let inclusive = |range: Range<u32>| range.start..range.end + 1;
         let (columns, rows) = (inclusive(self.columns()), inclusive(self.rows()));
         let count = columns.len() * rows.len();
-        let asked = !self.plan.layers.mean.is_empty();
+        let requested = !self.plan.layers.mean.is_empty();
         let (mut corners, mut hits) = (
             Vec::with_capacity(count),
-            Vec::with_capacity(if asked { count } else { 0 }),
+            Vec::with_capacity(if requested { count } else { 0 }),
         );
-        let mut ahead = Ahead::default();
+        let mut ahead = SampleLookahead::default();
         for y in rows {
             for x in columns.clone() {
                 let at = |v: u32| R::from_f64(f64::from(v));
-                let make = |most, samples: &mut Samples<_>| {
-                    samples
-                        .addresses
-                        .extend((x..columns.end).take(most).map(|x| self.address(x, y, 0)));
+                let make = |maximum, samples: &mut SampleBatch<_>| {
+                    samples.addresses.extend(
+                        (x..columns.end)
+                            .take(maximum)
+                            .map(|x| self.address(x, y, 0)),
+                    );
                     samples.rays.extend(
                         (x..columns.end)
-                            .take(most)
-                            .map(|x| self.camera.ray(at(x), at(y), [0.5; 2])),
+                            .take(maximum)
+                            .map(|x| self.camera.generate_ray(at(x), at(y), [0.5; 2])),
                     );
                 };
-                let Some(brought) = ahead.next(tracer, make) else {
+                let Some(path_result) = ahead.next(tracer, make) else {
                     break;
                 };
-                corners.push((brought.radiance, shares(&brought)));
-                if asked {
+                corners.push((path_result.radiance, shares(&path_result)));
+                if requested {
                     let (first, direct) = ahead.first();
                     hits.push((first.copied(), direct));
                 }
@@ -386,27 +397,33 @@ impl<'t, R: Real, T: LightTransport<'t, R>> UnitJob<'_, R, T> {
         (corners, hits)
     }
 
-    fn address(&self, x: u32, y: u32, index: u32) -> Address {
+    fn address(&self, x: u32, y: u32, index: u32) -> SampleAddress {
         let Settings {
             seed,
             frame,
             sampler,
             ..
         } = *self.settings;
-        Address {
+        SampleAddress {
             seed,
             frame,
             sampler,
             pixel: [x, y],
             replicate: self.replicate,
             index,
-            ..Address::default()
+            ..SampleAddress::default()
         }
     }
 
-    /// Generates at most `most` samples, starting with one of a pixel: those of this pixel, then of
+    /// Generates at most `maximum` samples, starting with one of a pixel: those of this pixel, then of
     /// the next ones; for path tracing also of the next rows.
-    fn make_samples(&self, [x, y]: [u32; 2], index: u32, most: usize, samples: &mut Samples<R>) {
+    fn make_samples(
+        &self,
+        [x, y]: [u32; 2],
+        index: u32,
+        maximum: usize,
+        samples: &mut SampleBatch<R>,
+    ) {
         // Packets hold camera rays of one row, which start at one point.
         let end = if T::BATCH > PACKET {
             self.rows().end
@@ -418,7 +435,7 @@ impl<'t, R: Real, T: LightTransport<'t, R>> UnitJob<'_, R, T> {
                 .map(move |x| [x, row])
         });
         let by_chance = !self.settings.sampling.is_fixed();
-        let Samples {
+        let SampleBatch {
             addresses,
             rays,
             sequences,
@@ -433,15 +450,15 @@ impl<'t, R: Real, T: LightTransport<'t, R>> UnitJob<'_, R, T> {
             let until = self
                 .samples
                 .end
-                .min(from.saturating_add((most - addresses.len()) as u32));
+                .min(from.saturating_add((maximum - addresses.len()) as u32));
             let first = self.address(pixel[0], pixel[1], 0);
-            addresses.extend((from..until).map(|index| Address { index, ..first }));
+            addresses.extend((from..until).map(|index| SampleAddress { index, ..first }));
             if by_chance {
                 // A replicate has no more samples than a sequence has points.
                 let sequence = Sequence::of(first, Purpose::Pixel);
                 sequences.extend((from..until).map(|index| (sequence, index)));
             }
-            if addresses.len() == most {
+            if addresses.len() == maximum {
                 break;
             }
         }
@@ -452,7 +469,7 @@ impl<'t, R: Real, T: LightTransport<'t, R>> UnitJob<'_, R, T> {
                     .iter()
                     .zip(&*places)
                     .map(|(&address, &[u, v, ..])| {
-                        let [u, v] = [u, v].map(|number| self.draws.place(number));
+                        let [u, v] = [u, v].map(|number| self.filter_sampler.sample(number));
                         self.sample_ray(address, [u, v])
                     }),
             );
@@ -467,7 +484,7 @@ impl<'t, R: Real, T: LightTransport<'t, R>> UnitJob<'_, R, T> {
 
     /// Returns the camera ray of a sample through a position in its pixel.
     #[inline]
-    fn sample_ray(&self, address: Address, [u, v]: [f32; 2]) -> Ray<R> {
+    fn sample_ray(&self, address: SampleAddress, [u, v]: [f32; 2]) -> Ray<R> {
         let [x, y] = address.pixel;
         let camera = self.camera;
         let lens = if camera.has_lens() {

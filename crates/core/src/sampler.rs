@@ -55,7 +55,7 @@ const SEQUENCE: u32 = 1 << 16;
 /// Address of a number: nothing else determines the value. Additional draws never shift other
 /// numbers, because no counter is involved.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Address {
+pub struct SampleAddress {
     /// Seed of the picture.
     pub seed: u64,
     /// Index of the frame in its sequence.
@@ -87,10 +87,10 @@ pub enum Branch {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SampleHash(u64);
 
-impl Address {
+impl SampleAddress {
     /// The hash that all vertices of the sample share.
     #[inline]
-    pub(crate) fn way(&self) -> SampleHash {
+    pub(crate) fn sample_hash(&self) -> SampleHash {
         let words = [
             u64::from(self.pixel[0]) | u64::from(self.pixel[1]) << 32,
             u64::from(self.frame) | u64::from(self.replicate) << 32,
@@ -128,18 +128,19 @@ impl Sequence {
     /// The sequence of an address. All samples of a pixel in one replicate share a sequence until
     /// it is used up, so bulk callers compute it once.
     #[inline]
-    pub fn of(at: Address, purpose: Purpose) -> Self {
-        Self::on(at.way(), at, purpose)
+    pub fn of(address: SampleAddress, purpose: Purpose) -> Self {
+        Self::on(address.sample_hash(), address, purpose)
     }
 
-    /// [`Self::of`] with a known [`Address::way`].
+    /// [`Self::of`] with a known [`SampleAddress::sample_hash`].
     #[inline(always)]
-    pub fn on(SampleHash(way): SampleHash, at: Address, purpose: Purpose) -> Self {
-        let vertex =
-            u64::from(at.bounce) | u64::from(at.index / SEQUENCE) << 32 | (purpose as u64) << 56;
+    pub fn on(SampleHash(hash): SampleHash, address: SampleAddress, purpose: Purpose) -> Self {
+        let vertex = u64::from(address.bounce)
+            | u64::from(address.index / SEQUENCE) << 32
+            | (purpose as u64) << 56;
         Self {
-            scramble: mix(mix(way ^ vertex) ^ at.branch) as u32,
-            sampler: at.sampler,
+            scramble: mix(mix(hash ^ vertex) ^ address.branch) as u32,
+            sampler: address.sampler,
         }
     }
 
@@ -148,7 +149,7 @@ impl Sequence {
     fn four(self, index: u32) -> [f32; 4] {
         let (index, scramble) = (index % SEQUENCE, self.scramble);
         match self.sampler {
-            SamplerKind::Sobol => sobol::point(sobol::Which { index, scramble }),
+            SamplerKind::Sobol => sobol::point(sobol::SobolPoint { index, scramble }),
             SamplerKind::Stratified => grid::stratified(index, scramble),
             SamplerKind::Independent => grid::independent(index, scramble),
         }
@@ -157,25 +158,28 @@ impl Sequence {
 
 /// Four numbers in [0, 1) for each of many sequences and indices, one after the other; faster than
 /// [`Sequence::four`] for each.
-pub(crate) fn fours(asked: impl Iterator<Item = (Sequence, u32)> + Clone, out: &mut Vec<[f32; 4]>) {
-    match asked.clone().next() {
+pub(crate) fn fours(
+    requested: impl Iterator<Item = (Sequence, u32)> + Clone,
+    out: &mut Vec<[f32; 4]>,
+) {
+    match requested.clone().next() {
         Some((first, _)) if first.sampler == SamplerKind::Sobol => {
             sobol::points(
-                asked.map(|(sequence, index)| sobol::Which {
+                requested.map(|(sequence, index)| sobol::SobolPoint {
                     index: index % SEQUENCE,
                     scramble: sequence.scramble,
                 }),
                 out,
             );
         }
-        _ => out.extend(asked.map(|(sequence, index)| sequence.four(index))),
+        _ => out.extend(requested.map(|(sequence, index)| sequence.four(index))),
     }
 }
 
 /// Two numbers in [0, 1) for one purpose at one vertex of a sample's path: the first of four that
 /// are stratified together.
-pub fn pair(at: Address, purpose: Purpose) -> [f32; 2] {
-    let [x, y, ..] = Sequence::of(at, purpose).four(at.index);
+pub fn pair(address: SampleAddress, purpose: Purpose) -> [f32; 2] {
+    let [x, y, ..] = Sequence::of(address, purpose).four(address.index);
     [x, y]
 }
 
@@ -200,48 +204,48 @@ mod tests {
         ] {
             for pixel in [[0, 0], [1, 0], [0, 1], [65535, 65535]] {
                 let p = pair(
-                    Address {
+                    SampleAddress {
                         pixel,
                         index,
                         seed: 5,
-                        ..Address::default()
+                        ..SampleAddress::default()
                     },
                     Purpose::Pixel,
                 );
                 assert!(p.iter().all(|x| (0.0..1.0).contains(x)), "{p:?}");
             }
         }
-        let base = Address {
+        let base = SampleAddress {
             pixel: [1, 2],
-            ..Address::default()
+            ..SampleAddress::default()
         };
         let others = [
-            Address { seed: 1, ..base },
-            Address {
+            SampleAddress { seed: 1, ..base },
+            SampleAddress {
                 seed: 1 << 40,
                 ..base
             },
-            Address { frame: 1, ..base },
-            Address {
+            SampleAddress { frame: 1, ..base },
+            SampleAddress {
                 pixel: [2, 1],
                 ..base
             },
-            Address {
+            SampleAddress {
                 replicate: 1,
                 ..base
             },
-            Address { index: 1, ..base },
-            Address {
+            SampleAddress { index: 1, ..base },
+            SampleAddress {
                 index: SEQUENCE,
                 ..base
             },
-            Address { bounce: 1, ..base },
-            Address { branch: 1, ..base },
-            Address {
+            SampleAddress { bounce: 1, ..base },
+            SampleAddress { branch: 1, ..base },
+            SampleAddress {
                 sampler: SamplerKind::Stratified,
                 ..base
             },
-            Address {
+            SampleAddress {
                 sampler: SamplerKind::Independent,
                 ..base
             },
@@ -260,7 +264,7 @@ mod tests {
         ];
         let numbers = others
             .iter()
-            .map(|&at| pair(at, Purpose::Pixel))
+            .map(|&address| pair(address, Purpose::Pixel))
             .chain(purposes.map(|purpose| pair(base, purpose)));
         let distinct: BTreeSet<_> = numbers.map(|p| p.map(f32::to_bits)).collect();
         assert_eq!(distinct.len(), others.len() + purposes.len());
@@ -275,16 +279,17 @@ mod tests {
             SamplerKind::Stratified,
             SamplerKind::Independent,
         ] {
-            let at = |index: u32| Address {
+            let at = |index: u32| SampleAddress {
                 pixel: [index.wrapping_mul(7919), !index],
                 index,
                 sampler,
-                ..Address::default()
+                ..SampleAddress::default()
             };
-            let asked = (0..10_000).map(|index| (Sequence::of(at(index), Purpose::Scatter), index));
+            let requested =
+                (0..10_000).map(|index| (Sequence::of(at(index), Purpose::Scatter), index));
             let mut many = Vec::new();
-            fours(asked.clone(), &mut many);
-            for x in asked
+            fours(requested.clone(), &mut many);
+            for x in requested
                 .map(|(sequence, index)| sequence.four(index))
                 .chain(many)
                 .flatten()
@@ -310,9 +315,9 @@ mod tests {
             .collect();
         let scramble = |&pixel: &[u32; 2]| {
             Sequence::of(
-                Address {
+                SampleAddress {
                     pixel,
-                    ..Address::default()
+                    ..SampleAddress::default()
                 },
                 Purpose::Pixel,
             )
@@ -328,18 +333,22 @@ mod tests {
     /// distinct addresses.
     #[test]
     fn branches_never_share_an_address() {
-        let mut level = vec![Address::default()];
+        let mut level = vec![SampleAddress::default()];
         let mut all = BTreeSet::new();
         for _ in 0..12 {
-            assert!(level.iter().all(|at| all.insert((at.bounce, at.branch))));
-            let children = |&at: &Address| {
+            assert!(
+                level
+                    .iter()
+                    .all(|address| all.insert((address.bounce, address.branch)))
+            );
+            let children = |&address: &SampleAddress| {
                 [
-                    Address {
-                        bounce: at.bounce + 1,
-                        ..at
+                    SampleAddress {
+                        bounce: address.bounce + 1,
+                        ..address
                     },
-                    at.aside(Branch::Reflected),
-                    at.aside(Branch::Behind),
+                    address.aside(Branch::Reflected),
+                    address.aside(Branch::Behind),
                 ]
             };
             level = level.iter().flat_map(children).collect();
@@ -354,14 +363,14 @@ mod tests {
         for replicate in 0..4 {
             let mut cells = [0; 16];
             for index in 0..16 {
-                let at = Address {
+                let address = SampleAddress {
                     pixel: [7, 9],
                     replicate,
                     index,
                     seed: 1,
-                    ..Address::default()
+                    ..SampleAddress::default()
                 };
-                let [x, y] = pair(at, Purpose::Pixel);
+                let [x, y] = pair(address, Purpose::Pixel);
                 cells[(x * 4.0) as usize + 4 * (y * 4.0) as usize] += 1;
             }
             assert_eq!(cells, [1; 16]);

@@ -77,6 +77,7 @@ impl Sampling {
 
 /// A rectangle of the picture in pixels, counted from the top left.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[doc(alias("crop window", "SubImage"))]
 pub struct Crop {
     /// First column.
     pub x: u32,
@@ -102,6 +103,7 @@ pub enum Background {
 /// Layers besides the colour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
+#[doc(alias = "GBufferFilm")]
 pub enum Aov {
     /// Base colour of the first hit, mean over the samples.
     Albedo,
@@ -143,6 +145,7 @@ impl Aov {
 
 /// Settings of a render besides the scene.
 #[derive(Clone, Debug, PartialEq)]
+#[doc(alias = "RenderOptions")]
 pub struct Settings {
     /// Width and height of the whole picture in pixels, 1 to [`Settings::MOST_EDGE`].
     pub size: [u32; 2],
@@ -227,11 +230,11 @@ impl Settings {
     /// Returns the radiance behind a studio's ground in a picture with coverage: that of a white
     /// page, or the clamp if lower.
     pub(crate) fn page_radiance(&self) -> f64 {
-        self.clamp.map_or(1.0, |most| most.min(1.0))
+        self.clamp.map_or(1.0, |maximum| maximum.min(1.0))
     }
 
     /// Returns the scene's own settings, with its first camera.
-    pub fn of(scene: &Scene) -> Self {
+    pub fn from_scene(scene: &Scene) -> Self {
         Self {
             size: scene.render.size,
             crop: None,

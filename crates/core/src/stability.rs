@@ -3,16 +3,16 @@
 //! measured by programs, too.
 
 mod cameras;
-mod facets;
 mod fresnel;
+mod microfacets;
 mod price;
 mod sampling;
 mod shading;
 
-pub use price::{Price, contest, price};
+pub use price::{CasePrice, contest, price};
 pub use raywright_bvh::stability::Measurement;
 pub use raywright_bvh::stability::contest::Contest;
-pub use raywright_bvh::stability::judge::{Outcome, Rays};
+pub use raywright_bvh::stability::judge::{Outcome, RayCount};
 
 /// A hard case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -50,7 +50,7 @@ pub fn hard_cases() -> impl Iterator<Item = HardCase> {
 
 /// Measures a case in both precisions and, for a tree traversal, with every kernel of this
 /// processor; `None` for a case that is a test alone.
-pub fn measure(number: &str, rays: Rays) -> Option<Vec<Measurement>> {
+pub fn measure(number: &str, rays: RayCount) -> Option<Vec<Measurement>> {
     /// A case of both precisions.
     macro_rules! both {
         ($module:ident::$of:ident) => {
@@ -64,8 +64,8 @@ pub fn measure(number: &str, rays: Rays) -> Option<Vec<Measurement>> {
         "S13" => fresnel::matched_indices(rays),
         "S14" => fresnel::exact_equations(rays),
         "S15" => fresnel::schlick(rays),
-        "S17" => both!(facets::narrow_lobes),
-        "S18" => both!(facets::visible_normals),
+        "S17" => both!(microfacets::narrow_lobes),
+        "S18" => both!(microfacets::visible_normals),
         "M01" => sampling::below_one(rays),
         "M02" => both!(sampling::warps),
         "M11" => sampling::stratified(rays),

@@ -5,7 +5,7 @@
 //! preparation and rendering tell anyway, such as gaps that storing closes, are taken from there.
 //!
 //! ```
-//! use raywright_core::stress::{Code, Effort, Severity, stress};
+//! use raywright_core::stress::{FindingCode, StressEffort, Severity, stress};
 //! use raywright_core::{Scene, Settings};
 //!
 //! let scene: Scene = serde_json::from_str(r#"{
@@ -17,8 +17,8 @@
 //!     "materials": [{ "name": "paint", "model": { "physical": { "base_colour": 1.5 } } }],
 //!     "objects": [{ "shape": { "sphere": { "centre": [0, 0, 0], "radius": 1 } }, "material": "paint" }]
 //! }"#)?;
-//! let report = stress(&scene, &Settings::of(&scene), &Effort::default(), &())?;
-//! assert!(report.findings.iter().any(|found| found.code == Code::EnergyMade && found.severity == Severity::PictureWrong));
+//! let report = stress(&scene, &Settings::from_scene(&scene), &StressEffort::default(), &())?;
+//! assert!(report.findings.iter().any(|finding| finding.code == FindingCode::EnergyMade && finding.severity == Severity::PictureWrong));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
@@ -54,18 +54,20 @@ use std::time::Instant;
 
 use aimed::{AimedRays, EdgeAim};
 pub(crate) use facts::SceneFacts;
-pub use finding::{CheckRun, Code, Finding, Severity, Subject, counted, decimal};
+pub use finding::{
+    CheckRun, FindingCode, FindingSubject, Severity, StressFinding, counted, decimal,
+};
 use ray_survey::RaySurvey;
 use rays::PictureRays;
 
-use crate::dispatch::{Ready, collapsed, extent, prepare};
+use crate::dispatch::{ReadyScene, collapsed, extent, prepare};
 use crate::framing::{FIELD_OF_VIEW, Silhouette};
 use crate::observer::Observer;
 use crate::prepare::PrepareError;
 use crate::scene::Scene;
 use crate::settings::{Aov, Sampling, Settings};
 use bodies::Bodies;
-use cameras::View;
+use cameras::CameraPicture;
 use coplanar::{Overlaps, Resolution};
 use duplicates::Doubles;
 use samples::SmallPicture;
@@ -80,12 +82,12 @@ const SAMPLES: u32 = 16;
 
 /// How much is checked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Effort {
+pub struct StressEffort {
     /// Time after which no more rays are sent. The data is looked at whatever it takes.
     pub budget: Duration,
 }
 
-impl Default for Effort {
+impl Default for StressEffort {
     fn default() -> Self {
         Self {
             budget: Duration::from_secs(30),
@@ -95,9 +97,9 @@ impl Default for Effort {
 
 /// What was found, and what was looked at.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Report {
+pub struct StressSummary {
     /// The worst first, at most sixteen of each kind.
-    pub findings: Vec<Finding>,
+    pub findings: Vec<StressFinding>,
     /// How many more there are of the same kinds.
     pub left_out: usize,
     /// Checks by rays and samples.
@@ -108,10 +110,10 @@ pub struct Report {
     pub size: [u32; 2],
 }
 
-impl Report {
+impl StressSummary {
     /// The worst that was found.
     pub fn worst(&self) -> Option<Severity> {
-        self.findings.first().map(|found| found.severity)
+        self.findings.first().map(|finding| finding.severity)
     }
 
     /// Whether time ended some check.
@@ -121,20 +123,20 @@ impl Report {
 }
 
 /// Ends rays when the time is over, and everything when the observer says so.
-pub(crate) struct Deadline<'a> {
+pub(crate) struct RayDeadline<'a> {
     observer: &'a dyn Observer,
     end: Option<Instant>,
 }
 
-impl Deadline<'_> {
+impl RayDeadline<'_> {
     pub fn is_over(&self) -> bool {
-        self.observer.cancelled() || self.end.is_some_and(|end| Instant::now() >= end)
+        self.observer.is_cancelled() || self.end.is_some_and(|end| Instant::now() >= end)
     }
 }
 
-impl Observer for Deadline<'_> {
-    fn cancelled(&self) -> bool {
-        self.observer.cancelled()
+impl Observer for RayDeadline<'_> {
+    fn is_cancelled(&self) -> bool {
+        self.observer.is_cancelled()
     }
 
     fn has_enough(&self, _everywhere: bool) -> bool {
@@ -143,21 +145,21 @@ impl Observer for Deadline<'_> {
 }
 
 /// Checks a validated scene as its settings would render it, on the current thread pool. What is
-/// found depends on scene, settings and seed, and on the clock only where [`Report::is_cut`].
+/// found depends on scene, settings and seed, and on the clock only where [`StressSummary::is_cut`].
 ///
 /// # Errors
 /// See [`PrepareError`]; shapes of which storing leaves nothing are findings.
 pub fn stress(
     scene: &Scene,
     settings: &Settings,
-    effort: &Effort,
+    effort: &StressEffort,
     observer: &dyn Observer,
-) -> Result<Report, PrepareError> {
-    let deadline = Deadline {
+) -> Result<StressSummary, PrepareError> {
+    let deadline = RayDeadline {
         observer,
         end: Instant::now().checked_add(effort.budget),
     };
-    let session = Session {
+    let session = StressSession {
         scene,
         settings,
         observer,
@@ -166,31 +168,31 @@ pub fn stress(
     session.run()
 }
 
-struct Session<'a> {
+struct StressSession<'a> {
     scene: &'a Scene,
     settings: &'a Settings,
     observer: &'a dyn Observer,
-    deadline: Deadline<'a>,
+    deadline: RayDeadline<'a>,
 }
 
-impl Session<'_> {
-    fn run(&self) -> Result<Report, PrepareError> {
+impl StressSession<'_> {
+    fn run(&self) -> Result<StressSummary, PrepareError> {
         let (scene, settings) = (self.scene, self.settings);
         let lost = collapsed(scene, settings.precision);
         let size = settings.size;
-        let facts = SceneFacts::new(scene, extent(scene, settings.precision).bounds);
+        let scene_facts = SceneFacts::new(scene, extent(scene, settings.precision).bounds);
         let views = self.views();
         if !lost.is_empty() {
             // It can't be prepared, so that no ray can be sent.
             let mut findings = stored::lost_shapes(scene, &lost);
             findings.extend(
-                textures::check(&facts)
+                textures::check(&scene_facts)
                     .into_iter()
-                    .chain(lamps::check(&facts, &views)),
+                    .chain(lamps::check(&scene_facts, &views)),
             );
-            return Ok(Report {
+            return Ok(StressSummary {
                 cameras: [0, scene.cameras.len().max(1)],
-                ..report(&facts, &views, None, findings)
+                ..report(&scene_facts, &views, None, findings)
             });
         }
         let steps = 2 + views.len() as u64 * 3;
@@ -199,12 +201,12 @@ impl Session<'_> {
             precision: settings.precision,
             views: &views,
         };
-        let topologies = meshes::topologies(&facts);
-        let overlaps = coplanar::overlaps(&facts, &topologies, &resolution);
-        let doubles = Doubles::of(&facts);
-        crate::prepare::go_on(self.observer)?;
+        let topologies = meshes::topologies(&scene_facts);
+        let overlaps = coplanar::overlaps(&scene_facts, &topologies, &resolution);
+        let doubles = Doubles::of(&scene_facts);
+        crate::prepare::check_cancelled(self.observer)?;
         progress(1);
-        let mut looks = Looks::default();
+        let mut looks = CameraSightings::default();
         let small = self.small(&views[0]);
         let mut ready = prepare(scene, &small, self.observer)?;
         let mut findings = Vec::new();
@@ -212,67 +214,77 @@ impl Session<'_> {
             if done > 0 && !ready.turn_to(scene, &view.data) {
                 ready = prepare(scene, &self.small(view), self.observer)?;
             }
-            self.look(&ready, (&facts, &topologies, &overlaps), view, &mut looks);
+            self.look(
+                &ready,
+                (&scene_facts, &topologies, &overlaps),
+                view,
+                &mut looks,
+            );
             let (gaps, leaks) = (ready.closed_gaps(), ready.light_leaks());
-            findings.extend(bodies::closed(&facts, &doubles, &gaps, &leaks));
-            crate::prepare::go_on(self.observer)?;
+            findings.extend(bodies::closed(&scene_facts, &doubles, &gaps, &leaks));
+            crate::prepare::check_cancelled(self.observer)?;
             progress(2 + 3 * done as u64);
         }
-        let (furnaces, of) = furnace::measure(&facts, settings, &self.deadline);
-        let seen = looks
+        let (furnaces, total) = furnace::measure(&scene_facts, settings, &self.deadline);
+        let survey = looks
             .rays
             .iter()
             .cloned()
             .reduce(RaySurvey::plus)
             .unwrap_or_default();
-        findings.extend(stored::check(&facts, &ready, &seen, &views));
-        findings.extend(meshes::check(&facts, &topologies, &seen, &views));
-        findings.extend(duplicates::check(&facts, &doubles, &seen));
+        findings.extend(stored::check(&scene_facts, &ready, &survey, &views));
+        findings.extend(meshes::check(&scene_facts, &topologies, &survey, &views));
+        findings.extend(duplicates::check(&scene_facts, &doubles, &survey));
         let bodies = Bodies {
-            facts: &facts,
+            scene_facts: &scene_facts,
             topologies: &topologies,
             doubles: &doubles,
-            seen: &seen,
+            survey: &survey,
             resolution: &resolution,
         };
         findings.extend(bodies.check(&looks.aimed));
         findings.extend(coplanar::check(
-            &facts,
+            &scene_facts,
             &overlaps,
-            &seen,
+            &survey,
             &resolution,
             |pair| doubles.are_one(pair) || bodies.flickers(pair),
         ));
-        findings.extend(samples::check(&facts, &looks.pictures, size));
-        findings.extend(materials::check(&facts, settings, &seen, &furnaces));
-        findings.extend(textures::check(&facts));
-        findings.extend(lamps::check(&facts, &views));
-        findings.extend(cameras::check(&facts, &views, &looks.rays));
+        findings.extend(samples::check(&scene_facts, &looks.pictures, size));
+        findings.extend(materials::check(&scene_facts, settings, &survey, &furnaces));
+        findings.extend(textures::check(&scene_facts));
+        findings.extend(lamps::check(&scene_facts, &views));
+        findings.extend(cameras::check(&scene_facts, &views, &looks.rays));
         progress(steps);
         let furnaces = CheckRun {
             name: "furnaces",
             looked_at: furnaces.len() as u64,
             unit: "materials",
-            planned: of as u64,
+            planned: total as u64,
         };
-        Ok(Report {
+        Ok(StressSummary {
             checks: looks.checks(furnaces),
             cameras: [views.len(), scene.cameras.len().max(1)],
-            ..report(&facts, &views, Some(&ready), findings)
+            ..report(&scene_facts, &views, Some(&ready), findings)
         })
     }
 
     /// The cameras that are looked through, each in the picture's size.
-    fn views(&self) -> Vec<View> {
+    fn views(&self) -> Vec<CameraPicture> {
         let (scene, size) = (self.scene, self.settings.size);
         let cameras = scene.cameras.iter().enumerate().take(CAMERAS);
-        let mut views: Vec<View> = cameras
+        let mut views: Vec<CameraPicture> = cameras
             .map(|(index, camera)| {
-                View::new(index, Subject::Camera(Some(index)), camera.clone(), size)
+                CameraPicture::new(
+                    index,
+                    FindingSubject::Camera(Some(index)),
+                    camera.clone(),
+                    size,
+                )
             })
             .collect();
         if views.is_empty() {
-            let silhouette = Silhouette::of(scene);
+            let silhouette = Silhouette::from_scene(scene);
             let framed = || {
                 silhouette.frame(
                     silhouette.front(),
@@ -281,13 +293,18 @@ impl Session<'_> {
                 )
             };
             let camera = self.settings.camera.clone().unwrap_or_else(framed);
-            views.push(View::new(0, Subject::Camera(None), camera, size));
+            views.push(CameraPicture::new(
+                0,
+                FindingSubject::Camera(None),
+                camera,
+                size,
+            ));
         }
         views
     }
 
     /// The settings of a small picture.
-    fn small(&self, view: &View) -> Settings {
+    fn small(&self, view: &CameraPicture) -> Settings {
         let [width, height] = view.size.map(f64::from);
         let scale = (PIXELS / (width * height)).sqrt().min(1.0);
         let sampling = match self.settings.sampling {
@@ -309,22 +326,26 @@ impl Session<'_> {
     /// Sends rays of a camera.
     fn look(
         &self,
-        ready: &Ready,
-        (facts, topologies, overlaps): (&SceneFacts<'_>, &BTreeMap<usize, Topology>, &Overlaps),
-        view: &View,
-        looks: &mut Looks,
+        ready: &ReadyScene,
+        (scene_facts, topologies, overlaps): (
+            &SceneFacts<'_>,
+            &BTreeMap<usize, Topology>,
+            &Overlaps,
+        ),
+        view: &CameraPicture,
+        looks: &mut CameraSightings,
     ) {
         let seed = self.settings.seed;
         let deadline = &self.deadline;
         looks.rays.push(ready.work(&PictureRays {
-            facts,
+            scene_facts,
             overlaps,
             size: ready.settings().size,
             seed,
             deadline,
         }));
         looks.aimed.push(ready.work(&EdgeAim {
-            facts,
+            scene_facts,
             topologies,
             seed,
             deadline,
@@ -337,13 +358,13 @@ impl Session<'_> {
 
 /// What rays of each camera saw.
 #[derive(Default)]
-struct Looks {
+struct CameraSightings {
     rays: Vec<RaySurvey>,
     aimed: Vec<AimedRays>,
     pictures: Vec<SmallPicture>,
 }
 
-impl Looks {
+impl CameraSightings {
     /// The checks of all cameras together.
     fn checks(&self, furnaces: CheckRun) -> Vec<CheckRun> {
         let rays = self.rays.iter().map(RaySurvey::run);
@@ -371,28 +392,28 @@ const KEPT: usize = 16;
 
 /// The findings, the worst first, each cause once, with the pixels in which they are.
 fn report(
-    facts: &SceneFacts<'_>,
-    views: &[View],
-    ready: Option<&Ready>,
-    mut findings: Vec<Finding>,
-) -> Report {
-    findings.extend(nothing_left(facts));
-    let findings = causes::without_consequences(facts, findings);
+    scene_facts: &SceneFacts<'_>,
+    views: &[CameraPicture],
+    ready: Option<&ReadyScene>,
+    mut findings: Vec<StressFinding>,
+) -> StressSummary {
+    findings.extend(nothing_left(scene_facts));
+    let findings = causes::without_consequences(scene_facts, findings);
     let mut findings = together(views, findings);
     findings.sort_by(|a, b| {
-        (a.severity, a.code, a.subject, &a.why).cmp(&(b.severity, b.code, b.subject, &b.why))
+        (a.severity, a.code, a.subject, &a.reason).cmp(&(b.severity, b.code, b.subject, &b.reason))
     });
     let (all, mut of_kind) = (findings.len(), BTreeMap::new());
-    findings.retain(|found| {
-        let kept = of_kind.entry((found.severity, found.code)).or_insert(0);
+    findings.retain(|finding| {
+        let kept = of_kind.entry((finding.severity, finding.code)).or_insert(0);
         *kept += 1;
         *kept <= KEPT
     });
     let left_out = all - findings.len();
     if let Some(ready) = ready {
-        sightlines::set_pixels(facts, ready, views, &mut findings);
+        sightlines::set_pixels(scene_facts, ready, views, &mut findings);
     }
-    Report {
+    StressSummary {
         findings,
         left_out,
         checks: Vec::new(),
@@ -402,33 +423,39 @@ fn report(
 }
 
 /// That there is no object.
-fn nothing_left(facts: &SceneFacts<'_>) -> Option<Finding> {
-    let why = "it has no object: the file has none, or nothing was left of them when it was read";
+fn nothing_left(scene_facts: &SceneFacts<'_>) -> Option<StressFinding> {
+    let reason =
+        "it has no object: the file has none, or nothing was left of them when it was read";
     let remedy = "look at the warnings of reading, and whether the file's scene has a mesh with finite corners";
-    facts.is_empty().then(|| {
-        let (code, severity) = (Code::NothingSeen, Severity::PictureWrong);
-        Finding::new(code, severity, Subject::Scene, why, remedy)
+    scene_facts.is_empty().then(|| {
+        let (code, severity) = (FindingCode::NothingSeen, Severity::PictureWrong);
+        StressFinding::new(code, severity, FindingSubject::Scene, reason, remedy)
     })
 }
 
 /// Findings of one kind and cause as one, at the place that is nearest to a camera.
-fn together(views: &[View], mut findings: Vec<Finding>) -> Vec<Finding> {
+fn together(views: &[CameraPicture], mut findings: Vec<StressFinding>) -> Vec<StressFinding> {
     findings.sort_by(|a, b| {
-        (a.severity, a.code, &a.why, &a.remedy, a.subject)
-            .cmp(&(b.severity, b.code, &b.why, &b.remedy, b.subject))
+        (a.severity, a.code, &a.reason, &a.remedy, a.subject)
+            .cmp(&(b.severity, b.code, &b.reason, &b.remedy, b.subject))
     });
-    let mut groups: Vec<Finding> = Vec::new();
-    for found in findings {
-        let is_one = |last: &&mut Finding| {
-            (last.severity, last.code, &last.why, &last.remedy)
-                == (found.severity, found.code, &found.why, &found.remedy)
-                && last.subject.is_alike(found.subject)
+    let mut groups: Vec<StressFinding> = Vec::new();
+    for finding in findings {
+        let is_one = |last: &&mut StressFinding| {
+            (last.severity, last.code, &last.reason, &last.remedy)
+                == (
+                    finding.severity,
+                    finding.code,
+                    &finding.reason,
+                    &finding.remedy,
+                )
+                && last.subject.is_alike(finding.subject)
         };
         match groups.last_mut().filter(is_one) {
             // Of several cameras.
-            Some(last) if last.subject == found.subject => {}
-            Some(last) => last.join(found, |place| cameras::nearness(views, place.into())),
-            None => groups.push(found),
+            Some(last) if last.subject == finding.subject => {}
+            Some(last) => last.join(finding, |place| cameras::nearness(views, place.into())),
+            None => groups.push(finding),
         }
     }
     groups

@@ -54,7 +54,7 @@ const LIGHTS: [SoftLight; 3] = [
 pub(crate) fn lights(studio: &Studio, camera: &Camera) -> Sky {
     let turn = azimuth(camera) - studio.rotation.to_radians();
     let suns = LIGHTS.iter().map(|light| Sun {
-        direction: towards(
+        direction: direction_from_angles(
             turn + light.azimuth.to_radians(),
             light.elevation.to_radians(),
         )
@@ -73,7 +73,7 @@ pub(crate) fn lights(studio: &Studio, camera: &Camera) -> Sky {
 
 /// Returns the unit direction of an azimuth, 0 along +z and a quarter turn along +x, and an
 /// elevation, in radians.
-pub(crate) fn towards(azimuth: f64, elevation: f64) -> DVec3 {
+pub(crate) fn direction_from_angles(azimuth: f64, elevation: f64) -> DVec3 {
     let (sin, cos) = libm::sincos(azimuth);
     let (height, level) = libm::sincos(elevation);
     DVec3::new(level * sin, height, level * cos)

@@ -18,11 +18,11 @@ pub(crate) fn model() -> Model {
     Model::Physical(Box::new(matte(Physical::default())))
 }
 
-fn matte(own: Physical) -> Physical {
+fn matte(physical: Physical) -> Physical {
     Physical {
         base_colour: Colour([CLAY; 3]).into(),
         specular: 0.0.into(),
-        ..own
+        ..physical
     }
 }
 
@@ -164,7 +164,7 @@ mod tests {
             pixels,
         }));
         apply(&mut scene);
-        let found: Vec<Physical> = scene
+        let physicals: Vec<Physical> = scene
             .materials
             .iter()
             .map(|material| match &material.model {
@@ -173,11 +173,12 @@ mod tests {
             })
             .collect();
         let clay = matte(Physical::default());
-        assert_eq!([&found[0], &found[1], &found[4]], [&clay; 3]);
-        let alphas = [&found[2], &found[3]].map(|model| (model.alpha, model.opacity.clone()));
+        assert_eq!([&physicals[0], &physicals[1], &physicals[4]], [&clay; 3]);
+        let alphas =
+            [&physicals[2], &physicals[3]].map(|model| (model.alpha, model.opacity.clone()));
         assert_eq!(alphas[0], (AlphaMode::Mask { cutoff: 0.3 }, 0.9.into()));
         assert_eq!(alphas[1], (AlphaMode::Mask { cutoff: HALF }, 1.0.into()));
-        let names = [&found[2], &found[3]].map(|model| {
+        let names = [&physicals[2], &physicals[3]].map(|model| {
             model
                 .base_colour_texture
                 .as_ref()
@@ -193,7 +194,7 @@ mod tests {
             white.map(|data| data.pixels.clone()),
             Some(Pixels::Codes(vec![[255; 4], [255, 255, 255, 0]]))
         );
-        assert_eq!(found[5].emission, Colour([5.0, 4.0, 3.0]).into());
-        assert_eq!(found[6].emission, Colour([1.0, 0.0, 0.0]).into());
+        assert_eq!(physicals[5].emission, Colour([5.0, 4.0, 3.0]).into());
+        assert_eq!(physicals[6].emission, Colour([1.0, 0.0, 0.0]).into());
     }
 }

@@ -87,7 +87,7 @@ impl Diagnostics {
         let title = Level::ERROR.primary_title(&problem.message);
         // The renderer gets only the line of the position, or a piece of it, so that a long file
         // costs no more than a short one.
-        let place = Place::of(&self.text, span);
+        let place = TextPosition::of(&self.text, span);
         let label = Some(problem.label.as_str()).filter(|label| !label.is_empty());
         let annotation = AnnotationKind::Primary
             .span(place.within.clone())
@@ -119,7 +119,7 @@ pub(crate) fn plain(message: &str, hint: Option<&str>, renderer: &Renderer) -> S
 
 /// Position of a span in a text.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Place {
+pub struct TextPosition {
     /// Line, from 1.
     pub line: usize,
     /// Column in characters, from 1.
@@ -132,7 +132,7 @@ pub struct Place {
     column_within: usize,
 }
 
-impl Place {
+impl TextPosition {
     /// Finds the position of a span; out-of-range and mid-character offsets are moved to the
     /// nearest valid ones.
     pub fn of(text: &str, span: &Range<usize>) -> Self {
@@ -141,8 +141,10 @@ impl Place {
         if start == text.len() && text.ends_with('\n') {
             start = text.len() - 1;
         }
-        let line_start = text[..start].rfind('\n').map_or(0, |at| at + 1);
-        let line_end = text[start..].find('\n').map_or(text.len(), |at| start + at);
+        let line_start = text[..start].rfind('\n').map_or(0, |position| position + 1);
+        let line_end = text[start..]
+            .find('\n')
+            .map_or(text.len(), |position| start + position);
         let first_line = text[start..line_end].trim_end().len();
         let end = text.floor_char_boundary(span.end.clamp(start, start + first_line));
         let line = text[..line_start].matches('\n').count() + 1;
@@ -183,7 +185,7 @@ mod tests {
     /// Protects: a message has its position once, as line and column of the text, in short lines
     /// and far along long ones, in any line, and in lines with multi-byte characters.
     #[test]
-    fn places_are_told_once() {
+    fn messages_have_one_position() {
         let place = |text: &str, span| {
             let message = shown(text, span);
             let line = message.lines().nth(1).expect("a place");
@@ -191,11 +193,14 @@ mod tests {
         };
         assert_eq!(place("abc\ndef", 5..6), "a.json:2:2");
         let long = "x".repeat(1000);
-        for at in [0, 239, 240, 241, 500, 999] {
-            assert_eq!(place(&long, at..at + 1), format!("a.json:1:{}", at + 1));
+        for position in [0, 239, 240, 241, 500, 999] {
             assert_eq!(
-                place(&format!("\n\n{long}\n"), at + 2..at + 3),
-                format!("a.json:3:{}", at + 1)
+                place(&long, position..position + 1),
+                format!("a.json:1:{}", position + 1)
+            );
+            assert_eq!(
+                place(&format!("\n\n{long}\n"), position + 2..position + 3),
+                format!("a.json:3:{}", position + 1)
             );
         }
         assert_eq!(place(&"é".repeat(500), 800..802), "a.json:1:401");

@@ -12,10 +12,10 @@ use raywright_core::scene::{Colour, Image, Sky, SkyMap, Studio};
 
 use crate::error::Error;
 use crate::folder::{Folder, read_file};
-use crate::image_file::{self, Decoded};
+use crate::image_file::{self, DecodedImage};
 use crate::import::FaultKind;
 use crate::limits::{Limits, human_bytes};
-use crate::source::Format;
+use crate::source::SceneFormat;
 use crate::warning::{Warning, WarningCode};
 
 /// Environment options. By default a scene keeps its own environment, a scene without light gets
@@ -75,7 +75,7 @@ pub enum LightShortage {
 /// rotated or scaled.
 pub(crate) fn apply(
     scene: &mut Scene,
-    format: Format,
+    format: SceneFormat,
     wish: &Environment,
     folder: &Folder,
     limits: &Limits,
@@ -93,34 +93,34 @@ pub(crate) fn apply(
         Some(EnvironmentSource::File(path)) => picture(scene, path, folder, limits, warnings)?,
     }
     if wish.source.is_some() {
-        folder.note(format!("environment {:?}", wish.source).as_bytes());
+        folder.record(format!("environment {:?}", wish.source).as_bytes());
     }
     let shortage = if wish.source.is_some() {
         None
     } else {
         shortage(scene, format)
     };
-    let is_model = !matches!(format, Format::Native(_));
+    let is_model = !matches!(format, SceneFormat::Native(_));
     if shortage.is_some() && is_model {
         scene.sky = Some(studio());
     }
     if wish.ground == GroundRule::None {
-        folder.note(b"ground none");
+        folder.record(b"ground none");
         if let Some(Sky::Studio(studio)) = &mut scene.sky {
             studio.ground = false;
         }
     }
     if let Some(radiance) = wish.backdrop {
-        folder.note(b"backdrop");
-        folder.note(&radiance.to_le_bytes());
+        folder.record(b"backdrop");
+        folder.record(&radiance.to_le_bytes());
         if let Some(Sky::Studio(studio)) = &mut scene.sky {
             studio.backdrop = Some(radiance);
         }
     }
     for (key, value) in [("rotation", wish.rotation), ("strength", wish.strength)] {
         let Some(value) = value else { continue };
-        folder.note(key.as_bytes());
-        folder.note(&value.to_le_bytes());
+        folder.record(key.as_bytes());
+        folder.record(&value.to_le_bytes());
         let Some(sky) = &mut scene.sky else {
             let error = Error::usage(format!(
                 "--env-{key} changes the environment, and the scene has none"
@@ -141,9 +141,9 @@ pub(crate) fn apply(
 
 /// Shortage of light in a scene. The author of a scene may want it dark. A model without effective
 /// lights is of no use, because its emissive surfaces rarely light the rest.
-fn shortage(scene: &Scene, format: Format) -> Option<LightShortage> {
+fn shortage(scene: &Scene, format: SceneFormat) -> Option<LightShortage> {
     match format {
-        Format::Native(_) => (!has_light(scene)).then_some(LightShortage::NoLight),
+        SceneFormat::Native(_) => (!has_light(scene)).then_some(LightShortage::NoLight),
         _ if scene.sky.is_some() => None,
         _ if scene.lights.is_empty() => Some(LightShortage::NoLight),
         _ => (!lights_reach(scene)).then_some(LightShortage::TooDim),
@@ -175,11 +175,11 @@ fn picture(
         )
     };
     let bytes = bytes.ok_or_else(larger)?;
-    folder.note(&bytes);
-    let Decoded {
+    folder.record(&bytes);
+    let DecodedImage {
         image,
         remarks,
-        mended,
+        repaired,
     } = image_file::decode(&bytes, limits).map_err(|fault| match fault.kind {
         FaultKind::Limit => Error::limit(path.display(), fault.message),
         FaultKind::Input | FaultKind::Choice => Error::input(path.display(), fault.message)
@@ -188,7 +188,7 @@ fn picture(
     warnings.extend(
         remarks
             .into_iter()
-            .map(|remark| Warning::new(WarningCode::of_image(mended), path.display(), remark)),
+            .map(|remark| Warning::new(WarningCode::of_image(repaired), path.display(), remark)),
     );
     let mut name = "environment".to_owned();
     while scene.images.iter().any(|image| image.name == name) {
@@ -198,7 +198,7 @@ fn picture(
         name: name.clone(),
         path: path.display().to_string(),
         data: Some(Arc::new(image)),
-        mended,
+        mended: repaired,
     });
     scene.sky = Some(Sky::Map(SkyMap {
         image: name,
@@ -240,9 +240,9 @@ fn weigh(sky: &mut Sky, factor: f64) -> Result<(), Error> {
     Ok(())
 }
 
-fn computed(what: &str, flag: &str) -> Error {
+fn computed(label: &str, flag: &str) -> Error {
     let error = Error::usage(format!(
-        "{flag}: the scene's sky is an expression, which can't be {what} from outside"
+        "{flag}: the scene's sky is an expression, which can't be {label} from outside"
     ));
     error.with_hint("change the expression, or take another environment with --env")
 }
@@ -261,7 +261,7 @@ mod tests {
         };
         apply(
             &mut scene,
-            Format::Glb,
+            SceneFormat::Glb,
             &wish,
             &Folder::none(1 << 20),
             &Limits::default(),
@@ -355,23 +355,23 @@ mod tests {
             specular: true,
         };
         let (native, studio) = (
-            Format::Native(Notation::Toml),
+            SceneFormat::Native(Notation::Toml),
             Sky::Studio(Studio::default()),
         );
         for (brightness, format, expected) in [
             (None, native, Some((LightShortage::NoLight, neutral_sky()))),
             (
                 None,
-                Format::Obj,
+                SceneFormat::Obj,
                 Some((LightShortage::NoLight, studio.clone())),
             ),
             (Some(1e-3), native, None),
             (
                 Some(1e-3),
-                Format::Gltf,
+                SceneFormat::Gltf,
                 Some((LightShortage::TooDim, studio.clone())),
             ),
-            (Some(1.0), Format::Gltf, None),
+            (Some(1.0), SceneFormat::Gltf, None),
         ] {
             let bare = Scene {
                 lights: brightness.map(light).into_iter().collect(),
@@ -405,9 +405,9 @@ mod tests {
                 (None, None, bare.lights.len()),
                 "{brightness:?}, {format:?}"
             );
-            let asked = lit(&with(EnvironmentSource::Studio));
+            let requested = lit(&with(EnvironmentSource::Studio));
             assert_eq!(
-                asked,
+                requested,
                 (None, Some(studio.clone()), 0),
                 "{brightness:?}, {format:?}"
             );

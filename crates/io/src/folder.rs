@@ -15,7 +15,7 @@ use std::rc::Rc;
 
 use crate::error::reason;
 use crate::hash::SceneHash;
-use crate::inputs::Inputs;
+use crate::inputs::InputFiles;
 use crate::limits::human_bytes;
 
 /// Error of a file named inside a scene.
@@ -65,7 +65,7 @@ pub struct Folder {
     file_bytes: u64,
     hash: RefCell<SceneHash>,
     /// Shared with the folders of files read from this folder.
-    inputs: Rc<RefCell<Inputs>>,
+    inputs: Rc<RefCell<InputFiles>>,
 }
 
 impl Folder {
@@ -176,8 +176,8 @@ impl Folder {
                 human_bytes(self.file_bytes)
             ))
         })?;
-        self.note(reference.as_bytes());
-        self.note(&bytes);
+        self.record(reference.as_bytes());
+        self.record(&bytes);
         Ok(bytes)
     }
 
@@ -199,12 +199,12 @@ impl Folder {
     }
 
     /// Files read or named so far, by this folder and the folders of its files.
-    pub fn inputs(&self) -> Inputs {
+    pub fn inputs(&self) -> InputFiles {
         self.inputs.borrow().clone()
     }
 
     /// Adds bytes to the hash that were not read by [`Self::read`].
-    pub fn note(&self, bytes: &[u8]) {
+    pub fn record(&self, bytes: &[u8]) {
         self.hash.borrow_mut().note(bytes);
     }
 
@@ -294,12 +294,12 @@ fn inside(reference: &str) -> Option<PathBuf> {
 fn in_any_case(root: &Path, reference: &str) -> Option<PathBuf> {
     let mut path = root.to_owned();
     for part in &inside(reference)? {
-        let wanted = part.to_str()?.to_lowercase();
+        let requested = part.to_str()?.to_lowercase();
         let names = path
             .read_dir()
             .ok()?
             .filter_map(|entry| entry.ok()?.file_name().into_string().ok());
-        let mut fitting = names.filter(|name| name.to_lowercase() == wanted);
+        let mut fitting = names.filter(|name| name.to_lowercase() == requested);
         // An ambiguous match is no match.
         let (name, other) = (fitting.next()?, fitting.next());
         if other.is_some() {
@@ -324,19 +324,23 @@ fn has_scheme(reference: &str) -> bool {
 
 /// Reads all bytes of a file, or `None` if the file is longer than `limit`.
 pub(crate) fn read_file(file: &File, limit: u64) -> std::io::Result<Option<Vec<u8>>> {
-    read_limited(file, file.metadata().map_or(0, |told| told.len()), limit)
+    read_limited(
+        file,
+        file.metadata().map_or(0, |metadata| metadata.len()),
+        limit,
+    )
 }
 
 /// Reads all bytes of a source of length `told`, or `None` if it is longer than `limit`.
 pub(crate) fn read_limited(
     source: impl Read,
-    told: u64,
+    reported: u64,
     limit: u64,
 ) -> std::io::Result<Option<Vec<u8>>> {
     let mut bytes = Vec::new();
     // The reservation avoids copies while the list grows. It may fail where the claimed length is
     // false; the list then grows as bytes arrive.
-    let _ = bytes.try_reserve_exact(usize::try_from(told.min(limit)).unwrap_or_default());
+    let _ = bytes.try_reserve_exact(usize::try_from(reported.min(limit)).unwrap_or_default());
     source
         .take(limit.saturating_add(1))
         .read_to_end(&mut bytes)?;

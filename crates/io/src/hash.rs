@@ -62,7 +62,7 @@ mod tests {
     /// Protects: the hash is SHA-256 of lengths and pieces (FIPS 180-4), whether pieces were
     /// buffered or too large, in any order, and reading the hash changes nothing.
     #[test]
-    fn what_waits_counts_as_what_does_not() {
+    fn hash_of_pieces_is_sha256() {
         let expected = |pieces: &[&[u8]]| {
             let all: Vec<u8> = pieces
                 .iter()

@@ -14,14 +14,14 @@ use std::io::Cursor;
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader};
 use raywright_core::scene::{ImageData, Pixels};
 
-use crate::import::{Budget, Fault, Outcome, ask_system};
+use crate::import::{DecodeBudget, Fault, Outcome, ask_system};
 use crate::{Limits, ktx2};
 
 pub(crate) use self::size::check_size;
 
 /// Format of a picture by its signature.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Kind {
+pub(crate) enum ImageKind {
     Png,
     Jpeg,
     WebP,
@@ -34,45 +34,45 @@ pub(crate) enum Kind {
 }
 
 /// Detects the format from the first bytes; names and media types in files may be wrong.
-pub(crate) fn sniff(bytes: &[u8]) -> Kind {
-    const SIGNATURES: [(&[u8], Kind); 8] = [
-        (b"\x89PNG\r\n\x1a\n", Kind::Png),
-        (b"\xff\xd8\xff", Kind::Jpeg),
-        (b"\x76\x2f\x31\x01", Kind::Exr),
-        (ktx2::SIGNATURE, Kind::Ktx2),
-        (b"GIF8", Kind::Foreign("GIF")),
-        (b"BM", Kind::Foreign("BMP")),
-        (b"DDS ", Kind::Foreign("DDS")),
-        (b"II*\0", Kind::Foreign("TIFF")),
+pub(crate) fn sniff(bytes: &[u8]) -> ImageKind {
+    const SIGNATURES: [(&[u8], ImageKind); 8] = [
+        (b"\x89PNG\r\n\x1a\n", ImageKind::Png),
+        (b"\xff\xd8\xff", ImageKind::Jpeg),
+        (b"\x76\x2f\x31\x01", ImageKind::Exr),
+        (ktx2::SIGNATURE, ImageKind::Ktx2),
+        (b"GIF8", ImageKind::Foreign("GIF")),
+        (b"BM", ImageKind::Foreign("BMP")),
+        (b"DDS ", ImageKind::Foreign("DDS")),
+        (b"II*\0", ImageKind::Foreign("TIFF")),
     ];
     if bytes.starts_with(b"RIFF") && bytes.get(8..12) == Some(b"WEBP") {
-        return Kind::WebP;
+        return ImageKind::WebP;
     }
     if radiance::is_radiance(bytes) {
-        return Kind::Hdr;
+        return ImageKind::Hdr;
     }
     SIGNATURES
         .iter()
         .find(|(head, _)| bytes.starts_with(head))
-        .map_or(Kind::Unknown, |&(_, kind)| kind)
+        .map_or(ImageKind::Unknown, |&(_, kind)| kind)
 }
 
 /// A decoded picture, and its deviations from the file.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Decoded {
+pub(crate) struct DecodedImage {
     pub image: ImageData,
     /// Remarks for the user, each a sentence with the picture as its subject.
     pub remarks: Vec<String>,
     /// Number of infinite and NaN channels.
-    pub mended: u64,
+    pub repaired: u64,
 }
 
-impl From<ImageData> for Decoded {
+impl From<ImageData> for DecodedImage {
     fn from(image: ImageData) -> Self {
         Self {
             image,
             remarks: Vec::new(),
-            mended: 0,
+            repaired: 0,
         }
     }
 }
@@ -85,27 +85,27 @@ impl From<ImageData> for Decoded {
 /// # Errors
 /// A fault of kind limit for a header beyond `limits`, before any allocation; of kind input for an
 /// unsupported format and for broken data.
-pub(crate) fn decode(bytes: &[u8], limits: &Limits) -> Outcome<Decoded> {
+pub(crate) fn decode(bytes: &[u8], limits: &Limits) -> Outcome<DecodedImage> {
     let kind = sniff(bytes);
-    if !matches!(kind, Kind::Foreign(_) | Kind::Unknown) {
+    if !matches!(kind, ImageKind::Foreign(_) | ImageKind::Unknown) {
         // The decoder's buffer, and the stored picture of the same size.
         let [width, height] = size(bytes, limits)?;
         ask_system(2 * u64::from(width) * u64::from(height) * bytes_a_pixel(kind) as u64)?;
     }
     match kind {
-        Kind::Png => match decode_palette(bytes, limits) {
+        ImageKind::Png => match decode_palette(bytes, limits) {
             Some(image) => Ok(image.into()),
-            None => decode_with(ImageFormat::Png, bytes, limits).map(Decoded::from),
+            None => decode_with(ImageFormat::Png, bytes, limits).map(DecodedImage::from),
         },
-        Kind::Jpeg => decode_with(ImageFormat::Jpeg, bytes, limits).map(Decoded::from),
-        Kind::WebP => decode_with(ImageFormat::WebP, bytes, limits).map(Decoded::from),
-        Kind::Hdr => radiance::decode(bytes, limits),
-        Kind::Exr => open_exr::decode(bytes, limits),
-        Kind::Ktx2 => ktx2::decode(bytes, limits).map(Decoded::from),
-        Kind::Foreign(name) => Err(Fault::input(format!(
+        ImageKind::Jpeg => decode_with(ImageFormat::Jpeg, bytes, limits).map(DecodedImage::from),
+        ImageKind::WebP => decode_with(ImageFormat::WebP, bytes, limits).map(DecodedImage::from),
+        ImageKind::Hdr => radiance::decode(bytes, limits),
+        ImageKind::Exr => open_exr::decode(bytes, limits),
+        ImageKind::Ktx2 => ktx2::decode(bytes, limits).map(DecodedImage::from),
+        ImageKind::Foreign(name) => Err(Fault::input(format!(
             "is a {name} picture; PNG, JPEG, WebP, KTX2, HDR and EXR are read"
         ))),
-        Kind::Unknown => Err(Fault::input(
+        ImageKind::Unknown => Err(Fault::input(
             "is no picture that is read here (PNG, JPEG, WebP, KTX2, HDR, EXR)",
         )),
     }
@@ -115,7 +115,7 @@ pub(crate) fn decode(bytes: &[u8], limits: &Limits) -> Outcome<Decoded> {
 ///
 /// # Errors
 /// As [`decode`], for all faults that a header shows; of kind limit when the budget is exceeded.
-pub(crate) fn claim(bytes: &[u8], limits: &Limits, budget: &mut Budget) -> Outcome<()> {
+pub(crate) fn claim(bytes: &[u8], limits: &Limits, budget: &mut DecodeBudget) -> Outcome<()> {
     let [width, height] = size(bytes, limits)?;
     budget.memory(
         width as usize * height as usize,
@@ -123,9 +123,9 @@ pub(crate) fn claim(bytes: &[u8], limits: &Limits, budget: &mut Budget) -> Outco
     )
 }
 
-fn bytes_a_pixel(kind: Kind) -> usize {
+fn bytes_a_pixel(kind: ImageKind) -> usize {
     match kind {
-        Kind::Hdr | Kind::Exr => size_of::<[f32; 4]>(),
+        ImageKind::Hdr | ImageKind::Exr => size_of::<[f32; 4]>(),
         _ => size_of::<[u8; 4]>(),
     }
 }
@@ -138,14 +138,14 @@ fn size(bytes: &[u8], limits: &Limits) -> Outcome<[u32; 2]> {
             .map(|(width, height)| [width, height])
     };
     match sniff(bytes) {
-        Kind::Png => size(ImageFormat::Png),
-        Kind::Jpeg => size(ImageFormat::Jpeg),
-        Kind::WebP => size(ImageFormat::WebP),
-        Kind::Hdr => radiance::size(bytes, limits),
-        Kind::Exr => open_exr::size(bytes, limits),
-        Kind::Ktx2 => ktx2::size(bytes, limits),
+        ImageKind::Png => size(ImageFormat::Png),
+        ImageKind::Jpeg => size(ImageFormat::Jpeg),
+        ImageKind::WebP => size(ImageFormat::WebP),
+        ImageKind::Hdr => radiance::size(bytes, limits),
+        ImageKind::Exr => open_exr::size(bytes, limits),
+        ImageKind::Ktx2 => ktx2::size(bytes, limits),
         // Decoding gives the error for these.
-        Kind::Foreign(_) | Kind::Unknown => {
+        ImageKind::Foreign(_) | ImageKind::Unknown => {
             decode(bytes, limits).map(|decoded| [decoded.image.width, decoded.image.height])
         }
     }

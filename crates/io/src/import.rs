@@ -36,7 +36,7 @@ pub(crate) struct Fault {
 pub(crate) type Outcome<T> = Result<T, Fault>;
 
 /// A scene from a foreign file, with the warnings of its import.
-pub(crate) type Imported = (Scene, Vec<Warning>);
+pub(crate) type ImportedScene = (Scene, Vec<Warning>);
 
 impl Fault {
     /// Creates a fault for wrong content.
@@ -64,7 +64,7 @@ impl Fault {
     }
 
     /// Puts the position of the fault in front of its message.
-    pub fn at(mut self, place: impl fmt::Display) -> Self {
+    pub fn with_place(mut self, place: impl fmt::Display) -> Self {
         self.message = format!("{place}: {}", self.message);
         self
     }
@@ -120,7 +120,7 @@ pub(crate) fn checked(scene: Scene) -> Outcome<Scene> {
 }
 
 /// Formats text of a file for messages: on one line and of bounded length.
-pub(crate) fn shown(text: &str) -> String {
+pub(crate) fn printable(text: &str) -> String {
     const MOST: usize = 100;
     let clean = |c: char| if c.is_control() { '\u{fffd}' } else { c };
     let more = text.chars().nth(MOST).map(|_| '…');
@@ -149,7 +149,7 @@ impl Warnings {
     /// Adds a warning unless it exists already.
     pub fn add(&mut self, code: WarningCode, message: impl Into<String>) {
         let message = message.into();
-        if self.list.iter().any(|(_, said)| *said == message) {
+        if self.list.iter().any(|(_, text)| *text == message) {
             return;
         }
         if self.list.len() < Self::MOST {
@@ -160,19 +160,25 @@ impl Warnings {
     }
 
     /// Clamps a number of a file to a range, with a warning if outside.
-    pub fn clamped(&mut self, value: f64, [least, most]: [f64; 2], place: &str, what: &str) -> f64 {
-        if (least..=most).contains(&value) {
+    pub fn clamped(
+        &mut self,
+        value: f64,
+        [minimum, maximum]: [f64; 2],
+        place: &str,
+        label: &str,
+    ) -> f64 {
+        if (minimum..=maximum).contains(&value) {
             return value;
         }
         let clamped = if value.is_nan() {
-            least
+            minimum
         } else {
-            value.clamp(least, most)
+            value.clamp(minimum, maximum)
         };
-        let [said, least, most, taken] = [value, least, most, clamped].map(number);
+        let [message, least, most, taken] = [value, minimum, maximum, clamped].map(number);
         self.add(
             WarningCode::Range,
-            format!("{place}: {what} {said} is outside {least} to {most}; {taken} was taken"),
+            format!("{place}: {label} {message} is outside {least} to {most}; {taken} was taken"),
         );
         clamped
     }
@@ -194,12 +200,12 @@ impl Warnings {
 
 /// Generates unique names, as close as possible to the requested ones.
 #[derive(Debug, Default)]
-pub(crate) struct Names {
+pub(crate) struct UniqueNames {
     taken: HashSet<String>,
     counter: usize,
 }
 
-impl Names {
+impl UniqueNames {
     /// Returns the requested name, or that name with a number.
     pub fn unique(&mut self, wish: &str) -> String {
         let wish = if wish.is_empty() { "unnamed" } else { wish };
@@ -234,14 +240,14 @@ pub(crate) fn ask_system(bytes: u64) -> Outcome<()> {
 
 /// Remaining allowance of an import.
 #[derive(Debug)]
-pub(crate) struct Budget {
+pub(crate) struct DecodeBudget {
     limits: Limits,
     bytes: u64,
     triangles: u64,
     objects: u64,
 }
 
-impl Budget {
+impl DecodeBudget {
     /// Starts with the whole of the limits.
     pub fn new(limits: &Limits) -> Self {
         Self {
@@ -304,7 +310,7 @@ mod tests {
     /// Protects: names are unique, so that no reference to a mesh is ambiguous.
     #[test]
     fn names_are_unique_even_against_numbered_wishes() {
-        let mut names = Names::default();
+        let mut names = UniqueNames::default();
         let made: Vec<_> = ["a", "a", "a (1)", "a", ""]
             .iter()
             .map(|wish| names.unique(wish))
@@ -327,18 +333,18 @@ mod tests {
         ["a", "b", "a", "b", "b"]
             .into_iter()
             .for_each(|message| warnings.add(WarningCode::Format, message));
-        let said: Vec<_> = warnings
+        let messages: Vec<_> = warnings
             .finish("f")
             .into_iter()
             .map(|warning| warning.message)
             .collect();
-        assert_eq!(said, ["f: a", "f: b"]);
+        assert_eq!(messages, ["f: a", "f: b"]);
     }
 
     /// Protects: reservations add up, even when a product overflows.
     #[test]
     fn budget_refuses_what_exceeds_it() {
-        let mut budget = Budget::new(&Limits {
+        let mut budget = DecodeBudget::new(&Limits {
             memory_bytes: 100,
             triangles: 3,
             ..Limits::default()
@@ -357,7 +363,7 @@ mod tests {
     /// Protects: a name in a hostile file neither fills the terminal nor controls it.
     #[test]
     fn shown_text_is_short_and_clean() {
-        assert_eq!(shown("a\x1b[31m\nb"), "a\u{fffd}[31m\u{fffd}b");
-        assert_eq!(shown(&"x".repeat(100_000)).chars().count(), 101);
+        assert_eq!(printable("a\x1b[31m\nb"), "a\u{fffd}[31m\u{fffd}b");
+        assert_eq!(printable(&"x".repeat(100_000)).chars().count(), 101);
     }
 }

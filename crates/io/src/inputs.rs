@@ -7,11 +7,11 @@ use std::path::{Component, Path, PathBuf};
 use same_file::Handle;
 
 use crate::hash::SceneHash;
-use crate::output::{Place, fingerprint};
+use crate::output::{OutputPlace, fingerprint};
 
 /// Files that were read, and paths that a scene names.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Inputs {
+pub struct InputFiles {
     /// Paths as opened.
     read: BTreeSet<PathBuf>,
     /// Paths that were opened without success, because no file exists.
@@ -23,14 +23,14 @@ pub struct Inputs {
 
 /// Reason why a path must not be written to.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Clash {
+pub enum PathClash {
     /// An input file is at this path; the value is the name under which it was read.
     Read(PathBuf),
     /// The scene names this path for a file that was missing or not needed.
     Named(PathBuf),
 }
 
-impl Inputs {
+impl InputFiles {
     /// SHA-256 over the names and contents of all files that were read or found missing, as 64
     /// hexadecimal digits. The hash changes when any of these files changes, disappears or appears;
     /// each call reads the files again.
@@ -70,8 +70,8 @@ impl Inputs {
     /// fingerprint of its existing file. Every input is opened once, however many places are given.
     pub fn first_clash<'a>(
         &self,
-        places: impl IntoIterator<Item = (&'a Place, Option<u64>)>,
-    ) -> Option<(usize, Clash)> {
+        places: impl IntoIterator<Item = (&'a OutputPlace, Option<u64>)>,
+    ) -> Option<(usize, PathClash)> {
         let prints: HashSet<u64> = self
             .read
             .iter()
@@ -93,7 +93,7 @@ impl Inputs {
     }
 
     /// Returns the input that a write to this place would destroy.
-    pub fn clash(&self, place: &Place) -> Option<Clash> {
+    pub fn clash(&self, place: &OutputPlace) -> Option<PathClash> {
         let there = place.existing();
         // Opening the pipe of a piped scene would block, and no output replaces a pipe.
         let handle = |path: &Path| {
@@ -110,13 +110,13 @@ impl Inputs {
             .iter()
             .find(|path| same(path))
             .cloned()
-            .map(Clash::Read);
+            .map(PathClash::Read);
         read.or_else(|| {
             self.named
                 .iter()
                 .find(|path| place.is_spelled(path))
                 .cloned()
-                .map(Clash::Named)
+                .map(PathClash::Named)
         })
     }
 }
@@ -142,8 +142,8 @@ mod tests {
 
     use super::*;
 
-    fn place(path: &Path) -> Place {
-        Place::check(path).expect("a place that can be written to")
+    fn input_place(path: &Path) -> OutputPlace {
+        OutputPlace::check(path).expect("a place that can be written to")
     }
 
     /// Protects: a file is recognised under every spelling, through symbolic and hard links, and
@@ -162,7 +162,7 @@ mod tests {
         symlink(".", folder.join("here")).unwrap();
         fs::hard_link(&wood, folder.join("hard.png")).unwrap();
         fs::write(folder.join("copy.png"), "wood").unwrap();
-        let mut inputs = Inputs::default();
+        let mut inputs = InputFiles::default();
         inputs.read(&wood);
         for name in [
             "wood.png",
@@ -174,18 +174,22 @@ mod tests {
             "hard.png",
         ] {
             assert_eq!(
-                inputs.clash(&place(&folder.join(name))),
-                Some(Clash::Read(wood.clone())),
+                inputs.clash(&input_place(&folder.join(name))),
+                Some(PathClash::Read(wood.clone())),
                 "{name}"
             );
         }
         for name in ["copy.png", "new.png", "sub/wood.png"] {
-            assert_eq!(inputs.clash(&place(&folder.join(name))), None, "{name}");
+            assert_eq!(
+                inputs.clash(&input_place(&folder.join(name))),
+                None,
+                "{name}"
+            );
         }
         // The reverse: read through a link, written under the file's own name.
-        let mut linked = Inputs::default();
+        let mut linked = InputFiles::default();
         linked.read(&folder.join("link to link.png"));
-        assert!(linked.clash(&place(&wood)).is_some());
+        assert!(linked.clash(&input_place(&wood)).is_some());
     }
 
     /// Protects: the first of many places that clashes is reported, for each reason that alone
@@ -196,19 +200,31 @@ mod tests {
         let at = |name: &str| outer.path().canonicalize().unwrap().join(name);
         fs::write(at("wood.png"), "wood").unwrap();
         fs::hard_link(at("wood.png"), at("hard.png")).unwrap();
-        let mut inputs = Inputs::default();
+        let mut inputs = InputFiles::default();
         inputs.read(&at("wood.png"));
         inputs.read(&at("gone.png"));
         inputs.name(&at("named.png"));
         let clash = |name: &str| {
-            let places = [place(&at("free.png")), place(&at(name))];
+            let places = [input_place(&at("free.png")), input_place(&at(name))];
             inputs.first_clash(places.iter().map(|place| (place, place.fingerprint())))
         };
         assert_eq!(clash("other.png"), None);
-        assert_eq!(clash("wood.png"), Some((1, Clash::Read(at("wood.png")))));
-        assert_eq!(clash("hard.png"), Some((1, Clash::Read(at("wood.png")))));
-        assert_eq!(clash("gone.png"), Some((1, Clash::Read(at("gone.png")))));
-        assert_eq!(clash("named.png"), Some((1, Clash::Named(at("named.png")))));
+        assert_eq!(
+            clash("wood.png"),
+            Some((1, PathClash::Read(at("wood.png"))))
+        );
+        assert_eq!(
+            clash("hard.png"),
+            Some((1, PathClash::Read(at("wood.png"))))
+        );
+        assert_eq!(
+            clash("gone.png"),
+            Some((1, PathClash::Read(at("gone.png"))))
+        );
+        assert_eq!(
+            clash("named.png"),
+            Some((1, PathClash::Named(at("named.png"))))
+        );
     }
 
     /// Protects: an input keeps its path reserved even after the file is gone.
@@ -216,10 +232,16 @@ mod tests {
     fn a_file_that_went_away_was_still_read() {
         let outer = tempfile::tempdir().unwrap();
         let wood = outer.path().canonicalize().unwrap().join("wood.png");
-        let mut inputs = Inputs::default();
+        let mut inputs = InputFiles::default();
         inputs.read(&wood);
-        assert_eq!(inputs.clash(&place(&wood)), Some(Clash::Read(wood.clone())));
-        assert_eq!(inputs.clash(&place(&wood.with_extension("exr"))), None);
+        assert_eq!(
+            inputs.clash(&input_place(&wood)),
+            Some(PathClash::Read(wood.clone()))
+        );
+        assert_eq!(
+            inputs.clash(&input_place(&wood.with_extension("exr"))),
+            None
+        );
     }
 
     /// Protects: a path named by a scene is reserved before a file exists there, however it is
@@ -228,12 +250,12 @@ mod tests {
     fn named_places_are_kept_free() {
         let outer = tempfile::tempdir().unwrap();
         let folder = outer.path().canonicalize().unwrap();
-        let mut inputs = Inputs::default();
+        let mut inputs = InputFiles::default();
         inputs.name(&folder.join("scene/./../wood.png"));
         assert_eq!(
-            inputs.clash(&place(&folder.join("wood.png"))),
-            Some(Clash::Named(folder.join("wood.png")))
+            inputs.clash(&input_place(&folder.join("wood.png"))),
+            Some(PathClash::Named(folder.join("wood.png")))
         );
-        assert_eq!(inputs.clash(&place(&folder.join("wood2.png"))), None);
+        assert_eq!(inputs.clash(&input_place(&folder.join("wood2.png"))), None);
     }
 }

@@ -100,8 +100,8 @@ fn transcoded(bytes: &[u8]) -> Outcome<Vec<[u8; 4]>> {
     Ok(codes.as_chunks().0.to_vec())
 }
 
-fn broken(why: &str) -> Fault {
-    Fault::input(format!("is a broken KTX2 picture ({why})"))
+fn broken(reason: &str) -> Fault {
+    Fault::input(format!("is a broken KTX2 picture ({reason})"))
 }
 
 /// Reads width and height of a file's largest level from its header.
@@ -115,9 +115,10 @@ pub(crate) fn size(bytes: &[u8], limits: &Limits) -> Outcome<[u32; 2]> {
 impl<'b> Ktx2Container<'b> {
     fn read(bytes: &'b [u8], limits: &Limits) -> Outcome<Self> {
         let short = || Fault::input("is a KTX2 picture that ends inside its header");
-        let word = |at: u64| word(bytes, at).ok_or_else(short);
-        let long =
-            |at: u64| Ok::<u64, Fault>(u64::from(word(at)?) | u64::from(word(at + 4)?) << 32);
+        let word = |index: u64| word(bytes, index).ok_or_else(short);
+        let long = |index: u64| {
+            Ok::<u64, Fault>(u64::from(word(index)?) | u64::from(word(index + 4)?) << 32)
+        };
         let [format, width, height, depth, layers, faces, levels, scheme] = [
             word(12)?,
             word(20)?,
@@ -159,20 +160,20 @@ impl<'b> Ktx2Container<'b> {
         }
         let mut largest = None;
         for number in 0..u64::from(levels.max(1)) {
-            let at = HEADER + 24 * number;
-            let level = range(bytes, long(at)?, long(at + 8)?)?;
+            let index = HEADER + 24 * number;
+            let level = range(bytes, long(index)?, long(index + 8)?)?;
             let side = |pixels: u32| u64::from((pixels >> number.min(31)).max(1));
             let whole = match coding {
                 // Blocks of sixteen bytes for 4×4 pixels.
                 Coding::Basis => side(width).div_ceil(4) * side(height).div_ceil(4) * 16,
                 Coding::Plain { channels, .. } => side(width) * side(height) * channels as u64,
             };
-            let told = if scheme == ZSTANDARD {
-                long(at + 16)?
+            let reported = if scheme == ZSTANDARD {
+                long(index + 16)?
             } else {
                 level.len() as u64
             };
-            if told != whole && (scheme == ZSTANDARD || coding != Coding::Basis) {
+            if reported != whole && (scheme == ZSTANDARD || coding != Coding::Basis) {
                 return Err(broken(&format!("level {number} is of another size")));
             }
             largest = largest.or(Some(level));
@@ -242,7 +243,7 @@ fn range(bytes: &[u8], start: u64, length: u64) -> Outcome<&[u8]> {
 /// Checks that the parts of BasisLZ's global data lie inside it (KTX 2.0, section 3.12.2).
 fn codebooks(bytes: &[u8], start: u64, length: u64, images: u32) -> Outcome<()> {
     let broken = || Fault::input("is a broken KTX2 picture (its codebooks reach beyond it)");
-    let word = |at: u64| word(bytes, at).map(u64::from).ok_or_else(broken);
+    let word = |index: u64| word(bytes, index).map(u64::from).ok_or_else(broken);
     let whole = 20
         + 20 * u64::from(images)
         + word(start + 4)?
@@ -256,10 +257,10 @@ fn codebooks(bytes: &[u8], start: u64, length: u64, images: u32) -> Outcome<()> 
 }
 
 /// Reads a little-endian number.
-fn word(bytes: &[u8], at: u64) -> Option<u32> {
-    let at = usize::try_from(at).ok()?;
+fn word(bytes: &[u8], index: u64) -> Option<u32> {
+    let position = usize::try_from(index).ok()?;
     bytes
-        .get(at..at.checked_add(4)?)?
+        .get(position..position.checked_add(4)?)?
         .try_into()
         .ok()
         .map(u32::from_le_bytes)
@@ -440,7 +441,7 @@ mod tests {
                 "cut at {end}"
             );
         }
-        for (at, value) in [
+        for (position, value) in [
             (28, 1),
             (32, 2),
             (36, 6),
@@ -453,8 +454,11 @@ mod tests {
             (116, 162),
         ] {
             let mut bad = good.clone();
-            bad[at..at + 4].copy_from_slice(&value.to_le_bytes());
-            assert!(decode(&bad, &Limits::default()).is_err(), "{value} at {at}");
+            bad[position..position + 4].copy_from_slice(&value.to_le_bytes());
+            assert!(
+                decode(&bad, &Limits::default()).is_err(),
+                "{value} at {position}"
+            );
         }
     }
 }

@@ -10,7 +10,7 @@
 //!
 //! # if raywright_io::presets::get("whitted").is_err() { return Ok(()); } // its file may have been deleted
 //! let loaded = load(&Input::Preset("whitted".to_owned()), &LoadOptions::default())?;
-//! let settings = Settings { size: [16, 9], ..Settings::of(&loaded.scene) };
+//! let settings = Settings { size: [16, 9], ..Settings::from_scene(&loaded.scene) };
 //! let picture = prepare(&loaded.scene, &settings, &())?.render(&()).picture;
 //! assert_eq!(picture.rgb.len(), 16 * 9);
 //!
@@ -57,23 +57,23 @@ mod stl;
 mod text;
 mod up;
 mod uri;
-mod waiting;
+mod waiting_images;
 mod warning;
 mod work;
 
 pub use colour::parse_colour;
-pub use diagnostic::{Diagnostic, Diagnostics, Place};
+pub use diagnostic::{Diagnostic, Diagnostics, TextPosition};
 pub use environment::{Environment, EnvironmentSource, GroundRule, LightShortage};
 pub use error::Error;
 pub use error_kind::ErrorKind;
 pub use folder::{Folder, ReadError, Resolver};
-pub use gltf::{AnimationInfo, Contents, ExtensionInfo};
+pub use gltf::{AnimationInfo, ExtensionInfo, ModelContents};
 pub use hash::SceneHash;
-pub use inputs::{Clash, Inputs};
+pub use inputs::{InputFiles, PathClash};
 pub use limits::{Limits, human_bytes};
 pub use load::{Input, LoadOptions, Loaded, ModelOptions, load, load_observed};
 pub use native::{Notation, Overrides};
 pub use section::Section;
-pub use source::{Format, SourceInfo, is_scene_or_model, models_in};
+pub use source::{SceneFormat, SourceInfo, is_scene_or_model, models_in};
 pub use up::UpAxis;
 pub use warning::{Severity, Warning, WarningCode};

@@ -11,14 +11,14 @@ use crate::clay;
 use crate::environment::{self, Environment, LightShortage};
 use crate::error::Error;
 use crate::folder::{Folder, Resolver, read_file, read_limited};
-use crate::gltf::{Choice, Contents, Model};
+use crate::gltf::{ImportedModel, ModelChoice, ModelContents};
 use crate::hash::SceneHash;
 use crate::import::MODELS;
-use crate::inputs::Inputs;
+use crate::inputs::InputFiles;
 use crate::limits::{Limits, human_bytes};
 use crate::native::{self, Notation, Overrides};
 use crate::section::{self, Section};
-use crate::source::{Format, SourceInfo, foreign};
+use crate::source::{SceneFormat, SourceInfo, foreign};
 use crate::up::{UpAxis, turn};
 use crate::warning::Warning;
 use crate::{model_file, presets};
@@ -118,9 +118,9 @@ pub struct Loaded {
     pub source: SourceInfo,
     /// Every file that was read or that the scene names; no output of the same run may replace
     /// these.
-    pub inputs: Inputs,
+    pub inputs: InputFiles,
     /// Contents of a glTF file; empty for every other format.
-    pub contents: Contents,
+    pub contents: ModelContents,
     /// Reason why the neutral sky or, for a model, the default studio was added; `None`: the scene
     /// has light, or an environment was given.
     pub added_sky: Option<LightShortage>,
@@ -136,6 +136,7 @@ pub struct Loaded {
 /// # Errors
 /// [`Error`] has one of the kinds content, file, limit, or usage for an unknown preset or
 /// parameter.
+#[doc(alias("import", "ParseFiles"))]
 pub fn load(input: &Input, options: &LoadOptions) -> Result<Loaded, Error> {
     load_observed(input, options, &())
 }
@@ -202,7 +203,7 @@ fn content(
 ) -> Result<Loaded, Error> {
     let name = path.display().to_string();
     match format_of(path, &bytes)? {
-        Format::Native(notation) => {
+        SceneFormat::Native(notation) => {
             refuse_choice(&name, &options.model)?;
             refuse_axis(&name, &options.model)?;
             let text = native::text(&name, bytes, options.limits.text_bytes)?;
@@ -219,14 +220,14 @@ fn refuse_choice(name: &str, model: &ModelOptions) -> Result<(), Error> {
         ("variant", &model.variant),
         ("animation", &model.animation),
     ];
-    let Some((what, wish)) = wishes
+    let Some((label, wish)) = wishes
         .into_iter()
-        .find_map(|(what, wish)| Some((what, wish.as_ref()?)))
+        .find_map(|(label, wish)| Some((label, wish.as_ref()?)))
     else {
         return Ok(());
     };
-    let message = format!("{name} has no {what}s to choose from, so none is `{wish}`");
-    Err(Error::usage(message).with_hint(format!("only glTF and GLB files have {what}s")))
+    let message = format!("{name} has no {label}s to choose from, so none is `{wish}`");
+    Err(Error::usage(message).with_hint(format!("only glTF and GLB files have {label}s")))
 }
 
 /// Refuses an up axis for native scenes, which state all positions themselves.
@@ -244,7 +245,7 @@ fn model(
     path: &Path,
     stem: &str,
     bytes: Vec<u8>,
-    format: Format,
+    format: SceneFormat,
     folder: &Folder,
     options: &LoadOptions,
     observer: &dyn Observer,
@@ -254,7 +255,7 @@ fn model(
         let hint = "only native scenes (.scene.toml, .scene.json) have parameters";
         return Err(Error::usage(format!("{name} has no parameter `{parameter}`")).with_hint(hint));
     }
-    folder.note(&bytes);
+    folder.record(&bytes);
     note_overrides(folder, &options.overrides);
     let ModelOptions {
         scene,
@@ -272,20 +273,20 @@ fn model(
         wish.iter().for_each(|wish| {
             [kind, wish]
                 .iter()
-                .for_each(|text| folder.note(text.as_bytes()))
+                .for_each(|text| folder.record(text.as_bytes()))
         });
     }
     if !format.has_choices() {
         refuse_choice(&name, &options.model)?;
     }
-    let time = options.overrides.at.or(animation.as_ref().map(|_| 0.0));
-    let choice = Choice {
+    let time = options.overrides.time.or(animation.as_ref().map(|_| 0.0));
+    let choice = ModelChoice {
         scene: scene.as_deref(),
         variant: variant.as_deref(),
         animation: animation.as_deref(),
         time,
     };
-    let Model {
+    let ImportedModel {
         mut scene,
         mut warnings,
         contents,
@@ -298,7 +299,7 @@ fn model(
         observer,
     )?;
     within_limits(&name, &scene, &options.limits)?;
-    let own = if format == Format::Stl {
+    let own = if format == SceneFormat::Stl {
         UpAxis::Z
     } else {
         UpAxis::Y
@@ -336,7 +337,7 @@ fn native_scene(
     folder: &Folder,
     options: &LoadOptions,
 ) -> Result<Loaded, Error> {
-    folder.note(text.as_bytes());
+    folder.record(text.as_bytes());
     note_overrides(folder, &options.overrides);
     let mut parsed = native::parse(name, text, notation, &options.overrides)?;
     within_limits(name, &parsed.scene, &options.limits)?;
@@ -345,7 +346,7 @@ fn native_scene(
     within_limits(name, &scene, &options.limits)?;
     warnings.extend(restyle(&mut scene, options, name, folder));
     within_limits(name, &scene, &options.limits)?;
-    let format = Format::Native(notation);
+    let format = SceneFormat::Native(notation);
     let added_sky = environment::apply(
         &mut scene,
         format,
@@ -355,7 +356,7 @@ fn native_scene(
         &mut warnings,
     )?;
     let source = SourceInfo::new(name, stem, format, Some(text.into()));
-    let contents = Contents::default();
+    let contents = ModelContents::default();
     Ok(Loaded {
         scene,
         warnings,
@@ -371,13 +372,13 @@ fn native_scene(
 /// Applies clay and section to a scene.
 fn restyle(scene: &mut Scene, options: &LoadOptions, name: &str, folder: &Folder) -> Vec<Warning> {
     if options.clay {
-        folder.note(b"clay");
+        folder.record(b"clay");
         clay::apply(scene);
     }
     let Some(section) = &options.section else {
         return Vec::new();
     };
-    folder.note(format!("{section:?}").as_bytes());
+    folder.record(format!("{section:?}").as_bytes());
     section::cut(scene, section, name)
 }
 
@@ -412,13 +413,13 @@ fn within_limits(name: &str, scene: &Scene, limits: &Limits) -> Result<(), Error
 
 /// Adds the changes of the command line to the hash.
 fn note_overrides(folder: &Folder, overrides: &Overrides) {
-    if let Some(t) = overrides.at {
-        folder.note(b"t");
-        folder.note(&t.to_le_bytes());
+    if let Some(t) = overrides.time {
+        folder.record(b"t");
+        folder.record(&t.to_le_bytes());
     }
     for (name, value) in &overrides.set {
-        folder.note(name.as_bytes());
-        folder.note(&value.to_le_bytes());
+        folder.record(name.as_bytes());
+        folder.record(&value.to_le_bytes());
     }
 }
 
@@ -474,8 +475,8 @@ fn stem(path: &Path) -> String {
 }
 
 /// Detects the format of an input.
-fn format_of(path: &Path, bytes: &[u8]) -> Result<Format, Error> {
-    Format::of(path, bytes).ok_or_else(|| {
+fn format_of(path: &Path, bytes: &[u8]) -> Result<SceneFormat, Error> {
+    SceneFormat::of(path, bytes).ok_or_else(|| {
         if let Some((format, remedy)) = foreign(path) {
             return Error::input(path.display(), format!("{format} is not read")).with_hint(remedy);
         }

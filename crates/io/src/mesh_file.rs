@@ -4,15 +4,15 @@ use std::path::Path;
 
 use glam::{DAffine3, DVec3, Vec3};
 use raywright_core::scene::{MeshData, ModelPart, Shape};
-use raywright_core::{Lookup, Scene, affine};
+use raywright_core::{Scene, SceneLookup, affine};
 
 use crate::error::Error;
 use crate::folder::Folder;
-use crate::gltf::Choice;
+use crate::gltf::ModelChoice;
 use crate::import::MODELS;
 use crate::limits::Limits;
 use crate::model_file;
-use crate::source::Format;
+use crate::source::SceneFormat;
 use crate::warning::Warning;
 
 /// Reads all triangles of a model file, for the chosen scene and time, at the positions in that
@@ -24,7 +24,7 @@ pub(crate) fn read(
     limits: &Limits,
     model: &ModelPart,
 ) -> Result<(MeshData, Vec<Warning>), Error> {
-    let format = Format::of_model(file).ok_or_else(|| {
+    let format = SceneFormat::of_model(file).ok_or_else(|| {
         Error::input(
             file.display(),
             format!("meshes are read from {MODELS} files"),
@@ -36,7 +36,7 @@ pub(crate) fn read(
             format!("{} has no scenes and no time", format.file()),
         ));
     }
-    let choice = Choice {
+    let choice = ModelChoice {
         scene: model.scene.as_deref(),
         variant: None,
         animation: None,
@@ -48,7 +48,7 @@ pub(crate) fn read(
 
 /// Merges the meshes of a scene, with a copy for each object.
 fn merged(scene: &Scene) -> MeshData {
-    let lookup = Lookup::new(scene);
+    let lookup = SceneLookup::new(scene);
     let shown = scene
         .objects
         .iter()
@@ -61,20 +61,20 @@ fn merged(scene: &Scene) -> MeshData {
     let parts: Vec<(&MeshData, DAffine3)> = shown.collect();
     let smooth = parts.iter().any(|(part, _)| !part.normals.is_empty());
     // If only some parts have tangents, tangents are computed for all on demand.
-    let combed = parts.iter().all(|(part, _)| !part.tangents.is_empty());
-    let (mut whole, mut positions) = (MeshData::default(), Vec::new());
+    let anisotropy = parts.iter().all(|(part, _)| !part.tangents.is_empty());
+    let (mut mesh_data, mut positions) = (MeshData::default(), Vec::new());
     for (part, transform) in parts {
         if smooth && part.normals.is_empty() {
-            append((&mut whole, &mut positions), &faceted(part), &transform);
+            append((&mut mesh_data, &mut positions), &faceted(part), &transform);
         } else {
-            append((&mut whole, &mut positions), part, &transform);
+            append((&mut mesh_data, &mut positions), part, &transform);
         }
     }
-    whole.positions = positions.into();
-    if !combed {
-        whole.tangents.clear();
+    mesh_data.positions = positions.into();
+    if !anisotropy {
+        mesh_data.tangents.clear();
     }
-    whole
+    mesh_data
 }
 
 /// Returns the same triangles with separate corners, whose normals are those of flat facets.
@@ -110,7 +110,7 @@ fn faceted(part: &MeshData) -> MeshData {
 }
 
 fn append(
-    (whole, positions): (&mut MeshData, &mut Vec<DVec3>),
+    (mesh_data, positions): (&mut MeshData, &mut Vec<DVec3>),
     part: &MeshData,
     transform: &DAffine3,
 ) {
@@ -121,10 +121,12 @@ fn append(
     // A reflected triangle is reversed, unless two of its corners are swapped.
     let mirrored = transform.matrix3.determinant() < 0.0;
     let shift = |index: u32| index.saturating_add(u32::try_from(before).unwrap_or(u32::MAX));
-    whole.indices.extend(part.indices.iter().map(|&[a, b, c]| {
-        let [b, c] = if mirrored { [c, b] } else { [b, c] };
-        [a, b, c].map(shift)
-    }));
+    mesh_data
+        .indices
+        .extend(part.indices.iter().map(|&[a, b, c]| {
+            let [b, c] = if mirrored { [c, b] } else { [b, c] };
+            [a, b, c].map(shift)
+        }));
     let inverse = transform.matrix3.inverse().transpose();
     let turned = |n: &[f32; 3]| {
         (inverse * double(n))
@@ -132,7 +134,7 @@ fn append(
             .as_vec3()
             .to_array()
     };
-    whole.normals.extend(part.normals.iter().map(turned));
+    mesh_data.normals.extend(part.normals.iter().map(turned));
     let along = |t: &[f32; 4]| {
         let [x, y, z] = (transform.matrix3 * double(&[t[0], t[1], t[2]]))
             .normalize_or_zero()
@@ -140,16 +142,16 @@ fn append(
             .to_array();
         [x, y, z, if mirrored { -t[3] } else { t[3] }]
     };
-    whole.tangents.extend(part.tangents.iter().map(along));
+    mesh_data.tangents.extend(part.tangents.iter().map(along));
     // Parts without colours or coordinates get neutral values as soon as one part has them.
-    if !part.colours.is_empty() || !whole.colours.is_empty() {
-        whole.colours.resize(before, [1.0; 4]);
-        whole.colours.extend(&part.colours);
-        whole.colours.resize(after, [1.0; 4]);
+    if !part.colours.is_empty() || !mesh_data.colours.is_empty() {
+        mesh_data.colours.resize(before, [1.0; 4]);
+        mesh_data.colours.extend(&part.colours);
+        mesh_data.colours.resize(after, [1.0; 4]);
     }
-    let sets = whole.uvs.len().max(part.uvs.len());
-    whole.uvs.resize(sets, Vec::new());
-    for (i, set) in whole.uvs.iter_mut().enumerate() {
+    let sets = mesh_data.uvs.len().max(part.uvs.len());
+    mesh_data.uvs.resize(sets, Vec::new());
+    for (i, set) in mesh_data.uvs.iter_mut().enumerate() {
         set.resize(before, [0.0; 2]);
         set.extend(part.uvs.get(i).into_iter().flatten());
         set.resize(after, [0.0; 2]);
@@ -216,26 +218,26 @@ mod tests {
             if !bare_first {
                 parts.reverse();
             }
-            let whole = merged(&file(parts));
+            let mesh_data = merged(&file(parts));
             let [bare, own] = if bare_first { [0, 3] } else { [3, 0] };
             assert_eq!(
-                (whole.positions.len(), whole.indices.as_slice()),
+                (mesh_data.positions.len(), mesh_data.indices.as_slice()),
                 (6, &[[0, 1, 2], [3, 4, 5]][..])
             );
             assert_eq!(
-                (whole.colours[bare + 2], whole.colours[own + 2]),
+                (mesh_data.colours[bare + 2], mesh_data.colours[own + 2]),
                 ([1.0; 4], [0.5; 4])
             );
             assert_eq!(
-                (whole.normals[bare + 2], whole.normals[own + 2]),
+                (mesh_data.normals[bare + 2], mesh_data.normals[own + 2]),
                 ([0.0, 0.0, 1.0], [0.0, 0.6, 0.8])
             );
             assert_eq!(
-                (whole.uvs[0][bare + 2], whole.uvs[0][own + 2]),
+                (mesh_data.uvs[0][bare + 2], mesh_data.uvs[0][own + 2]),
                 ([0.0; 2], [0.25, 0.5])
             );
             assert_eq!(
-                (whole.uvs[1][bare + 2], whole.uvs[1][own + 2]),
+                (mesh_data.uvs[1][bare + 2], mesh_data.uvs[1][own + 2]),
                 ([0.0; 2], [0.75, 1.0])
             );
         }

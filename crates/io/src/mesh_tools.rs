@@ -210,11 +210,11 @@ mod tests {
     fn flatness_does_not_depend_on_scale() {
         let turned = DQuat::from_rotation_y(0.5);
         for size in [1e-9, 1.0, 1e9] {
-            let of = |scale: DVec3| {
+            let value_of = |scale: DVec3| {
                 DAffine3::from_scale_rotation_translation(scale * size, turned, DVec3::ONE)
             };
-            assert!(is_invertible(&of(DVec3::new(1.0, -2.0, 1e-3))));
-            assert!(!is_invertible(&of(DVec3::new(1.0, 0.0, 1.0))));
+            assert!(is_invertible(&value_of(DVec3::new(1.0, -2.0, 1e-3))));
+            assert!(!is_invertible(&value_of(DVec3::new(1.0, 0.0, 1.0))));
         }
         let sheared =
             DAffine3::from_cols(DVec3::X, DVec3::new(1.0, 1e-12, 0.0), DVec3::Z, DVec3::ZERO);

@@ -5,9 +5,9 @@ use std::path::Path;
 use raywright_core::Observer;
 
 use crate::folder::Folder;
-use crate::gltf::{self, Choice, Contents, Model};
+use crate::gltf::{self, ImportedModel, ModelChoice, ModelContents};
 use crate::limits::Limits;
-use crate::source::Format;
+use crate::source::SceneFormat;
 use crate::{Error, obj, ply, stl};
 
 /// Imports a model from its bytes, with the files in its folder. Formats without scenes and time
@@ -16,24 +16,24 @@ use crate::{Error, obj, ply, stl};
 /// # Errors
 /// An error of kind input, limit or usage, from the importers.
 pub(crate) fn load(
-    format: Format,
+    format: SceneFormat,
     file: &Path,
     bytes: &[u8],
     (folder, limits): (&Folder, &Limits),
-    choice: &Choice<'_>,
+    choice: &ModelChoice<'_>,
     observer: &dyn Observer,
-) -> Result<Model, Error> {
+) -> Result<ImportedModel, Error> {
     let (scene, warnings) = match format {
-        Format::Obj => obj::load(file, bytes, folder, limits)?,
-        Format::Stl => stl::load(file, bytes, folder, limits)?,
-        Format::Ply => ply::load(file, bytes, folder, limits)?,
-        Format::Gltf | Format::Glb | Format::Native(_) => {
+        SceneFormat::Obj => obj::load(file, bytes, folder, limits)?,
+        SceneFormat::Stl => stl::load(file, bytes, folder, limits)?,
+        SceneFormat::Ply => ply::load(file, bytes, folder, limits)?,
+        SceneFormat::Gltf | SceneFormat::Glb | SceneFormat::Native(_) => {
             return gltf::load(file, bytes, folder, limits, choice, observer);
         }
     };
-    Ok(Model {
+    Ok(ImportedModel {
         scene,
         warnings,
-        contents: Contents::default(),
+        contents: ModelContents::default(),
     })
 }

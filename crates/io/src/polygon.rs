@@ -3,7 +3,7 @@
 
 use glam::{DVec2, DVec3};
 
-use crate::import::{Budget, Fault, Outcome};
+use crate::import::{DecodeBudget, Fault, Outcome};
 
 /// Largest number of comparisons for the concave polygons of a file, about a second of work.
 const MOST_WORK: u64 = 300_000_000;
@@ -34,7 +34,7 @@ impl Clipper {
     ///
     /// # Errors
     /// A fault of kind limit when the budget is exceeded.
-    pub fn claim(&mut self, corners: usize, budget: &mut Budget) -> Outcome<()> {
+    pub fn claim(&mut self, corners: usize, budget: &mut DecodeBudget) -> Outcome<()> {
         budget.memory(corners.saturating_sub(self.largest), BYTES_A_CORNER)?;
         self.largest = self.largest.max(corners);
         Ok(())
@@ -60,11 +60,11 @@ impl Clipper {
 
     fn clip(&mut self, points: &[DVec2], out: &mut Vec<[usize; 3]>) -> Outcome<()> {
         let mut left: Vec<usize> = (0..points.len()).collect();
-        let (mut at, mut failed) = (0, 0);
+        let (mut position, mut failed) = (0, 0);
         while left.len() > 3 {
             let n = left.len();
-            let tip = (at + 1) % n;
-            let ear = [left[at], left[tip], left[(at + 2) % n]];
+            let tip = (position + 1) % n;
+            let ear = [left[position], left[tip], left[(position + 2) % n]];
             self.work = self
                 .work
                 .checked_sub(n as u64)
@@ -75,10 +75,10 @@ impl Clipper {
                 out.push(ear);
                 left.remove(tip);
                 // The corner before the ear has a new neighbour and is examined again.
-                at = if tip == 0 { n - 2 } else { at }.saturating_sub(1);
+                position = if tip == 0 { n - 2 } else { position }.saturating_sub(1);
                 failed = 0;
             } else {
-                at = tip;
+                position = tip;
                 failed += 1;
             }
         }

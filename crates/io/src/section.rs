@@ -21,7 +21,7 @@ use raywright_core::scene::{
 
 use crate::clay;
 use crate::warning::{Warning, WarningCode};
-use clip::{Cut, CutMesh, MeshCutter};
+use clip::{CutMesh, MeshCut, MeshCutter};
 
 /// A plane perpendicular to an axis, and its kept side.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -106,14 +106,14 @@ const SAME: f64 = 2.5e-7;
 pub(crate) fn cut(scene: &mut Scene, section: &Section, name: &str) -> Vec<Warning> {
     let meshes = meshes_of(scene);
     let mut warnings: Vec<Warning> = not_cut(scene, &meshes, name).into_iter().collect();
-    let Some([least, most]) = extent(scene, &meshes, section.axis) else {
+    let Some([minimum, maximum]) = extent(scene, &meshes, section.axis) else {
         return warnings;
     };
     let plane = match section.position {
         Position::Coordinate(at) => at,
-        Position::Share(share) => least + share * (most - least),
+        Position::Share(share) => minimum + share * (maximum - minimum),
     };
-    let tolerance = SAME * least.abs().max(most.abs());
+    let tolerance = SAME * minimum.abs().max(maximum.abs());
     let height = |point: DVec3| {
         let height = section.sign() * (point[section.axis] - plane);
         if height.abs() <= tolerance {
@@ -135,9 +135,9 @@ pub(crate) fn cut(scene: &mut Scene, section: &Section, name: &str) -> Vec<Warni
             .map(|point| height(map.transform_point3(point)))
             .collect();
         match MeshCutter::new(&data, &heights, map, section).cut() {
-            Cut::Kept => {}
-            Cut::Gone => continue,
-            Cut::Through(cut) => {
+            MeshCut::Kept => {}
+            MeshCut::Gone => continue,
+            MeshCut::Through(cut) => {
                 let CutMesh { mesh, cap, is_open } = *cut;
                 if is_open {
                     // The inside is visible now.
@@ -168,7 +168,7 @@ pub(crate) fn cut(scene: &mut Scene, section: &Section, name: &str) -> Vec<Warni
         warnings.push(Warning::new(WarningCode::Section, name, message));
     }
     if scene.objects.is_empty() {
-        let [least, most] = [least, most].map(|x| format!("{x:.6}"));
+        let [least, most] = [minimum, maximum].map(|x| format!("{x:.6}"));
         let axis = ["x", "y", "z"][section.axis];
         let message = format!(
             "the section leaves nothing of it: it lies between {least} and {most} along {axis}"
@@ -249,7 +249,7 @@ fn meshes_of(scene: &Scene) -> Vec<Option<Arc<MeshData>>> {
         .rev()
         .map(|mesh| (mesh.name.as_str(), mesh))
         .collect();
-    let of = |object: &Object| {
+    let value_of = |object: &Object| {
         let Shape::Mesh(name) = &object.shape else {
             return None;
         };
@@ -258,7 +258,7 @@ fn meshes_of(scene: &Scene) -> Vec<Option<Arc<MeshData>>> {
             .filter(|_| object.transform_end.is_none())
             .and_then(|mesh| inline(mesh))
     };
-    scene.objects.iter().map(of).collect()
+    scene.objects.iter().map(value_of).collect()
 }
 
 /// Least and greatest coordinate of all cut meshes; `None` without any.
@@ -270,8 +270,8 @@ fn extent(scene: &Scene, meshes: &[Option<Arc<MeshData>>], axis: usize) -> Optio
             .iter()
             .map(|point| map.transform_point3(point)[axis]);
         coordinates.fold(None, |range, x| {
-            Some(range.map_or([x; 2], |[least, most]: [f64; 2]| {
-                [least.min(x), most.max(x)]
+            Some(range.map_or([x; 2], |[minimum, maximum]: [f64; 2]| {
+                [minimum.min(x), maximum.max(x)]
             }))
         })
     };

@@ -5,7 +5,7 @@ use std::sync::{Arc, OnceLock};
 
 use raywright_core::validate::Problem;
 
-use crate::diagnostic::{Diagnostic, Diagnostics, Place};
+use crate::diagnostic::{Diagnostic, Diagnostics, TextPosition};
 use crate::error::Error;
 use crate::native::{self, Notation};
 use crate::text::{lines, without_mark};
@@ -13,7 +13,7 @@ use crate::{ply, stl};
 
 /// Format of a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Format {
+pub enum SceneFormat {
     /// A native scene.
     Native(Notation),
     /// glTF 2.0 with its buffers beside it or inside as text.
@@ -84,7 +84,7 @@ pub(crate) fn foreign(path: &Path) -> Option<(&'static str, &'static str)> {
         .map(|&(_, format, remedy)| (format, remedy))
 }
 
-impl Format {
+impl SceneFormat {
     /// Format of a model file with this name.
     pub(crate) fn of_model(file: &Path) -> Option<Self> {
         let ending = file.extension()?.to_string_lossy().to_ascii_lowercase();
@@ -193,7 +193,7 @@ pub fn is_scene_or_model(file: &Path) -> bool {
     let name = file.file_name().unwrap_or_default().to_string_lossy();
     name.ends_with(".scene.toml")
         || name.ends_with(".scene.json")
-        || Format::of_model(file).is_some()
+        || SceneFormat::of_model(file).is_some()
 }
 
 /// Origin of a scene.
@@ -204,18 +204,18 @@ pub struct SourceInfo {
     /// Name without folders and extensions, for pictures.
     pub stem: String,
     /// Format of the scene.
-    pub format: Format,
+    pub format: SceneFormat,
     /// The text of a native scene.
     pub text: Option<Arc<str>>,
     /// Syntax tree of the text, built on first use.
-    tree: OnceLock<Option<native::Tree>>,
+    tree: OnceLock<Option<native::TextTree>>,
 }
 
 impl SourceInfo {
     pub(crate) fn new(
         name: impl Into<String>,
         stem: impl Into<String>,
-        format: Format,
+        format: SceneFormat,
         text: Option<Arc<str>>,
     ) -> Self {
         Self {
@@ -231,7 +231,7 @@ impl SourceInfo {
     /// in the scene where no text exists.
     pub fn error(&self, problems: Vec<Problem>) -> Error {
         let message = |problem: &Problem| format!("{}: {}", problem.path, problem.message);
-        if let (Some(text), Format::Native(_)) = (&self.text, self.format) {
+        if let (Some(text), SceneFormat::Native(_)) = (&self.text, self.format) {
             let span = |path: &str| self.tree().and_then(|tree| tree.span(path));
             let at = |problem: Problem| Diagnostic {
                 span: span(&problem.path),
@@ -254,12 +254,12 @@ impl SourceInfo {
     }
 
     /// Syntax tree of the text; `None` without a text.
-    fn tree(&self) -> Option<&native::Tree> {
-        let (Some(text), Format::Native(notation)) = (&self.text, self.format) else {
+    fn tree(&self) -> Option<&native::TextTree> {
+        let (Some(text), SceneFormat::Native(notation)) = (&self.text, self.format) else {
             return None;
         };
         self.tree
-            .get_or_init(|| native::Tree::new(text, notation))
+            .get_or_init(|| native::TextTree::new(text, notation))
             .as_ref()
     }
 
@@ -267,12 +267,12 @@ impl SourceInfo {
     /// materials[2]` without a text. The path starts at the root: `objects[3].material`; a part
     /// that the text omits is at its parent's position.
     pub fn locate(&self, path: &str) -> String {
-        let (Some(text), Format::Native(_)) = (&self.text, self.format) else {
+        let (Some(text), SceneFormat::Native(_)) = (&self.text, self.format) else {
             return format!("{}: {path}", self.name);
         };
         match self.tree().and_then(|tree| tree.span(path)) {
             Some(span) => {
-                let place = Place::of(text, &span);
+                let place = TextPosition::of(text, &span);
                 format!("{}:{}:{}", self.name, place.line, place.column)
             }
             None => self.name.clone(),
@@ -289,7 +289,8 @@ mod tests {
     #[test]
     fn places_are_told_as_well_as_they_can_be() {
         let text = "format = 1\n[render]\n  samples = 4\n";
-        let native = |text| SourceInfo::new("a.toml", "a", Format::Native(Notation::Toml), text);
+        let native =
+            |text| SourceInfo::new("a.toml", "a", SceneFormat::Native(Notation::Toml), text);
         assert_eq!(
             native(Some(text.into())).locate("render.samples"),
             "a.toml:3:13"
@@ -300,7 +301,7 @@ mod tests {
             "a.toml: render.samples"
         );
         assert_eq!(
-            SourceInfo::new("a.obj", "a", Format::Obj, None).locate("lights[0]"),
+            SourceInfo::new("a.obj", "a", SceneFormat::Obj, None).locate("lights[0]"),
             "a.obj: lights[0]"
         );
     }

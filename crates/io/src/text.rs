@@ -1,6 +1,6 @@
 //! Shared parts of the text formats for models: lines, words and numbers.
 
-use crate::import::{Fault, MODELS, Outcome, shown};
+use crate::import::{Fault, MODELS, Outcome, printable};
 
 /// Refuses input other than ASCII-based text: UTF-16 or binary data.
 ///
@@ -71,13 +71,16 @@ pub(crate) fn has_decimal_comma(word: &str) -> bool {
 }
 
 /// Fault for a word in place of a number.
-pub(crate) fn no_number(keyword: &str, word: &str) -> Fault {
+pub(crate) fn message_for_no_number(keyword: &str, word: &str) -> Fault {
     let remedy = if has_decimal_comma(word) {
         "; decimals have a point, so export it again with points in place of commas"
     } else {
         ""
     };
-    Fault::input(format!("{keyword}: `{}` is no number{remedy}", shown(word)))
+    Fault::input(format!(
+        "{keyword}: `{}` is no number{remedy}",
+        printable(word)
+    ))
 }
 
 #[cfg(test)]

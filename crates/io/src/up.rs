@@ -117,14 +117,14 @@ fn turn_pose(pose: &mut Pose, map: &DAffine3) {
 pub(crate) fn moved(light: &Light, map: &DAffine3) -> Light {
     let mut light = light.clone();
     let point = |p: &mut Triple| *p = map.transform_point3(DVec3::from(*p)).to_array();
-    let way = |d: &mut Triple| {
+    let rotate = |d: &mut Triple| {
         *d = map
             .transform_vector3(DVec3::from(*d))
             .normalize_or(DVec3::from(*d))
             .to_array()
     };
     match &mut light.kind {
-        LightKind::Directional { to_light } => way(to_light),
+        LightKind::Directional { to_light } => rotate(to_light),
         LightKind::Point { position, .. } => point(position),
         LightKind::Spot {
             position,
@@ -132,7 +132,7 @@ pub(crate) fn moved(light: &Light, map: &DAffine3) -> Light {
             ..
         } => {
             point(position);
-            way(direction);
+            rotate(direction);
         }
     }
     light

@@ -8,7 +8,7 @@ use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
 use percent_encoding::percent_decode_str;
 
 use crate::folder::{Folder, ReadError};
-use crate::import::{Fault, Outcome, shown};
+use crate::import::{Fault, Outcome, printable};
 
 /// Writers pad base64 data differently; the content is always unambiguous.
 const BASE64: GeneralPurpose = GeneralPurpose::new(
@@ -44,21 +44,21 @@ pub(crate) fn read(folder: &Folder, uri: &str) -> Outcome<Vec<u8>> {
     let decoded = percent_decode_str(uri).decode_utf8().map_err(|_| {
         Fault::input(format!(
             "`{}` has a percent escape that is not UTF-8",
-            shown(uri)
+            printable(uri)
         ))
     })?;
     // Some writers do not escape, so that a file may be called `50%25.png`; others separate folders
     // as Windows does.
     let others = [uri.to_owned(), decoded.replace('\\', "/")];
     match folder.read(&decoded) {
-        Err(ReadError::Unreadable(why)) => {
+        Err(ReadError::Unreadable(reason)) => {
             let mut found = others
                 .iter()
                 .filter(|other| **other != decoded)
                 .filter_map(|other| folder.read(other).ok());
             found
                 .next()
-                .ok_or_else(|| ReadError::Unreadable(why).into())
+                .ok_or_else(|| ReadError::Unreadable(reason).into())
         }
         other => other.map_err(Fault::from),
     }

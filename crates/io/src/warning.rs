@@ -92,8 +92,8 @@ codes! {
 
 impl WarningCode {
     /// Code of a remark about an image with this number of replaced texels.
-    pub(crate) fn of_image(mended: impl Into<u64>) -> Self {
-        if mended.into() > 0 {
+    pub(crate) fn of_image(repaired: impl Into<u64>) -> Self {
+        if repaired.into() > 0 {
             Self::Texels
         } else {
             Self::Conversion

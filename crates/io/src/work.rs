@@ -5,13 +5,13 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use raywright_core::Observer;
 
 /// Planned and finished work, in vertices and indices of meshes. Any thread may report.
-pub(crate) struct Work<'a> {
+pub(crate) struct ImportWork<'a> {
     observer: &'a dyn Observer,
     total: u64,
     done: AtomicU64,
 }
 
-impl<'a> Work<'a> {
+impl<'a> ImportWork<'a> {
     /// Work of an image, as the number of vertices that take about the same time.
     pub const IMAGE: u64 = 1 << 20;
 

@@ -4,16 +4,16 @@ use std::path::{Path, PathBuf};
 
 use raywright_core::scene::{MeshSource, Scene, Triple};
 use raywright_io::{
-    Error, ErrorKind, Format, Input, Limits, LoadOptions, Loaded, Notation, Overrides, load,
+    Error, ErrorKind, Input, Limits, LoadOptions, Loaded, Notation, Overrides, SceneFormat, load,
     presets,
 };
 
 /// A temporary folder with a scene and further files of a test.
-struct Place {
+struct SceneFolder {
     folder: tempfile::TempDir,
 }
 
-impl Place {
+impl SceneFolder {
     fn new(scene: &str) -> Self {
         let place = Self {
             folder: tempfile::tempdir().expect("a temporary folder"),
@@ -62,7 +62,7 @@ fn limits(limits: Limits) -> LoadOptions {
 fn at(t: f64) -> LoadOptions {
     LoadOptions {
         overrides: Overrides {
-            at: Some(t),
+            time: Some(t),
             set: Vec::new(),
         },
         ..LoadOptions::default()
@@ -110,7 +110,7 @@ fn a_folder_is_no_scene() {
 /// Protects: an unsupported format is refused with the supported ones.
 #[test]
 fn a_file_of_another_kind_is_refused_with_the_kinds_that_are_read() {
-    let place = Place::new("");
+    let place = SceneFolder::new("");
     let path = place.put("notes.txt", b"Dear diary");
     let error = load(&Input::Path(path), &LoadOptions::default()).expect_err("no scene");
     assert_eq!(error.kind(), ErrorKind::Input);
@@ -125,7 +125,7 @@ fn a_file_of_another_kind_is_refused_with_the_kinds_that_are_read() {
 /// Protects: a text that is not UTF-8 is refused with its position.
 #[test]
 fn a_text_that_is_not_utf_8_is_refused_with_its_place() {
-    let place = Place::new("");
+    let place = SceneFolder::new("");
     place.put("x.scene.toml", b"format = 1\ntitle = \"caf\xe9\"");
     let (kind, message) = place.fails(&LoadOptions::default());
     assert_eq!(kind, ErrorKind::Input);
@@ -138,7 +138,7 @@ fn a_text_that_is_not_utf_8_is_refused_with_its_place() {
 /// Protects: the extension decides the format, otherwise the content.
 #[test]
 fn the_ending_decides_what_a_file_is_and_the_content_where_it_does_not() {
-    let place = Place::new("");
+    let place = SceneFolder::new("");
     let format = |name: &str, bytes: &[u8]| {
         let loaded = load(
             &Input::Path(place.put(name, bytes)),
@@ -148,8 +148,8 @@ fn the_ending_decides_what_a_file_is_and_the_content_where_it_does_not() {
             .map(|loaded| (loaded.source.format, loaded.source.stem))
             .map_err(|error| error.to_string())
     };
-    let toml = Format::Native(Notation::Toml);
-    let json = Format::Native(Notation::Json);
+    let toml = SceneFormat::Native(Notation::Toml);
+    let json = SceneFormat::Native(Notation::Json);
     assert_eq!(
         format("a.scene.toml", b"format = 1"),
         Ok((toml, "a".to_owned()))
@@ -171,11 +171,11 @@ fn the_ending_decides_what_a_file_is_and_the_content_where_it_does_not() {
 
 /// Protects: input beyond a limit is an error of kind limit.
 #[test]
-fn what_asks_for_too_much_is_over_a_limit() {
+fn input_beyond_a_limit_is_an_error_of_kind_limit() {
     let grid = "format = 1\n[[materials]]\nname = \"m\"\nmodel.classic = {}\n[[generators]]\n\
         kind.grid = { counts = [4000000000, 4000000000, 4000000000], origin = [0, 0, 0], step = [1, 1, 1] }\n\
         object = { material = \"m\", shape.sphere = { centre = [0, 0, 0], radius = 1 } }";
-    let (kind, message) = Place::new(grid).fails(&LoadOptions::default());
+    let (kind, message) = SceneFolder::new(grid).fails(&LoadOptions::default());
     assert_eq!(kind, ErrorKind::Limit);
     assert_eq!(
         message,
@@ -185,7 +185,7 @@ fn what_asks_for_too_much_is_over_a_limit() {
     let mesh = "format = 1\n[[meshes]]\nname = \"m\"\n\
         source.inline = { positions = [[0, 0, 0], [1, 0, 0], [0, 1, 0]], indices = [[0, 1, 2], [0, 2, 1]] }";
     assert_eq!(
-        Place::new(mesh)
+        SceneFolder::new(mesh)
             .fails(&limits(Limits {
                 triangles: 1,
                 ..Limits::default()
@@ -194,7 +194,7 @@ fn what_asks_for_too_much_is_over_a_limit() {
         ErrorKind::Limit
     );
 
-    let (kind, message) = Place::new(TEXTURED).fails(&limits(Limits {
+    let (kind, message) = SceneFolder::new(TEXTURED).fails(&limits(Limits {
         text_bytes: 10,
         ..Limits::default()
     }));
@@ -210,7 +210,7 @@ fn what_asks_for_too_much_is_over_a_limit() {
 /// Protects: a missing texture is a warning, and a missing sky an error.
 #[test]
 fn a_missing_texture_is_a_warning_and_a_missing_sky_is_not() {
-    let loaded = Place::new(TEXTURED).load().expect("a scene");
+    let loaded = SceneFolder::new(TEXTURED).load().expect("a scene");
     assert_eq!(loaded.scene.images[0].data, None);
     let [warning] = loaded.warnings.as_slice() else {
         panic!("one warning, not {:?}", loaded.warnings)
@@ -218,8 +218,9 @@ fn a_missing_texture_is_a_warning_and_a_missing_sky_is_not() {
     let text = "image `wood`: cannot read `wood.png`: no such file or folder; where it is used, the factor alone counts";
     assert!(warning.message.ends_with(text), "{warning}");
 
-    let (kind, message) = Place::new(&format!("{TEXTURED}[sky]\nmap = {{ image = \"wood\" }}"))
-        .fails(&LoadOptions::default());
+    let (kind, message) =
+        SceneFolder::new(&format!("{TEXTURED}[sky]\nmap = {{ image = \"wood\" }}"))
+            .fails(&LoadOptions::default());
     assert_eq!(kind, ErrorKind::File);
     assert!(message.contains("--> x.scene.toml:4:8"), "{message}");
 }
@@ -227,7 +228,7 @@ fn a_missing_texture_is_a_warning_and_a_missing_sky_is_not() {
 /// Protects: images are decoded, and broken ones reported at their position.
 #[test]
 fn images_are_decoded_and_broken_ones_shown_at_their_place() {
-    let place = Place::new(TEXTURED);
+    let place = SceneFolder::new(TEXTURED);
     place.put("wood.png", &png());
     let image = place.load().expect("a scene").scene.images[0]
         .data
@@ -267,7 +268,7 @@ fn images_are_decoded_and_broken_ones_shown_at_their_place() {
 #[test]
 fn references_out_of_the_folder_are_refused_at_their_place() {
     let scene = TEXTURED.replace("wood.png", "../wood.png");
-    let (kind, message) = Place::new(&scene).fails(&LoadOptions::default());
+    let (kind, message) = SceneFolder::new(&scene).fails(&LoadOptions::default());
     assert_eq!(kind, ErrorKind::Input);
     assert_eq!(
         message,
@@ -282,7 +283,7 @@ fn references_out_of_the_folder_are_refused_at_their_place() {
 /// Protects: an unknown embedded image is refused at its position.
 #[test]
 fn an_unknown_embedded_image_is_refused_at_its_place() {
-    let (kind, message) = Place::new(&TEXTURED.replace("wood.png", "embedded:nothing"))
+    let (kind, message) = SceneFolder::new(&TEXTURED.replace("wood.png", "embedded:nothing"))
         .fails(&LoadOptions::default());
     assert_eq!(kind, ErrorKind::Input);
     assert!(
@@ -293,7 +294,7 @@ fn an_unknown_embedded_image_is_refused_at_its_place() {
 
 /// Writes a glTF file with one triangle, its buffer beside it, and two instances: translated, and
 /// reflected.
-fn gltf_triangle(place: &Place) {
+fn gltf_triangle(place: &SceneFolder) {
     let corners: [Triple; 3] = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
     let buffer: Vec<u8> = corners
         .iter()
@@ -314,7 +315,7 @@ const MODEL: &str = "format = 1\n[[meshes]]\nname = \"leaf\"\nsource.file = \"mo
 /// Protects: a mesh from a file is a single mesh with the file's transforms applied.
 #[test]
 fn a_mesh_in_a_file_becomes_one_mesh_with_the_file_s_transforms() {
-    let place = Place::new(MODEL);
+    let place = SceneFolder::new(MODEL);
     gltf_triangle(&place);
     let loaded = place.load().unwrap_or_else(|error| panic!("{error}"));
     let MeshSource::Inline(mesh) = &loaded.scene.meshes[0].source else {
@@ -335,7 +336,7 @@ fn a_mesh_in_a_file_becomes_one_mesh_with_the_file_s_transforms() {
 /// Protects: an unreadable mesh file is an error at its position.
 #[test]
 fn a_mesh_file_that_cannot_be_had_is_an_error_at_its_place() {
-    let place = Place::new(MODEL);
+    let place = SceneFolder::new(MODEL);
     let (kind, message) = place.fails(&LoadOptions::default());
     assert_eq!(kind, ErrorKind::File);
     assert!(message.contains("--> x.scene.toml:4:15"), "{message}");
@@ -352,10 +353,10 @@ fn a_mesh_file_that_cannot_be_had_is_an_error_at_its_place() {
 /// Protects: a model has no parameters.
 #[test]
 fn a_model_has_no_parameters() {
-    let place = Place::new("");
+    let place = SceneFolder::new("");
     gltf_triangle(&place);
     let overrides = Overrides {
-        at: None,
+        time: None,
         set: vec![("speed".to_owned(), 1.0)],
     };
     let options = LoadOptions {
@@ -372,16 +373,17 @@ fn a_model_has_no_parameters() {
             .expect("a scene")
             .source
             .format,
-        Format::Gltf
+        SceneFormat::Gltf
     );
 }
 
 /// Protects: the hash covers text, time, parameters and files.
 #[test]
 fn the_hash_covers_text_time_parameters_and_files() {
-    let hash =
-        |place: &Place, options: &LoadOptions| place.load_with(options).expect("a scene").hash;
-    let place = Place::new(TEXTURED);
+    let hash = |place: &SceneFolder, options: &LoadOptions| {
+        place.load_with(options).expect("a scene").hash
+    };
+    let place = SceneFolder::new(TEXTURED);
     place.put("wood.png", &png());
     let first = hash(&place, &LoadOptions::default());
     assert_eq!(first.to_string().len(), 64);
@@ -397,7 +399,7 @@ fn the_hash_covers_text_time_parameters_and_files() {
     place.put("x.scene.toml", format!("{TEXTURED}\n").as_bytes());
     assert_ne!(hash(&place, &LoadOptions::default()), first);
 
-    let place = Place::new(MODEL);
+    let place = SceneFolder::new(MODEL);
     gltf_triangle(&place);
     let first = hash(&place, &LoadOptions::default());
     place.put("models/leaf.bin", &[0; 36]);
@@ -412,14 +414,14 @@ fn the_hash_covers_text_time_parameters_and_files() {
 /// last of two values for a parameter is used.
 #[test]
 fn values_of_parameters_count() {
-    let place = Place::new("format = 1\n[parameters]\na = 1\nb = 1\n");
+    let place = SceneFolder::new("format = 1\n[parameters]\na = 1\nb = 1\n");
     let load = |set: &[(&str, f64)]| {
         let set = set
             .iter()
             .map(|&(name, value)| (name.to_owned(), value))
             .collect();
         let options = LoadOptions {
-            overrides: Overrides { at: None, set },
+            overrides: Overrides { time: None, set },
             ..LoadOptions::default()
         };
         place.load_with(&options).expect("a scene")
@@ -446,7 +448,7 @@ fn values_of_parameters_count() {
 #[test]
 fn a_scene_knows_its_files() {
     use raywright_io::output;
-    let place = Place::new(&format!("{TEXTURED}{}", MODEL.replace("format = 1\n", "")));
+    let place = SceneFolder::new(&format!("{TEXTURED}{}", MODEL.replace("format = 1\n", "")));
     gltf_triangle(&place);
     let unused = r#""images": [{ "uri": "un%20used.png" }], "asset""#;
     let text =
@@ -460,7 +462,7 @@ fn a_scene_knows_its_files() {
         .unwrap_or_else(|error| panic!("{error}"))
         .inputs;
     let held = |name: &str| {
-        let file = output::Place::check(&place.folder.path().join(name)).expect("a place");
+        let file = output::OutputPlace::check(&place.folder.path().join(name)).expect("a place");
         inputs.clash(&file).is_some()
     };
     for name in [
@@ -478,7 +480,7 @@ fn a_scene_knows_its_files() {
 /// Protects: parts of a scene are located in its text.
 #[test]
 fn parts_of_a_scene_are_located_in_its_text() {
-    let loaded = Place::new(TEXTURED).load().expect("a scene");
+    let loaded = SceneFolder::new(TEXTURED).load().expect("a scene");
     let name = &loaded.source.name;
     assert_eq!(
         loaded.source.locate("images[0].path"),
@@ -545,31 +547,31 @@ fn an_unknown_preset_is_a_usage_error_with_a_suggestion() {
     let error = load(&Input::Preset(mistyped.clone()), &LoadOptions::default())
         .expect_err("no such preset");
     assert_eq!(error.kind(), ErrorKind::Usage);
-    let wanted = format!(
+    let expected = format!(
         "error: there is no preset `{mistyped}`\nhelp: did you mean `preset:{}`?",
         preset.name
     );
-    assert_eq!(error.to_string(), wanted);
+    assert_eq!(error.to_string(), expected);
 }
 
 /// Protects: extensions in any letter case decide the format, and are removed from the name of the
 /// picture.
 #[test]
 fn endings_count_in_any_case() {
-    let place = Place::new("");
+    let place = SceneFolder::new("");
     let model = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
     for (name, bytes, expected) in [
         (
             "A.Scene.TOML",
             b"format = 1".as_slice(),
-            (Format::Native(Notation::Toml), "A"),
+            (SceneFormat::Native(Notation::Toml), "A"),
         ),
         (
             "B.JSON",
             b"{\"format\": 1}",
-            (Format::Native(Notation::Json), "B"),
+            (SceneFormat::Native(Notation::Json), "B"),
         ),
-        ("C.OBJ", model, (Format::Obj, "C")),
+        ("C.OBJ", model, (SceneFormat::Obj, "C")),
     ] {
         let source = load(
             &Input::Path(place.put(name, bytes)),
@@ -594,7 +596,7 @@ fn byte_order_marks_change_nothing() {
     let ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face 1\n\
                property list uchar int vertex_index\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
     let gltf = "{\"asset\": {\"version\": \"2.0\"},\n\"materials\": [{}], \"scenes\": [{}], \"scene\": 0}\n";
-    let place = Place::new("");
+    let place = SceneFolder::new("");
     for (name, text) in [
         ("a.scene.toml", toml),
         ("a.scene.json", json),

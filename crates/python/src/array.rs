@@ -71,14 +71,14 @@ impl Array {
         };
         let floats = |numbers: &[f32]| (numbers.as_ptr().addr(), FLOAT);
         match &self.numbers {
-            Numbers::Shown(of) => floats(of.shown().rgb.as_flattened()),
+            Numbers::Shown(of) => floats(of.shown_picture().rgb.as_flattened()),
             Numbers::Sampled(of) => floats(of.rendered.picture.rgb.as_flattened()),
             Numbers::Errors(of) => floats(
                 of.rendered
                     .denoised()
                     .map_or(&[], |denoised| denoised.standard_error.as_flattened()),
             ),
-            Numbers::Alpha(of) => floats(of.shown().alpha.as_deref().unwrap_or_default()),
+            Numbers::Alpha(of) => floats(of.shown_picture().alpha.as_deref().unwrap_or_default()),
             Numbers::Layer(of, i) => floats(&of.rendered.picture.layers[*i].samples),
             Numbers::Floats(own) => floats(own),
             Numbers::Doubles(own) => (own.as_ptr().addr(), DOUBLE),

@@ -71,29 +71,29 @@ impl Rays {
         let [min, max] = self.range.map(R::from_f64);
         let vector =
             |v: &[f64]| R::Vec3::new(R::from_f64(v[0]), R::from_f64(v[1]), R::from_f64(v[2]));
-        let answer = |ray: &[f64]| {
+        let compute = |ray: &[f64]| {
             ask(
                 &Ray::new(vector(&ray[..3]), vector(&ray[3..])),
                 Interval { min, max },
             )
         };
         let some = |rays: &[f64]| -> Vec<T> {
-            let wanted = if watch.cancelled() { &[] } else { rays };
-            wanted.chunks_exact(6).map(answer).collect()
+            let requested = if watch.is_cancelled() { &[] } else { rays };
+            requested.chunks_exact(6).map(compute).collect()
         };
         let parts: Vec<Vec<T>> = self.numbers.par_chunks(6 * TOGETHER).map(some).collect();
-        if watch.cancelled() {
+        if watch.is_cancelled() {
             return Err(Failure::new(Exit::Interrupted, "interrupted"));
         }
         Ok(parts.into_iter().flatten().collect())
     }
 
     fn closest<R: Real>(&self, geometry: &Geometry<R>, watch: &Watch) -> Result<Hits, Failure> {
-        let found = self.ask(watch, |ray: &Ray<R>, range| {
+        let found_hits = self.ask(watch, |ray: &Ray<R>, range| {
             geometry.closest(ray, range, &mut ())
         })?;
         let mut hits = Hits::default();
-        for hit in found {
+        for hit in found_hits {
             hits.t.push(hit.map_or(f64::INFINITY, |hit| hit.t.to_f64()));
             hits.triangle
                 .push(hit.map_or(-1, |hit| i64::from(hit.primitive)));
@@ -120,10 +120,10 @@ fn built<R: Real>(vertices: &[f64], triangles: &[i64]) -> Result<Geometry<R>, Fa
         let place = usize::try_from(vertex)
             .ok()
             .and_then(|vertex| vertex.checked_mul(3));
-        let at = place.and_then(|place| vertices.get(place..place + 3));
+        let at = place.and_then(|index| vertices.get(index..index + 3));
         at.map(|v| R::Vec3::new(R::from_f64(v[0]), R::from_f64(v[1]), R::from_f64(v[2])))
     };
-    let of = |number: usize| {
+    let value_of = |number: usize| {
         let [a, b, c] = [0, 1, 2].map(|i| triangles[3 * number + i]);
         match [a, b, c].map(corner) {
             [Some(a), Some(b), Some(c)] => Ok([a, b, c]),
@@ -135,10 +135,11 @@ fn built<R: Real>(vertices: &[f64], triangles: &[i64]) -> Result<Geometry<R>, Fa
     };
     let triangles = (0..triangles.len() / 3)
         .into_par_iter()
-        .map(of)
+        .map(value_of)
         .collect::<Result<Vec<_>, _>>()?;
     let mut set = PrimitiveSet::default();
-    set.mesh(triangles, Visibility::default()).map_err(unfit)?;
+    set.add_mesh(triangles, Visibility::default())
+        .map_err(unfit)?;
     Ok(Geometry::new(set, AcceleratorKind::default()))
 }
 

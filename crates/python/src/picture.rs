@@ -6,7 +6,7 @@ use std::sync::Arc;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyBytes, PyDict};
-use raywright_cli::embedded::{FinishedPicture, Judged};
+use raywright_cli::embedded::{FinishedPicture, JudgedPicture};
 use raywright_io::output::pixel_hash;
 
 use crate::array::{Array, Numbers};
@@ -63,23 +63,23 @@ impl Picture {
     }
 
     /// Picture and metadata for a comparison.
-    pub fn judged(&self) -> Judged {
+    pub fn judged(&self) -> JudgedPicture {
         let FinishedPicture {
             display, metadata, ..
         } = &*self.inner;
-        Judged::of(self.inner.shown(), *display, metadata)
+        JudgedPicture::of(self.inner.shown_picture(), *display, metadata)
     }
 
     /// Returns a view of some numbers, with `channels` for each pixel.
     fn view<'py>(
         &self,
         py: Python<'py>,
-        of: impl FnOnce(Arc<FinishedPicture>) -> Numbers,
+        value_of: impl FnOnce(Arc<FinishedPicture>) -> Numbers,
         each: usize,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let picture = self.inner.shown();
+        let picture = self.inner.shown_picture();
         Array::new(
-            of(Arc::clone(&self.inner)),
+            value_of(Arc::clone(&self.inner)),
             &[picture.height as usize, picture.width as usize, each],
         )
         .view(py)
@@ -106,7 +106,7 @@ impl Picture {
             let numbers = |of: Arc<FinishedPicture>| match group.as_slice() {
                 [one] => Numbers::Layer(of, *one),
                 several => {
-                    let pixels = 0..of.shown().pixels();
+                    let pixels = 0..of.shown_picture().pixels();
                     let channels =
                         |pixel: usize| several.iter().map(move |&i| layers[i].samples[pixel]);
                     Numbers::Floats(pixels.flat_map(channels).collect())
@@ -142,7 +142,7 @@ impl Picture {
     #[getter]
     fn alpha<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
         self.inner
-            .shown()
+            .shown_picture()
             .alpha
             .as_ref()
             .map(|_| self.view(py, Numbers::Alpha, 1))
@@ -180,7 +180,10 @@ impl Picture {
     /// Width and height in pixels.
     #[getter]
     fn size(&self) -> (u32, u32) {
-        (self.inner.shown().width, self.inner.shown().height)
+        (
+            self.inner.shown_picture().width,
+            self.inner.shown_picture().height,
+        )
     }
 
     /// Samples per pixel, in words.
@@ -204,7 +207,7 @@ impl Picture {
     /// SHA-256 of the linear pixels, as `raywright --hash` prints it.
     #[getter]
     fn hash(&self, py: Python<'_>) -> String {
-        py.detach(|| pixel_hash(self.inner.shown()))
+        py.detach(|| pixel_hash(self.inner.shown_picture()))
     }
 
     /// The bytes of a PNG of the picture, with its tone map, curve and exposure.

@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use raywright_cli::embedded::{Judged, Request, load};
+use raywright_cli::embedded::{EmbeddedCommand, JudgedPicture, load};
 use raywright_cli::failure::Failure;
 use raywright_core::Observer;
 use raywright_io::{Input, LoadOptions, Loaded};
@@ -49,9 +49,9 @@ impl Source {
         py: Python<'_>,
         command: &str,
         keywords: Option<&Bound<'_, PyDict>>,
-    ) -> PyResult<Request> {
+    ) -> PyResult<EmbeddedCommand> {
         let words = [self.words.clone(), words(keywords)?].concat();
-        Request::new(command, words).map_err(|failure| raised(py, failure))
+        EmbeddedCommand::new(command, words).map_err(|failure| raised(py, failure))
     }
 }
 
@@ -115,15 +115,16 @@ pub fn compare<'py>(
 ) -> PyResult<Bound<'py, PyAny>> {
     let py = picture.py();
     let request =
-        Request::new("compare", words(keywords)?).map_err(|failure| raised(py, failure))?;
+        EmbeddedCommand::new("compare", words(keywords)?).map_err(|failure| raised(py, failure))?;
     let sides = [
         side(picture, "the first picture")?,
         side(reference, "the second picture")?,
     ];
     let compared = work::run(py, None, None, move |_| {
         let [(name, picture), (other, reference)] = sides;
-        let judged =
-            |side: Option<Judged>, name: &PathBuf| side.map_or_else(|| Judged::read(name), Ok);
+        let judged = |side: Option<JudgedPicture>, name: &PathBuf| {
+            side.map_or_else(|| JudgedPicture::read(name), Ok)
+        };
         let pair = [judged(picture, &name)?, judged(reference, &other)?];
         request.comparison([name, other], &pair)
     })?;
@@ -131,7 +132,7 @@ pub fn compare<'py>(
 }
 
 /// Returns a picture with its name, or the path of a file.
-fn side(of: &Bound<'_, PyAny>, name: &str) -> PyResult<(PathBuf, Option<Judged>)> {
+fn side(of: &Bound<'_, PyAny>, name: &str) -> PyResult<(PathBuf, Option<JudgedPicture>)> {
     match of.cast::<Picture>() {
         Ok(picture) => Ok((name.into(), Some(picture.get().judged()))),
         Err(_) => Ok((of.extract()?, None)),

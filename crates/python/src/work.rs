@@ -40,7 +40,7 @@ impl Observer for Watch {
         self.share.fetch_max(share.to_bits(), Ordering::Relaxed);
     }
 
-    fn cancelled(&self) -> bool {
+    fn is_cancelled(&self) -> bool {
         self.stop.load(Ordering::Relaxed)
     }
 }
@@ -68,7 +68,7 @@ pub fn run<T: Send + 'static>(
         // The receiver may have gone.
         let _ = sender.send(catch_unwind(AssertUnwindSafe(|| work(&own))));
     });
-    let mut told = -1.0;
+    let mut reported = -1.0;
     loop {
         let (done, same) = py.detach(move || (receiver.recv_timeout(PAUSE), receiver));
         receiver = same;
@@ -80,7 +80,7 @@ pub fn run<T: Send + 'static>(
         }
         if let Err(interrupt) = py
             .check_signals()
-            .and_then(|()| tell(progress, watch.share(), &mut told))
+            .and_then(|()| tell(progress, watch.share(), &mut reported))
         {
             watch.stop.store(true, Ordering::Relaxed);
             // The result is dropped; only the end of the work matters.
@@ -91,9 +91,9 @@ pub fn run<T: Send + 'static>(
 }
 
 /// Reports a share greater than the last one reported.
-fn tell(progress: Option<&Bound<'_, PyAny>>, share: f64, told: &mut f64) -> PyResult<()> {
-    if let Some(progress) = progress.filter(|_| share > *told) {
-        *told = share;
+fn tell(progress: Option<&Bound<'_, PyAny>>, share: f64, reported: &mut f64) -> PyResult<()> {
+    if let Some(progress) = progress.filter(|_| share > *reported) {
+        *reported = share;
         progress.call1((share,))?;
     }
     Ok(())

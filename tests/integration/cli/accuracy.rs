@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use serde_json::Value;
 
-use crate::support::Desk;
+use crate::support::Sandbox;
 
 /// A mirror ball over a floor, under a lamp.
 pub const SCENE: &str = r#"
@@ -40,10 +40,10 @@ fn quick(more: &[&'static str]) -> Vec<&'static str> {
     .concat()
 }
 
-fn desk() -> Desk {
-    let desk = Desk::new();
-    desk.write("ball.scene.toml", SCENE);
-    desk
+fn sandbox() -> Sandbox {
+    let sandbox = Sandbox::new();
+    sandbox.write("ball.scene.toml", SCENE);
+    sandbox
 }
 
 /// Protects: the summary and the settings worth their time come first, then the conditions of the
@@ -51,8 +51,8 @@ fn desk() -> Desk {
 /// ladders without effect on the scene are named instead of measured.
 #[test]
 fn every_rung_has_a_row() {
-    let desk = desk();
-    let run = desk.run(&quick(&["--rung", "precision=robust"]));
+    let sandbox = sandbox();
+    let run = sandbox.run(&quick(&["--rung", "precision=robust"]));
     run.exits_with(0);
     let text = run.text();
     for words in [
@@ -108,20 +108,20 @@ fn every_rung_has_a_row() {
 /// Protects: a report fits the terminal's reported width.
 #[test]
 fn reports_fit_the_terminal() {
-    let desk = desk();
+    let sandbox = sandbox();
     for width in ["60", "80", "120"] {
-        let output = desk
+        let output = sandbox
             .command(&quick(&["-q"]))
             .env("COLUMNS", width)
             .output()
             .expect("the program starts");
         let text = String::from_utf8_lossy(&output.stdout);
-        let most = width.parse::<usize>().expect("a number");
+        let maximum = width.parse::<usize>().expect("a number");
         assert!(text.lines().count() > 30, "{text}");
         for line in text.lines() {
             assert!(
-                line.chars().count() <= most,
-                "{} of {most}: {line}",
+                line.chars().count() <= maximum,
+                "{} of {maximum}: {line}",
                 line.chars().count()
             );
         }
@@ -132,12 +132,13 @@ fn reports_fit_the_terminal() {
 /// its listed flags.
 #[test]
 fn files_hold_the_figures() {
-    let desk = desk();
-    let run = desk.run(&quick(&["--json", "-o", "a.csv", "-o", "b.json", "-q"]));
-    run.exits_with(0).says("");
+    let sandbox = sandbox();
+    let run = sandbox.run(&quick(&["--json", "-o", "a.csv", "-o", "b.json", "-q"]));
+    run.exits_with(0).prints("");
     let json: Value = serde_json::from_str(run.text()).expect("JSON");
     let file: Value =
-        serde_json::from_slice(&std::fs::read(desk.path("b.json")).expect("a file")).expect("JSON");
+        serde_json::from_slice(&std::fs::read(sandbox.path("b.json")).expect("a file"))
+            .expect("JSON");
     assert_eq!(json, file);
     assert_eq!(
         (&json["format"], &json["scene"], &json["size"]),
@@ -160,7 +161,7 @@ fn files_hold_the_figures() {
         .expect("effects")
         .clone();
     let frontier = list("frontier");
-    let csv = std::fs::read_to_string(desk.path("a.csv")).expect("a file");
+    let csv = std::fs::read_to_string(sandbox.path("a.csv")).expect("a file");
     let lines: Vec<Vec<&str>> = csv.lines().map(|line| line.split(',').collect()).collect();
     let rows = rungs("ladders")
         + rungs("prices")
@@ -188,13 +189,13 @@ fn files_hold_the_figures() {
     let same = |ladder: &str, rung: &Value, columns: &[(&str, &Value)]| {
         for &(column, value) in columns {
             assert!(value.is_number(), "{rung}, {column}");
-            let (found, told) = (
+            let (found, reported) = (
                 figure(ladder, rung.as_str().expect("a name"), column),
                 value.as_f64().expect("a number"),
             );
             // JSON parsers may differ in the rounding of the last digit.
             assert!(
-                found.is_some_and(|found| (found - told).abs() <= 1e-15 * told.abs()),
+                found.is_some_and(|found| (found - reported).abs() <= 1e-15 * reported.abs()),
                 "{ladder} {rung}, {column}: {found:?}"
             );
         }
@@ -258,7 +259,7 @@ fn files_hold_the_figures() {
             .into_iter()
             .chain(flags.flat_map(str::split_whitespace))
             .collect();
-        desk.run(&words).exits_with(0);
+        sandbox.run(&words).exits_with(0);
     }
 }
 
@@ -267,8 +268,8 @@ fn files_hold_the_figures() {
 /// same as the separate one.
 #[test]
 fn the_page_stands_alone() {
-    let desk = Desk::new();
-    desk.write("a&b<c.scene.toml", SCENE);
+    let sandbox = Sandbox::new();
+    sandbox.write("a&b<c.scene.toml", SCENE);
     let words = [
         "accuracy",
         "a&b<c.scene.toml",
@@ -284,9 +285,9 @@ fn the_page_stands_alone() {
         "a.svg",
         "-q",
     ];
-    let run = desk.run(&words);
+    let run = sandbox.run(&words);
     run.exits_with(0);
-    let page = std::fs::read_to_string(desk.path("a.html")).expect("a page");
+    let page = std::fs::read_to_string(sandbox.path("a.html")).expect("a page");
     assert!(page.starts_with("<!doctype html>") && page.ends_with("</html>\n"));
     assert!(!page.contains("b<c") && page.contains("a&amp;b&lt;c.scene.toml"));
     for from_elsewhere in ["src=\"http", "href=", "url(", "@import", "fetch("] {
@@ -321,7 +322,7 @@ fn the_page_stands_alone() {
         page.contains("raywright render &#39;a&amp;b&lt;c.scene.toml&#39;")
             || page.contains("raywright render 'a&amp;b&lt;c.scene.toml'")
     );
-    let svg = std::fs::read_to_string(desk.path("a.svg")).expect("a plot");
+    let svg = std::fs::read_to_string(sandbox.path("a.svg")).expect("a plot");
     assert!(
         svg.starts_with("<svg")
             && svg.contains(">worth their time, together<")
@@ -339,17 +340,17 @@ fn the_page_stands_alone() {
 /// scene is refused by name, and left unchanged.
 #[test]
 fn a_reference_is_kept() {
-    let desk = desk();
+    let sandbox = sandbox();
     let words = quick(&["--reference", "ball.film"]);
-    let first = desk.run(&words);
+    let first = sandbox.run(&words);
     first.exits_with(0);
     assert!(
         first.text().contains("\nreference: f64") && first.stderr.contains("ball.film"),
         "{}",
         first.stderr
     );
-    let kept = std::fs::read(desk.path("ball.film")).expect("a file");
-    let second = desk.run(&words);
+    let kept = std::fs::read(sandbox.path("ball.film")).expect("a file");
+    let second = sandbox.run(&words);
     second.exits_with(0);
     assert!(
         second
@@ -358,7 +359,7 @@ fn a_reference_is_kept() {
         "{}",
         second.text()
     );
-    desk.write(
+    sandbox.write(
         "other.scene.toml",
         SCENE.replace("radius = 1", "radius = 2"),
     );
@@ -372,27 +373,28 @@ fn a_reference_is_kept() {
         "--reference",
         "ball.film",
     ];
-    let run = desk.run(&other);
+    let run = sandbox.run(&other);
     run.exits_with(3);
     assert!(
         run.stderr.contains("ball.film") && run.stderr.contains("the scene differs"),
         "{}",
         run.stderr
     );
-    assert!(std::fs::read(desk.path("ball.film")).expect("a file") == kept);
-    desk.run(&[
-        "render",
-        "ball.scene.toml",
-        "--size",
-        "8x6",
-        "--spp",
-        "8",
-        "--checkpoint",
-        "render.film",
-        "-q",
-    ])
-    .exits_with(0);
-    let run = desk.run(&quick(&["--reference", "render.film"]));
+    assert!(std::fs::read(sandbox.path("ball.film")).expect("a file") == kept);
+    sandbox
+        .run(&[
+            "render",
+            "ball.scene.toml",
+            "--size",
+            "8x6",
+            "--spp",
+            "8",
+            "--checkpoint",
+            "render.film",
+            "-q",
+        ])
+        .exits_with(0);
+    let run = sandbox.run(&quick(&["--reference", "render.film"]));
     run.exits_with(3);
     assert!(run.stderr.contains("it is no reference"), "{}", run.stderr);
 }
@@ -401,11 +403,11 @@ fn a_reference_is_kept() {
 /// before any render.
 #[test]
 fn mistakes_are_said_at_once() {
-    let desk = desk();
-    let refused = |words: &[&str], code, said: &str| {
-        let run = desk.run(words);
+    let sandbox = sandbox();
+    let refused = |words: &[&str], code, message: &str| {
+        let run = sandbox.run(words);
         run.exits_with(code);
-        assert!(run.stderr.contains(said), "{}", run.stderr);
+        assert!(run.stderr.contains(message), "{}", run.stderr);
     };
     refused(&quick(&["-o", "a.txt"]), 2, ".json");
     refused(
@@ -450,10 +452,10 @@ objects = [
 /// budget itself is tested elsewhere with an artificial clock.
 #[test]
 fn a_short_budget_is_kept_and_gives_a_report() {
-    let desk = Desk::new();
-    desk.write("slow.scene.toml", SLOW);
+    let sandbox = Sandbox::new();
+    sandbox.write("slow.scene.toml", SLOW);
     let effort = ["--size", "16x12", "--budget", "8s", "--threads", "1"];
-    let run = desk.run(
+    let run = sandbox.run(
         &[
             &["accuracy", "slow.scene.toml"],
             &effort[..],
@@ -463,7 +465,7 @@ fn a_short_budget_is_kept_and_gives_a_report() {
     );
     run.exits_with(0);
     let report: Value =
-        serde_json::from_slice(&std::fs::read(desk.path("a.json")).expect("a report"))
+        serde_json::from_slice(&std::fs::read(sandbox.path("a.json")).expect("a report"))
             .expect("JSON");
     let samples = &report["ladders"][0];
     assert_eq!(samples["ladder"], "samples");
@@ -485,7 +487,7 @@ fn a_short_budget_is_kept_and_gives_a_report() {
 #[cfg(unix)]
 #[test]
 fn an_interrupted_measurement_keeps_what_it_has() {
-    let desk = desk();
+    let sandbox = sandbox();
     let words = [
         "accuracy",
         "ball.scene.toml",
@@ -496,7 +498,7 @@ fn an_interrupted_measurement_keeps_what_it_has() {
         "-o",
         "a.json",
     ];
-    let mut child = desk
+    let mut child = sandbox
         .command(&words)
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
@@ -521,12 +523,12 @@ fn an_interrupted_measurement_keeps_what_it_has() {
     let output = child.wait_with_output().expect("it ends");
     assert_eq!(output.status.code(), Some(130), "{rest:?}");
     assert_eq!(
-        desk.names(),
+        sandbox.names(),
         ["a.partial.json", "ball.scene.toml"],
         "{rest:?}"
     );
     let report: Value =
-        serde_json::from_slice(&std::fs::read(desk.path("a.partial.json")).expect("a report"))
+        serde_json::from_slice(&std::fs::read(sandbox.path("a.partial.json")).expect("a report"))
             .expect("JSON");
     assert!(report["own"]["renders"].as_u64() >= Some(1) && report["cut_short"] == true);
     assert!(String::from_utf8_lossy(&output.stdout).contains("as it is"));

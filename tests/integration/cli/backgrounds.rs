@@ -3,25 +3,26 @@
 
 use raywright::core::picture::Picture;
 
-use crate::support::Desk;
+use crate::support::Sandbox;
 
 /// A block on the ground, as a model, so that it gets a studio.
 pub const BLOCK: &str = "mtllib b.mtl\nusemtl m\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n\
                      f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 3 4 8 7\nf 1 5 8 4\nf 2 3 7 6\n";
 
 /// A folder with a red block, `b.obj`.
-pub fn block() -> Desk {
-    let desk = Desk::new();
-    desk.write("b.obj", BLOCK);
-    desk.write("b.mtl", "newmtl m\nKd 0.8 0.1 0.05\n");
-    desk
+pub fn block() -> Sandbox {
+    let sandbox = Sandbox::new();
+    sandbox.write("b.obj", BLOCK);
+    sandbox.write("b.mtl", "newmtl m\nKd 0.8 0.1 0.05\n");
+    sandbox
 }
 
 /// Renders the block with these flags, from above so that the ground is behind it.
 #[track_caller]
-fn render(desk: &Desk, more: &str) {
+fn render(sandbox: &Sandbox, more: &str) {
     let line = format!("render b.obj --view 30,30 -s 48x36 --spp 16 --zoom 0.6 -q {more}");
-    desk.run(&line.split_whitespace().collect::<Vec<_>>())
+    sandbox
+        .run(&line.split_whitespace().collect::<Vec<_>>())
         .exits_with(0);
 }
 
@@ -49,7 +50,7 @@ fn apart(a: &[[u8; 3]], b: &[[u8; 3]]) -> u8 {
 /// value there, and no coverage.
 #[test]
 fn a_colour_has_exactly_its_codes() {
-    let desk = block();
+    let sandbox = block();
     for (colour, expected) in [
         ("white", [255; 3]),
         ("black", [0; 3]),
@@ -63,18 +64,18 @@ fn a_colour_has_exactly_its_codes() {
             "--ground none",
         ] {
             render(
-                &desk,
+                &sandbox,
                 &format!("--background {colour} -o a.png -o a.webp -o a.exr {more}"),
             );
             for name in ["a.png", "a.webp"] {
-                let picture = desk.picture(name);
+                let picture = sandbox.picture(name);
                 assert_eq!(
                     (picture.alpha.as_ref(), codes(&picture)[0]),
                     (None, expected),
                     "{name} {colour} {more}"
                 );
             }
-            let (exr, code) = (desk.picture("a.exr"), f64::from(expected[1]) / 255.0);
+            let (exr, code) = (sandbox.picture("a.exr"), f64::from(expected[1]) / 255.0);
             let linear = raywright::core::display::curve::decode(
                 raywright::core::scene::TransferCurve::Srgb,
                 code,
@@ -86,11 +87,14 @@ fn a_colour_has_exactly_its_codes() {
             );
         }
     }
-    render(&desk, "--background white -o a.jpg --quality 100");
-    assert_eq!(codes(&desk.picture("a.jpg"))[0], [255; 3]);
-    render(&desk, "--background #e6b219 --rung output=16-bit -o a.png");
+    render(&sandbox, "--background white -o a.jpg --quality 100");
+    assert_eq!(codes(&sandbox.picture("a.jpg"))[0], [255; 3]);
+    render(
+        &sandbox,
+        "--background #e6b219 --rung output=16-bit -o a.png",
+    );
     let [r, g, b] =
-        desk.picture("a.png").rgb[0].map(|value| (65535.0 * f64::from(value)).round() as u32);
+        sandbox.picture("a.png").rgb[0].map(|value| (65535.0 * f64::from(value)).round() as u32);
     assert_eq!([r, g, b], [230, 178, 25].map(|code| 257 * code));
 }
 
@@ -99,12 +103,12 @@ fn a_colour_has_exactly_its_codes() {
 /// OpenEXR file over a linear colour give the linear picture.
 #[test]
 fn pages_show_what_backgrounds_show() {
-    let desk = block();
+    let sandbox = block();
     render(
-        &desk,
+        &sandbox,
         "--background transparent -o clear.png -o clear.webp -o clear.exr",
     );
-    let exr = desk.picture("clear.exr");
+    let exr = sandbox.picture("clear.exr");
     let alpha = exr.alpha.clone().expect("coverage");
     let is_shadow =
         |pixel: usize| exr.rgb[pixel] == [0.0; 3] && (0.05..0.95).contains(&alpha[pixel]);
@@ -119,12 +123,12 @@ fn pages_show_what_backgrounds_show() {
         ("#e6193c", [230, 25, 60]),
     ] {
         render(
-            &desk,
+            &sandbox,
             &format!("--background {page} -o direct.png -o direct.exr"),
         );
-        let direct = codes(&desk.picture("direct.png"));
+        let direct = codes(&sandbox.picture("direct.png"));
         for name in ["clear.png", "clear.webp"] {
-            let clear = desk.picture(name);
+            let clear = sandbox.picture(name);
             let over = |(rgb, &alpha): (&[f32; 3], &f32)| {
                 core::array::from_fn(|i| {
                     (255.0 * alpha * rgb[i] + (1.0 - alpha) * f32::from(code[i])).round() as u8
@@ -142,7 +146,7 @@ fn pages_show_what_backgrounds_show() {
                 apart(&laid, &direct)
             );
         }
-        let linear = desk.picture("direct.exr");
+        let linear = sandbox.picture("direct.exr");
         let over = exr.over(linear.rgb[0].map(f64::from));
         let apart = over
             .rgb
@@ -160,58 +164,64 @@ fn pages_show_what_backgrounds_show() {
 /// have the colour too.
 #[test]
 fn films_know_their_background() {
-    let desk = block();
-    render(&desk, "--background #e6b219 -o whole.png -o whole.exr");
+    let sandbox = block();
+    render(&sandbox, "--background #e6b219 -o whole.png -o whole.exr");
     for part in ["1/2", "2/2"] {
         render(
-            &desk,
+            &sandbox,
             &format!(
                 "--background #e6b219 --part {part} --checkpoint {}.film",
                 &part[..1]
             ),
         );
     }
-    desk.run(&["merge", "1.film", "2.film", "-o", "merged.png", "-q"])
+    sandbox
+        .run(&["merge", "1.film", "2.film", "-o", "merged.png", "-q"])
         .exits_with(0);
-    assert!(desk.picture("merged.png") == desk.picture("whole.png"));
+    assert!(sandbox.picture("merged.png") == sandbox.picture("whole.png"));
     render(
-        &desk,
+        &sandbox,
         "--background #e6b219 --spp 16 --denoise -o denoised.png --checkpoint d.film",
     );
-    desk.run(&["denoise", "d.film", "-o", "later.png", "-q"])
+    sandbox
+        .run(&["denoise", "d.film", "-o", "later.png", "-q"])
         .exits_with(0);
-    assert!(desk.picture("later.png") == desk.picture("denoised.png"));
+    assert!(sandbox.picture("later.png") == sandbox.picture("denoised.png"));
     // Another background over the same film is another picture of the same samples.
     render(
-        &desk,
+        &sandbox,
         "--background white --spp 16 --denoise --resume d.film -o white.png",
     );
-    assert_eq!(codes(&desk.picture("white.png"))[0], [255; 3]);
+    assert_eq!(codes(&sandbox.picture("white.png"))[0], [255; 3]);
     let views = "b.obj --views front,left -s 48x36 --spp 4 --background #e6b219 --sheet s.png -q";
-    desk.run(&views.split(' ').collect::<Vec<_>>())
+    sandbox
+        .run(&views.split(' ').collect::<Vec<_>>())
         .exits_with(0);
     assert!(
-        codes(&desk.picture("s.png"))
+        codes(&sandbox.picture("s.png"))
             .iter()
             .filter(|&&code| code == [230, 178, 25])
             .count()
             > 200
     );
     render(
-        &desk,
+        &sandbox,
         "--background #e6b219 -s 1x1 --zoom 0.01 --allow-empty -o one.png",
     );
-    assert_eq!(codes(&desk.picture("one.png")), [[230, 178, 25]]);
+    assert_eq!(codes(&sandbox.picture("one.png")), [[230, 178, 25]]);
 }
 
 /// Protects: a denoised shadow is smoother than a noisy one, as coverage and as colour: away from
 /// edges its pixels differ less from their neighbours.
 #[test]
 fn shadows_are_denoised() {
-    let desk = block();
+    let sandbox = block();
     let rough = |more: &str| {
-        render(&desk, &format!("--background transparent -o a.png {more}"));
-        let alpha = desk.picture("a.png").alpha.expect("coverage");
+        render(
+            &sandbox,
+            &format!("--background transparent -o a.png {more}"),
+        );
+        let alpha = sandbox.picture("a.png").alpha.expect("coverage");
         let is_shadow = |pixel: &usize| {
             alpha[pixel - 1..pixel + 2]
                 .iter()
@@ -233,13 +243,13 @@ fn shadows_are_denoised() {
 /// changes the choice.
 #[test]
 fn runs_have_one_backdrop() {
-    let desk = block();
+    let sandbox = block();
     for (name, grey) in [("bright", 0.9), ("dark", 0.02)] {
-        desk.write(
+        sandbox.write(
             format!("{name}.obj"),
             BLOCK.replace("b.mtl", &format!("{name}.mtl")),
         );
-        desk.write(
+        sandbox.write(
             format!("{name}.mtl"),
             format!("newmtl m\nKd {grey} {grey} {grey}\n"),
         );
@@ -248,9 +258,11 @@ fn runs_have_one_backdrop() {
         let count = words.matches(".obj").count();
         let name = if count == 1 { "0.png" } else { "%d.png" };
         let line = format!("{words} -s 32x24 --spp 4 --ground none -o {name} -q");
-        desk.run(&line.split(' ').collect::<Vec<_>>()).exits_with(0);
+        sandbox
+            .run(&line.split(' ').collect::<Vec<_>>())
+            .exits_with(0);
         (0..count)
-            .map(|i| codes(&desk.picture(&format!("{i}.png")))[0][0])
+            .map(|i| codes(&sandbox.picture(&format!("{i}.png")))[0][0])
             .collect::<Vec<_>>()
     };
     let [bright, dark] = ["bright.obj", "dark.obj"].map(|name| corners(name)[0]);
@@ -260,7 +272,8 @@ fn runs_have_one_backdrop() {
     assert_eq!(corners("bright.obj dark.obj --backdrop light"), [dark; 2]);
     assert_eq!(corners("dark.obj bright.obj --backdrop dark"), [bright; 2]);
     assert_eq!(corners("dark.obj bright.obj --backdrop auto"), [dark; 2]);
-    desk.run(&["render", "dark.obj", "--backdrop", "grey"])
+    sandbox
+        .run(&["render", "dark.obj", "--backdrop", "grey"])
         .exits_with(2)
-        .says_like("auto, dark or light");
+        .prints_like("auto, dark or light");
 }

@@ -5,7 +5,7 @@ use std::process::{Child, Command, Output, Stdio};
 
 use serde_json::json;
 
-use crate::support::Desk;
+use crate::support::Sandbox;
 
 /// Concatenates `count` numbered texts.
 fn many(count: usize, one: impl Fn(usize) -> String) -> String {
@@ -15,11 +15,11 @@ fn many(count: usize, one: impl Fn(usize) -> String) -> String {
 /// Runs the program with an address space of this many kibibytes; `None` where the system cannot
 /// limit it.
 #[cfg(unix)]
-fn within(desk: &Desk, kibibytes: usize, words: &str) -> Option<Output> {
+fn within(sandbox: &Sandbox, kibibytes: usize, words: &str) -> Option<Output> {
     let script = format!("ulimit -v {kibibytes} || exit 77; exec \"$0\" {words}");
     let run = Command::new("sh")
         .args(["-c", &script, env!("CARGO_BIN_EXE_raywright")])
-        .current_dir(desk.path(""))
+        .current_dir(sandbox.path(""))
         .output();
     let run = run.expect("a shell");
     if run.status.code() == Some(77) {
@@ -83,27 +83,31 @@ fn lists_of_every_kind_are_counted() {
         ),
         ("title", format!("title = \"{}\"\n", "x".repeat(20 << 20))),
     ];
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     for (kind, text) in scenes {
-        desk.write(format!("{kind}.scene.toml"), format!("format = 1\n{text}"));
+        sandbox.write(format!("{kind}.scene.toml"), format!("format = 1\n{text}"));
     }
     let materials: Vec<_> = (0..COUNT)
         .map(|i| json!({ "name": format!("m{i}"), "model": { "physical": {} } }))
         .collect();
-    desk.write(
+    sandbox.write(
         "json.scene.json",
         json!({ "format": 1, "materials": materials }).to_string(),
     );
     let nodes = vec![json!({ "name": "n" }); COUNT];
     let document = json!({ "asset": { "version": "2.0" }, "nodes": nodes, "materials": vec![json!({}); COUNT] });
-    desk.write("model.gltf", document.to_string());
-    desk.write("paint.mtl", many(3 * COUNT, |i| format!("newmtl m{i}\n")));
-    desk.write(
+    sandbox.write("model.gltf", document.to_string());
+    sandbox.write("paint.mtl", many(3 * COUNT, |i| format!("newmtl m{i}\n")));
+    sandbox.write(
         "model.obj",
         "mtllib paint.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m1\nf 1 2 3\n",
     );
-    for name in desk.names().iter().filter(|name| !name.ends_with(".mtl")) {
-        let run = desk.run(&[
+    for name in sandbox
+        .names()
+        .iter()
+        .filter(|name| !name.ends_with(".mtl"))
+    {
+        let run = sandbox.run(&[
             "render",
             name,
             "--max-memory",
@@ -129,16 +133,16 @@ fn lists_of_every_kind_are_counted() {
         );
         assert!(run.stderr.lines().count() <= 2, "{name}: {}", run.stderr);
     }
-    assert!(!desk.path("a.png").exists());
+    assert!(!sandbox.path("a.png").exists());
 }
 
 /// Protects: framing a whole scene takes little memory, however many objects the scene has.
 #[cfg(unix)]
 #[test]
 fn framing_takes_little_memory() {
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     let scatter = "kind.scatter = { count = 60000, min = [-4, -4, -4], max = [4, 4, 4] }";
-    desk.write(
+    sandbox.write(
         "many.scene.toml",
         format!(
             "format = 1\nsky.constant = 1\nmaterials = [{{ name = \"m\", model.classic = {{}} }}]\n[[generators]]\n{scatter}\n\
@@ -146,7 +150,7 @@ fn framing_takes_little_memory() {
         ),
     );
     let run = within(
-        &desk,
+        &sandbox,
         200_000,
         "render many.scene.toml --threads 1 --max-memory 60M -s 8x8 --spp 1 -o a.png",
     );
@@ -163,8 +167,8 @@ fn framing_takes_little_memory() {
 #[cfg(unix)]
 #[test]
 fn what_the_system_refuses_is_told() {
-    let desk = Desk::new();
-    desk.write(
+    let sandbox = Sandbox::new();
+    sandbox.write(
         "a.scene.toml",
         format!(
             "format = 1\n{}",
@@ -173,7 +177,7 @@ fn what_the_system_refuses_is_told() {
             ))
         ),
     );
-    for (kibibytes, words, said) in [
+    for (kibibytes, words, message) in [
         (
             200_000,
             "render a.scene.toml --threads 1 --max-memory 99G -s 8x8 -o a.png",
@@ -190,23 +194,24 @@ fn what_the_system_refuses_is_told() {
             "cannot start the threads: ",
         ),
     ] {
-        let Some(run) = within(&desk, kibibytes, words) else {
+        let Some(run) = within(&sandbox, kibibytes, words) else {
             return;
         };
         let text = String::from_utf8_lossy(&run.stderr);
         assert_eq!(run.status.code(), Some(5), "{words}: {text}");
         assert!(
-            text.starts_with(&format!("error: {said}")) && text.lines().count() == 2,
+            text.starts_with(&format!("error: {message}")) && text.lines().count() == 2,
             "{words}: {text}"
         );
     }
-    assert_eq!(desk.names(), ["a.scene.toml"]);
+    assert_eq!(sandbox.names(), ["a.scene.toml"]);
 }
 
 /// Starts a run that waits for a scene whose text never ends.
-fn waiting(desk: &Desk, words: &[&str]) -> Child {
+fn waiting(sandbox: &Sandbox, words: &[&str]) -> Child {
     let words = [&["render", "-", "-s", "8x8"], words].concat();
-    desk.command(&words)
+    sandbox
+        .command(&words)
         .stdin(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()
@@ -239,13 +244,13 @@ fn wait_for_handler(child: &Child) {
 #[cfg(unix)]
 #[test]
 fn reading_is_interrupted() {
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     for words in [
         &[][..],
         &["--threads", "2"],
         &["--views", "front,top", "--sheet", "a.png"],
     ] {
-        let mut child = waiting(&desk, words);
+        let mut child = waiting(&sandbox, words);
         let standard_input = child.stdin.take();
         wait_for_handler(&child);
         let kill = Command::new("kill")
@@ -261,7 +266,7 @@ fn reading_is_interrupted() {
             (Some(130), "error: interrupted; nothing was written\n"),
             "{words:?}"
         );
-        assert!(desk.names().is_empty());
+        assert!(sandbox.names().is_empty());
     }
 }
 
@@ -269,8 +274,8 @@ fn reading_is_interrupted() {
 #[test]
 fn reading_has_all_of_the_budget() {
     use std::io::Write as _;
-    let desk = Desk::new();
-    let mut child = waiting(&desk, &["--budget", "1h", "--spp", "1", "-o", "a.png"]);
+    let sandbox = Sandbox::new();
+    let mut child = waiting(&sandbox, &["--budget", "1h", "--spp", "1", "-o", "a.png"]);
     std::thread::sleep(std::time::Duration::from_millis(1500));
     let written = child
         .stdin
@@ -290,8 +295,8 @@ fn reading_has_all_of_the_budget() {
 /// limits.
 #[test]
 fn reading_ends_with_the_budget() {
-    let desk = Desk::new();
-    let mut child = waiting(&desk, &["--budget", "1s"]);
+    let sandbox = Sandbox::new();
+    let mut child = waiting(&sandbox, &["--budget", "1s"]);
     let standard_input = child.stdin.take();
     let run = child.wait_with_output().expect("ends");
     drop(standard_input);
@@ -301,5 +306,5 @@ fn reading_ends_with_the_budget() {
         text.starts_with("error: standard input: 1.00 s are over before it is loaded and prepared; nothing was written\n"),
         "{text}"
     );
-    assert!(desk.names().is_empty());
+    assert!(sandbox.names().is_empty());
 }

@@ -3,7 +3,7 @@
 
 use serde_json::Value;
 
-use crate::support::Desk;
+use crate::support::Sandbox;
 
 const SPHERE: &str = r#"
 format = 1
@@ -38,9 +38,9 @@ fn quick(more: &[&'static str]) -> Vec<&'static str> {
 /// Protects: the table has a row for every N, its conditions and its results.
 #[test]
 fn table_has_a_row_for_each_size() {
-    let desk = Desk::new();
-    let run = desk.run(&quick(&[]));
-    run.exits_with(0).says("");
+    let sandbox = Sandbox::new();
+    let run = sandbox.run(&quick(&[]));
+    run.exits_with(0).prints("");
     let text = run.text();
     for words in [
         "thread",
@@ -64,9 +64,9 @@ fn table_has_a_row_for_each_size() {
 /// Protects: JSON has all figures for comparing runs; missing fits are null.
 #[test]
 fn json_has_every_figure() {
-    let desk = Desk::new();
-    let run = desk.run(&quick(&["--json"]));
-    run.exits_with(0).says("");
+    let sandbox = Sandbox::new();
+    let run = sandbox.run(&quick(&["--json"]));
+    run.exits_with(0).prints("");
     let report: Value = serde_json::from_str(run.text()).expect("JSON");
     assert_eq!(
         (&report["format"], &report["threads"], &report["repeats"]),
@@ -110,8 +110,8 @@ fn json_has_every_figure() {
 /// Protects: Markdown output is a valid table: every line has as many cells as the head.
 #[test]
 fn markdown_is_a_table() {
-    let desk = Desk::new();
-    let run = desk.run(&quick(&["--markdown"]));
+    let sandbox = Sandbox::new();
+    let run = sandbox.run(&quick(&["--markdown"]));
     run.exits_with(0);
     let cells: Vec<usize> = run
         .text()
@@ -126,11 +126,12 @@ fn markdown_is_a_table() {
 /// before any measurement.
 #[test]
 fn plot_is_an_svg_file() {
-    let desk = Desk::new();
-    desk.run(&quick(&["--plot", "n.svg"]))
+    let sandbox = Sandbox::new();
+    sandbox
+        .run(&quick(&["--plot", "n.svg"]))
         .exits_with(0)
-        .says("n.svg");
-    let svg = std::fs::read_to_string(desk.path("n.svg")).expect("the plot");
+        .prints("n.svg");
+    let svg = std::fs::read_to_string(sandbox.path("n.svg")).expect("the plot");
     assert!(
         svg.starts_with("<svg") && svg.ends_with("</svg>\n") && svg.contains("scan, spheres"),
         "{svg}"
@@ -140,19 +141,20 @@ fn plot_is_an_svg_file() {
         svg.contains("prefers-color-scheme"),
         "the plot reads in light and dark:\n{svg}"
     );
-    desk.run(&quick(&["-o", "n.png"]))
+    sandbox
+        .run(&quick(&["-o", "n.png"]))
         .exits_with(2)
-        .says("error: n.png does not end in .svg, and the plot is nothing else");
-    desk.run(&quick(&["-q", "-o", "no/n.svg"])).exits_with(4);
+        .prints("error: n.png does not end in .svg, and the plot is nothing else");
+    sandbox.run(&quick(&["-q", "-o", "no/n.svg"])).exits_with(4);
 }
 
 /// Protects: a given scene is measured with camera rays and bounces, and with the changes of its
 /// flags.
 #[test]
 fn given_scenes_are_measured() {
-    let desk = Desk::new();
-    desk.write("s.scene.toml", SPHERE);
-    let run = desk.run(&[
+    let sandbox = Sandbox::new();
+    sandbox.write("s.scene.toml", SPHERE);
+    let run = sandbox.run(&[
         "bench",
         "s.scene.toml",
         "--repeats",
@@ -161,7 +163,7 @@ fn given_scenes_are_measured() {
         "0.01",
         "--json",
     ]);
-    run.exits_with(0).says("");
+    run.exits_with(0).prints("");
     let report: Value = serde_json::from_str(run.text()).expect("JSON");
     let given = &report["given"];
     assert_eq!(
@@ -177,7 +179,7 @@ fn given_scenes_are_measured() {
             .is_some_and(|rays| rays > 0),
         "{given}"
     );
-    let table = desk.run(&[
+    let table = sandbox.run(&[
         "bench",
         "s.scene.toml",
         "--repeats",
@@ -190,26 +192,30 @@ fn given_scenes_are_measured() {
         "{}",
         table.text()
     );
-    desk.run(&["bench", "s.scene.toml", "--set", "q=1"])
+    sandbox
+        .run(&["bench", "s.scene.toml", "--set", "q=1"])
         .exits_with(2);
 }
 
 /// Protects: each usage error has its promised exit code.
 #[test]
 fn mistakes_have_their_codes() {
-    let desk = Desk::new();
-    desk.write("s.scene.toml", SPHERE);
-    desk.write("empty.scene.toml", "format = 1\n");
-    desk.run(&["bench", "--max-n", "0"]).exits_with(2);
-    desk.run(&["bench", "--json", "--markdown"]).exits_with(2);
-    desk.run(&["bench", "s.scene.toml", "--max-n", "10"])
+    let sandbox = Sandbox::new();
+    sandbox.write("s.scene.toml", SPHERE);
+    sandbox.write("empty.scene.toml", "format = 1\n");
+    sandbox.run(&["bench", "--max-n", "0"]).exits_with(2);
+    sandbox
+        .run(&["bench", "--json", "--markdown"])
         .exits_with(2);
-    desk.run(&["bench", "--seconds", "0"]).exits_with(2);
-    desk.run(&["bench", "missing.glb"]).exits_with(4);
-    let empty = desk.run(&["bench", "empty.scene.toml"]);
+    sandbox
+        .run(&["bench", "s.scene.toml", "--max-n", "10"])
+        .exits_with(2);
+    sandbox.run(&["bench", "--seconds", "0"]).exits_with(2);
+    sandbox.run(&["bench", "missing.glb"]).exits_with(4);
+    let empty = sandbox.run(&["bench", "empty.scene.toml"]);
     empty
         .exits_with(3)
-        .says("error: empty.scene.toml: the scene has no object that a ray could hit");
+        .prints("error: empty.scene.toml: the scene has no object that a ray could hit");
 }
 
 /// Protects: the tree is built as `--build` says, and the report names it; an unknown rung is
@@ -217,7 +223,7 @@ fn mistakes_have_their_codes() {
 /// a tree over even ones is the same in each quality.
 #[test]
 fn the_tree_is_built_as_asked() {
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     let mut state = 1_u32;
     let mut number = move || {
         state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
@@ -237,9 +243,9 @@ fn the_tree_is_built_as_asked() {
         }
         model += "f -3 -2 -1\n";
     }
-    desk.write("uneven.obj", &model);
+    sandbox.write("uneven.obj", &model);
     let report = |quality: &str| -> Value {
-        let run = desk.run(&[
+        let run = sandbox.run(&[
             "bench",
             "uneven.obj",
             "--repeats",
@@ -264,7 +270,8 @@ fn the_tree_is_built_as_asked() {
         bytes[0] != bytes[1] && bytes[1] != bytes[2] && bytes[0] != bytes[2],
         "{bytes:?}"
     );
-    desk.run(&quick(&["--build", "slow"]))
+    sandbox
+        .run(&quick(&["--build", "slow"]))
         .exits_with(2)
-        .says_like("expected one of fast, medium, high");
+        .prints_like("expected one of fast, medium, high");
 }

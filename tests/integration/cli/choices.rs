@@ -1,6 +1,6 @@
 //! `--rung` and `--without`: from the command line to the picture and its metadata.
 
-use crate::support::Desk;
+use crate::support::Sandbox;
 
 /// A white floor under the sun, with a ball between them, and a view of the floor in the ball's
 /// shadow.
@@ -21,8 +21,8 @@ objects = [
 /// rendered again.
 #[test]
 fn choices_reach_picture_and_file() {
-    let desk = Desk::new();
-    desk.write("room.scene.toml", SCENE);
+    let sandbox = Sandbox::new();
+    sandbox.write("room.scene.toml", SCENE);
     let render = |flags: &[&str]| {
         let words = [
             &[
@@ -37,37 +37,37 @@ fn choices_reach_picture_and_file() {
             flags,
         ]
         .concat();
-        desk.run(&words).exits_with(0).says("");
-        let stored = desk.stored("a.exr");
-        let stats = std::fs::read_to_string(desk.path("s.json")).expect("a file");
+        sandbox.run(&words).exits_with(0).prints("");
+        let stored_picture = sandbox.stored("a.exr");
+        let stats = std::fs::read_to_string(sandbox.path("s.json")).expect("a file");
         let stats: serde_json::Value = serde_json::from_str(&stats).expect("JSON");
         let samples = stats["samples"].as_u64().expect("a number");
         (
-            stored.picture.rgb,
-            stored.texts["raywright_settings"].clone(),
+            stored_picture.picture.rgb,
+            stored_picture.texts["raywright_settings"].clone(),
             samples,
             stats["rays"]["shadow"].as_u64(),
         )
     };
-    let (dark, plain, samples, asked) = render(&[]);
+    let (dark, plain, samples, requested) = render(&[]);
     assert!(
-        dark.iter().all(|pixel| *pixel == [0.0; 3]) && samples == 64 && asked > Some(0),
-        "{samples} {asked:?}"
+        dark.iter().all(|pixel| *pixel == [0.0; 3]) && samples == 64 && requested > Some(0),
+        "{samples} {requested:?}"
     );
     assert!(
         !plain.contains("rung") && !plain.contains("without"),
         "{plain}"
     );
-    for (flags, told) in [
+    for (flags, message) in [
         (["--without", "shadows"], " without=shadows"),
         (["--rung", "shadows=off"], " rung:shadows=off"),
     ] {
-        let (lit, settings, _, asked) = render(&flags);
+        let (lit, settings, _, requested) = render(&flags);
         assert!(
-            lit.iter().flatten().all(|x| (x - 1.0).abs() < 1e-5) && asked == Some(0),
+            lit.iter().flatten().all(|x| (x - 1.0).abs() < 1e-5) && requested == Some(0),
             "{flags:?}: {lit:?}"
         );
-        assert_eq!(settings, format!("{plain}{told}"));
+        assert_eq!(settings, format!("{plain}{message}"));
     }
     let (_, settings, samples, _) = render(&["--rung", "samples=4"]);
     assert!(
@@ -83,8 +83,8 @@ fn choices_reach_picture_and_file() {
 /// linear picture is the same for all, and its film can be resumed with another output.
 #[test]
 fn outputs_are_what_was_asked_for() {
-    let desk = Desk::new();
-    desk.write("room.scene.toml", SCENE);
+    let sandbox = Sandbox::new();
+    sandbox.write("room.scene.toml", SCENE);
     let base = [
         "render",
         "room.scene.toml",
@@ -98,7 +98,7 @@ fn outputs_are_what_was_asked_for() {
         "none",
         "-q",
     ];
-    let render = |more: &[&str]| desk.run(&[&base[..], more].concat());
+    let render = |more: &[&str]| sandbox.run(&[&base[..], more].concat());
     for (rung, name) in [
         ("8-bit", "8.png"),
         ("8-bit-dither", "d.png"),
@@ -113,14 +113,15 @@ fn outputs_are_what_was_asked_for() {
             &format!("{name}.exr"),
         ])
         .exits_with(0)
-        .says("");
+        .prints("");
     }
     // This byte of a PNG's header is the bit depth.
-    let bits = |name: &str| std::fs::read(desk.path(name)).expect("a picture")[24];
+    let bits = |name: &str| std::fs::read(sandbox.path(name)).expect("a picture")[24];
     assert_eq!((bits("8.png"), bits("d.png"), bits("16.png")), (8, 8, 16));
     let value = 2.0_f64.powf(-0.7);
     let values = |name: &str| {
-        desk.stored(name)
+        sandbox
+            .stored(name)
             .picture
             .rgb
             .iter()
@@ -146,19 +147,19 @@ fn outputs_are_what_was_asked_for() {
         "{dithered:?}"
     );
     assert_eq!(
-        desk.stored("8.png.exr").picture.rgb,
-        desk.stored("16.png.exr").picture.rgb
+        sandbox.stored("8.png.exr").picture.rgb,
+        sandbox.stored("16.png.exr").picture.rgb
     );
 
     render(&["--rung", "output=float"]).exits_with(0);
     assert_eq!(
-        desk.stored("room.exr").picture.rgb,
-        desk.stored("8.png.exr").picture.rgb
+        sandbox.stored("room.exr").picture.rgb,
+        sandbox.stored("8.png.exr").picture.rgb
     );
-    assert!(!desk.path("room.png").exists());
+    assert!(!sandbox.path("room.png").exists());
     render(&["--rung", "output=float", "-o", "f.png"])
         .exits_with(2)
-        .says_like("all formats but OpenEXR have codes of display values");
+        .prints_like("all formats but OpenEXR have codes of display values");
 
     render(&["--checkpoint", "a.film", "-o", "a.png"]).exits_with(0);
     render(&[

@@ -2,33 +2,35 @@
 
 use serde_json::Value;
 
-use crate::support::{Desk, carried};
+use crate::support::{Sandbox, carried};
 
 /// Two pictures of the preset with different path depths.
-fn desk_with_pictures() -> Option<Desk> {
+fn desk_with_pictures() -> Option<Sandbox> {
     if !carried("whitted") {
         return None;
     }
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     let render = ["render", "preset:whitted", "--size", "48x27", "-q"];
-    desk.run(&[&render[..], &["-o", "a.exr", "-o", "a.png"]].concat())
+    sandbox
+        .run(&[&render[..], &["-o", "a.exr", "-o", "a.png"]].concat())
         .exits_with(0);
-    desk.run(
-        &[
-            &render[..],
-            &["-o", "b.exr", "-o", "b.png", "--max-depth", "2"],
-        ]
-        .concat(),
-    )
-    .exits_with(0);
-    Some(desk)
+    sandbox
+        .run(
+            &[
+                &render[..],
+                &["-o", "b.exr", "-o", "b.png", "--max-depth", "2"],
+            ]
+            .concat(),
+        )
+        .exits_with(0);
+    Some(sandbox)
 }
 
 /// Protects: a picture is identical to itself, in both formats, and passes the strictest
 /// thresholds.
 #[test]
 fn the_same_picture_is_identical() {
-    let Some(desk) = desk_with_pictures() else {
+    let Some(sandbox) = desk_with_pictures() else {
         return;
     };
     for file in ["a.exr", "a.png"] {
@@ -44,8 +46,8 @@ fn the_same_picture_is_identical() {
             "--min-psnr",
             "200",
         ];
-        let run = desk.run(&[&["compare", file, file], &strict[..]].concat());
-        run.exits_with(0).says("");
+        let run = sandbox.run(&[&["compare", file, file], &strict[..]].concat());
+        run.exits_with(0).prints("");
         assert!(
             run.text().contains("identical  yes, bit for bit\n"),
             "{}",
@@ -58,11 +60,12 @@ fn the_same_picture_is_identical() {
 /// code is 0.
 #[test]
 fn thresholds_decide_the_exit_code() {
-    let Some(desk) = desk_with_pictures() else {
+    let Some(sandbox) = desk_with_pictures() else {
         return;
     };
     let figures: Value = serde_json::from_str(
-        desk.run(&["compare", "a.exr", "b.exr", "--json"])
+        sandbox
+            .run(&["compare", "a.exr", "b.exr", "--json"])
             .exits_with(0)
             .text(),
     )
@@ -79,16 +82,17 @@ fn thresholds_decide_the_exit_code() {
         ("--max-flip", "mean FLIP", number("/flip/mean")),
     ] {
         assert!(value > 0.0, "{name}");
-        desk.run(&[
-            "compare",
-            "a.exr",
-            "b.exr",
-            flag,
-            &(value * 1.01).to_string(),
-        ])
-        .exits_with(0)
-        .says("");
-        let run = desk.run(&[
+        sandbox
+            .run(&[
+                "compare",
+                "a.exr",
+                "b.exr",
+                flag,
+                &(value * 1.01).to_string(),
+            ])
+            .exits_with(0)
+            .prints("");
+        let run = sandbox.run(&[
             "compare",
             "a.exr",
             "b.exr",
@@ -104,45 +108,49 @@ fn thresholds_decide_the_exit_code() {
         );
     }
     let psnr = number("/errors/psnr");
-    desk.run(&[
-        "compare",
-        "a.exr",
-        "b.exr",
-        "--min-psnr",
-        &(psnr - 0.1).to_string(),
-    ])
-    .exits_with(0);
-    desk.run(&[
-        "compare",
-        "a.exr",
-        "b.exr",
-        "--min-psnr",
-        &(psnr + 0.1).to_string(),
-    ])
-    .exits_with(1);
+    sandbox
+        .run(&[
+            "compare",
+            "a.exr",
+            "b.exr",
+            "--min-psnr",
+            &(psnr - 0.1).to_string(),
+        ])
+        .exits_with(0);
+    sandbox
+        .run(&[
+            "compare",
+            "a.exr",
+            "b.exr",
+            "--min-psnr",
+            &(psnr + 0.1).to_string(),
+        ])
+        .exits_with(1);
 }
 
 /// Protects: the difference picture has the pictures' size, and is written even beyond a threshold.
 #[test]
 fn the_difference_is_shown() {
-    let Some(desk) = desk_with_pictures() else {
+    let Some(sandbox) = desk_with_pictures() else {
         return;
     };
-    desk.run(&[
-        "compare",
-        "a.png",
-        "b.png",
-        "--diff",
-        "d.png",
-        "--max-rmse",
-        "0",
-    ])
-    .exits_with(1);
-    let difference = desk.picture("d.png");
+    sandbox
+        .run(&[
+            "compare",
+            "a.png",
+            "b.png",
+            "--diff",
+            "d.png",
+            "--max-rmse",
+            "0",
+        ])
+        .exits_with(1);
+    let difference = sandbox.picture("d.png");
     assert_eq!((difference.width, difference.height), (48, 27));
-    desk.run(&["compare", "a.png", "a.png", "--diff", "none.png"])
+    sandbox
+        .run(&["compare", "a.png", "a.png", "--diff", "none.png"])
         .exits_with(0);
-    let none = desk.picture("none.png");
+    let none = sandbox.picture("none.png");
     assert!(none.rgb.iter().all(|pixel| *pixel == none.rgb[0]) && none.rgb != difference.rgb);
 }
 
@@ -150,29 +158,31 @@ fn the_difference_is_shown() {
 /// display of the flags.
 #[test]
 fn unlike_kinds_meet_as_display_values() {
-    let Some(desk) = desk_with_pictures() else {
+    let Some(sandbox) = desk_with_pictures() else {
         return;
     };
     let display = ["--tonemap", "aces", "--gamma", "2.2"];
     // Codes of a PNG are rounded, by half a code at most.
-    desk.run(
-        &[
-            &["compare", "a.exr", "a.png", "--max-rmse", "0.002"],
-            &display[..],
-        ]
-        .concat(),
-    )
-    .exits_with(0);
-    desk.run(&[
-        "compare",
-        "a.exr",
-        "a.png",
-        "--max-rmse",
-        "0.002",
-        "--tonemap",
-        "none",
-    ])
-    .exits_with(1);
+    sandbox
+        .run(
+            &[
+                &["compare", "a.exr", "a.png", "--max-rmse", "0.002"],
+                &display[..],
+            ]
+            .concat(),
+        )
+        .exits_with(0);
+    sandbox
+        .run(&[
+            "compare",
+            "a.exr",
+            "a.png",
+            "--max-rmse",
+            "0.002",
+            "--tonemap",
+            "none",
+        ])
+        .exits_with(1);
     let brighter = [
         &[
             "compare",
@@ -186,21 +196,22 @@ fn unlike_kinds_meet_as_display_values() {
         &display[..],
     ]
     .concat();
-    desk.run(&brighter).exits_with(1);
+    sandbox.run(&brighter).exits_with(1);
 }
 
 /// Protects: linear pictures are displayed as recorded in the files, first in those of display
 /// values; the report names the source of the settings, or its absence; flags take precedence.
 #[test]
 fn the_display_is_the_files_own() {
-    let desk = Desk::new();
-    desk.write(
+    let sandbox = Sandbox::new();
+    sandbox.write(
         "sky.scene.toml",
         "format = 1\nsky.constant = [0.2, 0.7, 3]\n",
     );
     let render = |flags: &[&str], files: [&str; 2]| {
         let common = ["render", "sky.scene.toml", "-q", "-s", "16x8", "--spp", "1"];
-        desk.run(&[&common[..], flags, &["-o", files[0], "-o", files[1]]].concat())
+        sandbox
+            .run(&[&common[..], flags, &["-o", files[0], "-o", files[1]]].concat())
             .exits_with(0);
     };
     render(
@@ -216,7 +227,7 @@ fn the_display_is_the_files_own() {
         ["clear.exr", "clear.png"],
     );
     let shown = |files: [&str; 2], flags: &[&str]| {
-        let run = desk.run(&[&["compare"], &files[..], flags].concat());
+        let run = sandbox.run(&[&["compare"], &files[..], flags].concat());
         run.text()
             .lines()
             .find_map(|line| line.strip_prefix("shown by "))
@@ -231,15 +242,16 @@ fn the_display_is_the_files_own() {
         ["a.exr", "a.exr"],
         ["clear.exr", "clear.png"],
     ] {
-        desk.run(
-            &[
-                &["compare"],
-                &files[..],
-                &["--max-rmse", "0.002", "--max-flip", "0.02"],
-            ]
-            .concat(),
-        )
-        .exits_with(0);
+        sandbox
+            .run(
+                &[
+                    &["compare"],
+                    &files[..],
+                    &["--max-rmse", "0.002", "--max-flip", "0.02"],
+                ]
+                .concat(),
+            )
+            .exits_with(0);
     }
     let own = "tone map agx, gamma 2.2, exposure -0.5, as ";
     assert_eq!(shown(["a.exr", "a.png"], &[]), format!("{own}a.png says"));
@@ -268,13 +280,13 @@ fn coverage_is_beyond_thresholds() {
     use raywright::core::display::Display;
     use raywright::core::picture::Picture;
     use raywright::io::output::{Metadata, write_exr, write_png};
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     let write = |name: &str, alpha: Option<f32>| {
         let mut picture = Picture::new(10, 10);
         picture.alpha = alpha.map(|alpha| [vec![alpha; 25], vec![1.0; 75]].concat());
         let (png, exr) = (
-            desk.path(format!("{name}.png")),
-            desk.path(format!("{name}.exr")),
+            sandbox.path(format!("{name}.png")),
+            sandbox.path(format!("{name}.exr")),
         );
         write_png(&png, &picture, Display::PLAIN, &Metadata::default()).expect("a picture");
         write_exr(&exr, &picture, &Metadata::default()).expect("a picture");
@@ -294,16 +306,18 @@ fn coverage_is_beyond_thresholds() {
             ["cut", "filled", "opaque"].map(|name| format!("{name}.{ending}"));
         for threshold in thresholds {
             for other in [&filled, &opaque] {
-                let run = desk.run(&["compare", &cut, other, threshold[0], threshold[1]]);
-                run.exits_with(1).says_like(": coverage: ");
+                let run = sandbox.run(&["compare", &cut, other, threshold[0], threshold[1]]);
+                run.exits_with(1).prints_like(": coverage: ");
             }
-            desk.run(&["compare", &filled, &opaque, threshold[0], threshold[1]])
+            sandbox
+                .run(&["compare", &filled, &opaque, threshold[0], threshold[1]])
                 .exits_with(0);
         }
         // A quarter of the pixels differs by 1.
-        desk.run(&["compare", &cut, &filled, "--max-rmse", "0.51"])
+        sandbox
+            .run(&["compare", &cut, &filled, "--max-rmse", "0.51"])
             .exits_with(0);
-        let run = desk.run(&["compare", &cut, &filled]);
+        let run = sandbox.run(&["compare", &cut, &filled]);
         assert!(
             run.text()
                 .contains("coverage   differs by up to 1, RMSE 0.5, mean FLIP "),
@@ -320,13 +334,13 @@ fn partly_covered_pictures_are_their_own_display_pictures() {
     use raywright::core::display::Display;
     use raywright::core::picture::Picture;
     use raywright::io::output::{Metadata, write_exr, write_png};
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     let mut picture = Picture::new(8, 8);
     picture.rgb.fill([0.2, 0.1, 0.05]);
     picture.alpha = Some(vec![0.25; 64]);
-    write_exr(&desk.path("a.exr"), &picture, &Metadata::default()).expect("a picture");
+    write_exr(&sandbox.path("a.exr"), &picture, &Metadata::default()).expect("a picture");
     write_png(
-        &desk.path("a.png"),
+        &sandbox.path("a.png"),
         &picture,
         Display::PLAIN,
         &Metadata::default(),
@@ -342,7 +356,8 @@ fn partly_covered_pictures_are_their_own_display_pictures() {
         "0",
     ];
     for sides in [["a.exr", "a.png"], ["a.png", "a.exr"]] {
-        desk.run(&[&["compare"], &sides[..], &flags].concat())
+        sandbox
+            .run(&[&["compare"], &sides[..], &flags].concat())
             .exits_with(0);
     }
 }
@@ -353,7 +368,7 @@ fn partly_covered_pictures_are_their_own_display_pictures() {
 #[test]
 fn crops_keep_their_place() {
     use raywright::core::picture::DataWindow;
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     if !carried("cornell") {
         return;
     }
@@ -368,7 +383,8 @@ fn crops_keep_their_place() {
         "--crop",
     ];
     let render = |crop: &str, rest: &[&str]| {
-        desk.run(&[&common[..], &[crop], rest].concat())
+        sandbox
+            .run(&[&common[..], &[crop], rest].concat())
             .exits_with(0)
             .code
     };
@@ -388,35 +404,37 @@ fn crops_keep_their_place() {
     render("10,20,40,8", &["--denoise", "-o", "denoised.exr"]);
     render("10,20,40,8", &["--part", "1/2", "--checkpoint", "1.film"]);
     render("10,20,40,8", &["--part", "2/2", "--checkpoint", "2.film"]);
-    desk.run(&[
-        "merge",
-        "1.film",
-        "2.film",
-        "-o",
-        "merged.exr",
-        "--checkpoint",
-        "both.film",
-    ])
-    .exits_with(0);
-    desk.run(&["merge", "both.film", "-o", "again.exr"])
+    sandbox
+        .run(&[
+            "merge",
+            "1.film",
+            "2.film",
+            "-o",
+            "merged.exr",
+            "--checkpoint",
+            "both.film",
+        ])
+        .exits_with(0);
+    sandbox
+        .run(&["merge", "both.film", "-o", "again.exr"])
         .exits_with(0);
     let window = Some(DataWindow {
         origin: [10, 20],
         full: [64, 48],
     });
     for name in ["a.exr", "denoised.exr", "merged.exr", "again.exr"] {
-        assert_eq!(desk.picture(name).window, window, "{name}");
+        assert_eq!(sandbox.picture(name).window, window, "{name}");
     }
-    assert!(desk.picture("a.exr").layers.len() >= 4);
+    assert!(sandbox.picture("a.exr").layers.len() >= 4);
     render("0,0,64,48", &["-o", "whole.exr"]);
-    assert_eq!(desk.picture("whole.exr").window, None);
+    assert_eq!(sandbox.picture("whole.exr").window, None);
     render("11,20,40,8", &["-o", "b.exr"]);
-    desk.run(&["compare", "a.exr", "b.exr"]).exits_with(3).says(
+    sandbox.run(&["compare", "a.exr", "b.exr"]).exits_with(3).prints(
         "error: a.exr and b.exr: the pictures are parts of other places: 10, 20 of 64x48 and 11, 20 of 64x48\n\
         help: compare pictures of one --crop",
     );
     for other in ["merged.exr", "all.film"] {
-        let run = desk.run(&["compare", "a.exr", other, "--max-rmse", "0"]);
+        let run = sandbox.run(&["compare", "a.exr", other, "--max-rmse", "0"]);
         run.exits_with(0);
         assert!(
             run.text().contains("place      10, 20 of 64x48\n"),
@@ -424,7 +442,7 @@ fn crops_keep_their_place() {
             run.text()
         );
     }
-    let run = desk.run(&["compare", "a.exr", "a.png", "--max-rmse", "0.002"]);
+    let run = sandbox.run(&["compare", "a.exr", "a.png", "--max-rmse", "0.002"]);
     assert!(
         run.exits_with(0)
             .text()
@@ -438,35 +456,41 @@ fn crops_keep_their_place() {
 /// difference pictures are refused with an explanation.
 #[test]
 fn what_cannot_be_compared_is_explained() {
-    let Some(desk) = desk_with_pictures() else {
+    let Some(sandbox) = desk_with_pictures() else {
         return;
     };
-    desk.run(&[
-        "render",
-        "preset:whitted",
-        "--size",
-        "20x10",
-        "-q",
-        "-o",
-        "small.png",
-    ])
-    .exits_with(0);
-    desk.run(&["compare", "a.png", "small.png"])
+    sandbox
+        .run(&[
+            "render",
+            "preset:whitted",
+            "--size",
+            "20x10",
+            "-q",
+            "-o",
+            "small.png",
+        ])
+        .exits_with(0);
+    sandbox.run(&["compare", "a.png", "small.png"])
         .exits_with(3)
-        .says("error: a.png and small.png: the pictures differ in size: 48 × 27 against 20 × 10 pixels");
-    desk.write("text.png", "not a picture");
-    desk.run(&["compare", "a.png", "text.png"])
+        .prints("error: a.png and small.png: the pictures differ in size: 48 × 27 against 20 × 10 pixels");
+    sandbox.write("text.png", "not a picture");
+    sandbox
+        .run(&["compare", "a.png", "text.png"])
         .exits_with(3)
-        .says("error: text.png: no PNG, JPEG, WebP or OpenEXR picture");
-    desk.run(&["compare", "a.png", "missing.png"])
+        .prints("error: text.png: no PNG, JPEG, WebP or OpenEXR picture");
+    sandbox
+        .run(&["compare", "a.png", "missing.png"])
         .exits_with(4)
-        .says("error: cannot read missing.png: no such file or folder");
-    desk.run(&["compare", "a.png", "b.png", "--diff", "no/d.png"])
+        .prints("error: cannot read missing.png: no such file or folder");
+    sandbox
+        .run(&["compare", "a.png", "b.png", "--diff", "no/d.png"])
         .exits_with(4);
-    desk.run(&["compare", "a.png", "b.png", "--diff", "d.exr"])
+    sandbox
+        .run(&["compare", "a.png", "b.png", "--diff", "d.exr"])
         .exits_with(2)
-        .says("error: d.exr: the difference picture is a .png");
-    desk.run(&["compare", "a.png", "b.png", "--max-rmse", "-1"])
+        .prints("error: d.exr: the difference picture is a .png");
+    sandbox
+        .run(&["compare", "a.png", "b.png", "--max-rmse", "-1"])
         .exits_with(2);
 }
 
@@ -476,12 +500,12 @@ fn what_cannot_be_compared_is_explained() {
 fn numbers_that_are_none_pass_no_threshold() {
     use raywright::core::picture::Picture;
     use raywright::io::output::{Metadata, write_exr};
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     let mut picture = Picture::new(2, 1);
-    write_exr(&desk.path("black.exr"), &picture, &Metadata::default()).expect("a picture");
+    write_exr(&sandbox.path("black.exr"), &picture, &Metadata::default()).expect("a picture");
     picture.rgb[1][2] = f32::NAN;
-    write_exr(&desk.path("nan.exr"), &picture, &Metadata::default()).expect("a picture");
-    let run = desk.run(&["compare", "nan.exr", "black.exr"]);
+    write_exr(&sandbox.path("nan.exr"), &picture, &Metadata::default()).expect("a picture");
+    let run = sandbox.run(&["compare", "nan.exr", "black.exr"]);
     run.exits_with(0);
     assert!(run.text().contains("1 pixels, left out"), "{}", run.text());
     for threshold in [
@@ -489,7 +513,7 @@ fn numbers_that_are_none_pass_no_threshold() {
         ["--max-flip", "1"],
         ["--min-psnr", "0"],
     ] {
-        let run = desk.run(&[&["compare", "nan.exr", "black.exr"], &threshold[..]].concat());
+        let run = sandbox.run(&[&["compare", "nan.exr", "black.exr"], &threshold[..]].concat());
         run.exits_with(1);
         assert!(
             run.stderr.contains("1 pixels are not finite numbers"),
@@ -507,7 +531,7 @@ fn the_table_has_the_figures() {
     use raywright::core::display::Display;
     use raywright::core::picture::Picture;
     use raywright::io::output::{Metadata, write_png};
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     let mut picture = Picture::new(4, 2);
     picture.rgb = vec![[1.0, 0.0, 0.0]; 8];
     let display = Display {
@@ -515,13 +539,13 @@ fn the_table_has_the_figures() {
         ..Display::PLAIN
     };
     let write = |name: &str, picture: &Picture| {
-        write_png(&desk.path(name), picture, display, &Metadata::default()).expect("a picture")
+        write_png(&sandbox.path(name), picture, display, &Metadata::default()).expect("a picture")
     };
     write("a.png", &picture);
     picture.rgb[6] = [1.0, 0.0, 51.0 / 255.0];
     picture.rgb[2] = [252.0 / 255.0, 0.0, 0.0];
     write("b.png", &picture);
-    let run = desk.run(&["compare", "b.png", "a.png"]);
+    let run = sandbox.run(&["compare", "b.png", "a.png"]);
     run.exits_with(0);
     // √((0.2² + (3/255)²)/24) = 0.0409, and 20·log₁₀ of its inverse 27.77 dB.
     for line in [

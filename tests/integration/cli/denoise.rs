@@ -3,12 +3,13 @@
 
 use serde_json::Value;
 
-use super::films::{bits, desk, merge, render, same_bits};
-use crate::support::Desk;
+use super::films::{bits, merge, render, same_bits, sandbox};
+use crate::support::Sandbox;
 
 /// Names of a picture's layers.
-fn layers(desk: &Desk, name: &str) -> Vec<String> {
-    desk.picture(name)
+fn layers(sandbox: &Sandbox, name: &str) -> Vec<String> {
+    sandbox
+        .picture(name)
         .layers
         .into_iter()
         .map(|layer| layer.name)
@@ -20,36 +21,41 @@ fn layers(desk: &Desk, name: &str) -> Vec<String> {
 /// picture and gains layers.
 #[test]
 fn denoised_pictures_have_the_bits_of_one_run() {
-    let desk = desk();
+    let sandbox = sandbox();
     render(
-        &desk,
+        &sandbox,
         "--spp 16 --denoise -o once.png -o once.exr --checkpoint once.film",
     )
     .exits_with(0)
-    .says_like("denoised (biased), error ")
-    .says_like("(70x50, 16 samples, denoised");
-    render(&desk, "--spp 16 --denoise --threads 1 -o single.exr").exits_with(0);
-    same_bits(&desk, "single.exr", "once.exr");
-    render(&desk, "--spp 8 --denoise -o few.exr --checkpoint few.film").exits_with(0);
-    render(&desk, "--spp 16 --denoise -o more.exr --resume few.film").exits_with(0);
-    same_bits(&desk, "more.exr", "once.exr");
+    .prints_like("denoised (biased), error ")
+    .prints_like("(70x50, 16 samples, denoised");
+    render(&sandbox, "--spp 16 --denoise --threads 1 -o single.exr").exits_with(0);
+    same_bits(&sandbox, "single.exr", "once.exr");
+    render(
+        &sandbox,
+        "--spp 8 --denoise -o few.exr --checkpoint few.film",
+    )
+    .exits_with(0);
+    render(&sandbox, "--spp 16 --denoise -o more.exr --resume few.film").exits_with(0);
+    same_bits(&sandbox, "more.exr", "once.exr");
     for k in 1..=2 {
         render(
-            &desk,
+            &sandbox,
             &format!("--spp 16 --denoise --part {k}/2 --checkpoint {k}.film"),
         )
         .exits_with(0);
     }
-    merge(&desk, "2.film 1.film -o merged.exr -o merged.png")
+    merge(&sandbox, "2.film 1.film -o merged.exr -o merged.png")
         .exits_with(0)
-        .says_like("denoised (biased)");
-    same_bits(&desk, "merged.exr", "once.exr");
-    desk.run(&["denoise", "once.film", "-o", "after.exr", "-o", "after.png"])
+        .prints_like("denoised (biased)");
+    same_bits(&sandbox, "merged.exr", "once.exr");
+    sandbox
+        .run(&["denoise", "once.film", "-o", "after.exr", "-o", "after.png"])
         .exits_with(0)
-        .says_like("wrote after.exr, after.png (denoised");
+        .prints_like("wrote after.exr, after.png (denoised");
     for name in ["after", "merged"] {
-        same_bits(&desk, &format!("{name}.exr"), "once.exr");
-        same_bits(&desk, &format!("{name}.png"), "once.png");
+        same_bits(&sandbox, &format!("{name}.exr"), "once.exr");
+        same_bits(&sandbox, &format!("{name}.png"), "once.png");
     }
     let names = [
         "denoised.B",
@@ -59,19 +65,19 @@ fn denoised_pictures_have_the_bits_of_one_run() {
         "denoised.stderr.G",
         "denoised.stderr.R",
     ];
-    let mut found = layers(&desk, "once.exr");
+    let mut found = layers(&sandbox, "once.exr");
     found.sort();
     assert_eq!(found, names);
     // From 64 samples on, a picture has the same replicates with and without denoising.
-    render(&desk, "--spp 64 --denoise -o dear.exr -o dear.png").exits_with(0);
-    render(&desk, "--spp 64 -o plain.exr -o plain.png").exits_with(0);
+    render(&sandbox, "--spp 64 --denoise -o dear.exr -o dear.png").exits_with(0);
+    render(&sandbox, "--spp 64 -o plain.exr -o plain.png").exits_with(0);
     assert_eq!(
-        bits(&desk.picture("dear.exr"))[0],
-        bits(&desk.picture("plain.exr"))[0]
+        bits(&sandbox.picture("dear.exr"))[0],
+        bits(&sandbox.picture("plain.exr"))[0]
     );
     assert_ne!(
-        bits(&desk.picture("dear.png")),
-        bits(&desk.picture("plain.png"))
+        bits(&sandbox.picture("dear.png")),
+        bits(&sandbox.picture("plain.png"))
     );
 }
 
@@ -79,26 +85,26 @@ fn denoised_pictures_have_the_bits_of_one_run() {
 /// one's, and `--max-error` applies to it.
 #[test]
 fn denoised_pictures_have_a_claim_of_their_own() {
-    let desk = desk();
+    let sandbox = sandbox();
     let stats = |words: &str| -> Value {
-        render(&desk, &format!("{words} -o a.png --stats a.json")).exits_with(0);
-        serde_json::from_slice(&std::fs::read(desk.path("a.json")).expect("statistics"))
+        render(&sandbox, &format!("{words} -o a.png --stats a.json")).exits_with(0);
+        serde_json::from_slice(&std::fs::read(sandbox.path("a.json")).expect("statistics"))
             .expect("JSON")
     };
-    let told = stats("--spp 64 --denoise");
-    let (error, denoised) = (&told["error"], &told["denoised"]);
+    let printed = stats("--spp 64 --denoise");
+    let (error, denoised) = (&printed["error"], &printed["denoised"]);
     for key in error.as_object().expect("an error").keys() {
         assert!(denoised.get(key).is_some(), "{key}: {denoised}");
     }
     assert!(
         denoised["root_relmse"]["value"].as_f64() < error["root_relmse"]["value"].as_f64(),
-        "{told}"
+        "{printed}"
     );
     assert!(
         denoised["brightened"]
             .as_f64()
             .is_some_and(|light| light.abs() < 0.1),
-        "{told}"
+        "{printed}"
     );
     let samples = |words: &str| stats(words)["samples"].as_u64().expect("samples");
     let (plain, fewer) = (
@@ -112,20 +118,24 @@ fn denoised_pictures_have_a_claim_of_their_own() {
 /// black, with finite values everywhere.
 #[test]
 fn crops_and_transparent_pictures_are_denoised() {
-    let desk = desk();
-    desk.write(
+    let sandbox = sandbox();
+    sandbox.write(
         "a.obj",
         "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0.3 0.2 1\nf 1 2 3\nf 1 2 4\nf 1 4 3\nf 2 3 4\n",
     );
     let words = "render a.obj --ground none --background transparent --size 40x30 --spp 16 --denoise -o a.exr -o a.png";
-    desk.run(&words.split(' ').collect::<Vec<_>>())
+    sandbox
+        .run(&words.split(' ').collect::<Vec<_>>())
         .exits_with(0)
-        .says_like("denoised (biased)");
-    render(&desk, "--spp 16 --denoise --crop 20,10,33,21 -o crop.exr")
-        .exits_with(0)
-        .says_like("(33x21, 16 samples, denoised (biased)");
+        .prints_like("denoised (biased)");
+    render(
+        &sandbox,
+        "--spp 16 --denoise --crop 20,10,33,21 -o crop.exr",
+    )
+    .exits_with(0)
+    .prints_like("(33x21, 16 samples, denoised (biased)");
     for (name, pixels) in [("a.exr", 40 * 30), ("crop.exr", 33 * 21)] {
-        let layers: Vec<_> = desk
+        let layers: Vec<_> = sandbox
             .picture(name)
             .layers
             .into_iter()
@@ -138,11 +148,11 @@ fn crops_and_transparent_pictures_are_denoised() {
         );
         assert_eq!(layers.len(), 6, "{name}");
     }
-    let shown = image::open(desk.path("a.png"))
+    let image = image::open(sandbox.path("a.png"))
         .expect("a picture")
         .into_rgba8();
     assert_eq!(
-        (shown.get_pixel(0, 0).0, shown.get_pixel(20, 15).0[3]),
+        (image.get_pixel(0, 0).0, image.get_pixel(20, 15).0[3]),
         ([0; 4], 255)
     );
 }
@@ -151,76 +161,88 @@ fn crops_and_transparent_pictures_are_denoised() {
 #[test]
 fn denoised_pictures_by_rays_alone_say_their_error() {
     let words = "render preset:whitted --size 33x21 --spp 16 --denoise -o a.png";
-    let desk = desk();
-    desk.run(&words.split(' ').collect::<Vec<_>>())
+    let sandbox = sandbox();
+    sandbox
+        .run(&words.split(' ').collect::<Vec<_>>())
         .exits_with(0)
-        .says_like("(33x21, 16 samples, denoised (biased), error ");
+        .prints_like("(33x21, 16 samples, denoised (biased), error ");
 }
 
 /// Protects: impossible denoising is refused with a reason, before the render where possible; a
 /// quick preview is made without it.
 #[test]
 fn what_can_not_be_denoised_says_why() {
-    let desk = desk();
-    render(&desk, "--spp 4 --denoise")
+    let sandbox = sandbox();
+    render(&sandbox, "--spp 4 --denoise")
         .exits_with(2)
-        .says_like("fewer than 8 samples do not tell noise from what is seen");
-    render(&desk, "--denoise --rung reconstruction=unbiased")
+        .prints_like("fewer than 8 samples do not tell noise from what is seen");
+    render(&sandbox, "--denoise --rung reconstruction=unbiased")
         .exits_with(2)
-        .says_like("--denoise");
-    render(&desk, "--spp 64 -o a.png --checkpoint plain.film").exits_with(0);
-    desk.run(&["denoise", "plain.film", "-o", "b.png"])
+        .prints_like("--denoise");
+    render(&sandbox, "--spp 64 -o a.png --checkpoint plain.film").exits_with(0);
+    sandbox
+        .run(&["denoise", "plain.film", "-o", "b.png"])
         .exits_with(3)
-        .says_like("plain.film: it has no layer `emission`")
-        .says_like("--denoise");
+        .prints_like("plain.film: it has no layer `emission`")
+        .prints_like("--denoise");
     render(
-        &desk,
+        &sandbox,
         "--spp 32 --aov albedo,normal,emission,depth -o a.exr --checkpoint two.film",
     )
     .exits_with(0);
-    desk.run(&["denoise", "two.film", "-o", "b.png"])
+    sandbox
+        .run(&["denoise", "two.film", "-o", "b.png"])
         .exits_with(3)
-        .says_like("fewer than four replicates");
-    render(&desk, "--spp 16 --denoise -o b.png --resume plain.film")
+        .prints_like("fewer than four replicates");
+    render(&sandbox, "--spp 16 --denoise -o b.png --resume plain.film")
         .exits_with(3)
-        .says_like("it is of another picture");
+        .prints_like("it is of another picture");
     assert!(
-        !desk.names().iter().any(|name| name == "b.png"),
+        !sandbox.names().iter().any(|name| name == "b.png"),
         "{:?}",
-        desk.names()
+        sandbox.names()
     );
     render(
-        &desk,
+        &sandbox,
         "--spp 64 --aov albedo,normal,emission,depth -o a.exr --checkpoint four.film",
     )
     .exits_with(0);
-    desk.run(&["denoise", "four.film", "-o", "b.png"])
+    sandbox
+        .run(&["denoise", "four.film", "-o", "b.png"])
         .exits_with(0);
-    render(&desk, "--rung samples=64,reconstruction=denoised -o c.png")
-        .exits_with(0)
-        .says_like("denoised (biased)");
-    desk.write(
+    render(
+        &sandbox,
+        "--rung samples=64,reconstruction=denoised -o c.png",
+    )
+    .exits_with(0)
+    .prints_like("denoised (biased)");
+    sandbox.write(
         "calm.scene.toml",
         "format = 1\nsky.constant = 0.5\n[render]\npattern = \"corners\"\nsize = [8, 8]\n",
     );
-    desk.run(&["render", "calm.scene.toml", "--denoise"])
+    sandbox
+        .run(&["render", "calm.scene.toml", "--denoise"])
         .exits_with(0)
-        .says_like("nothing in this picture is by chance");
-    desk.run(&["render", "calm.scene.toml", "--quick"])
+        .prints_like("nothing in this picture is by chance");
+    sandbox
+        .run(&["render", "calm.scene.toml", "--quick"])
         .exits_with(0)
-        .says_like("(4x4, 4 samples");
-    desk.run(&["render", "calm.scene.toml", "--quick", "-s", "9x7"])
+        .prints_like("(4x4, 4 samples");
+    sandbox
+        .run(&["render", "calm.scene.toml", "--quick", "-s", "9x7"])
         .exits_with(0)
-        .says_like("(9x7, 4 samples");
-    desk.run(&["render", "preset:whitted", "--quick", "-s", "0x7"])
+        .prints_like("(9x7, 4 samples");
+    sandbox
+        .run(&["render", "preset:whitted", "--quick", "-s", "0x7"])
         .exits_with(2);
-    desk.write(
+    sandbox.write(
         "bright.scene.toml",
-        std::fs::read_to_string(desk.path("room.scene.toml"))
+        std::fs::read_to_string(sandbox.path("room.scene.toml"))
             .expect("a scene")
             .replace("samples = 6", "samples = 40"),
     );
-    desk.run(&["render", "bright.scene.toml", "--quick", "--size", "70x50"])
+    sandbox
+        .run(&["render", "bright.scene.toml", "--quick", "--size", "70x50"])
         .exits_with(0)
-        .says_like("(70x50, 16 samples, denoised");
+        .prints_like("(70x50, 16 samples, denoised");
 }

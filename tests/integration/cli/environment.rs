@@ -1,6 +1,6 @@
 //! `--env`, `--env-rotation`, `--env-strength`: another sky from the command line.
 
-use crate::support::Desk;
+use crate::support::Sandbox;
 
 const FLOOR: &str = r#"
 format = 1
@@ -21,17 +21,19 @@ cameras = [{ pose.look_at = { eye = [0, 1, 4], target = [0, 0, 0] }, projection.
 /// Protects: a floor under another sky has that light, scaled as requested; `none` means no light;
 /// errors have their kind, and the environment's own file is never overwritten.
 #[test]
-fn another_sky() {
-    let desk = Desk::new();
-    desk.write("floor.scene.toml", FLOOR);
-    desk.write("sky.scene.toml", SKY);
-    desk.run(&["render", "sky.scene.toml", "-o", "sky.exr", "-q"])
+fn environments_replace_the_sky() {
+    let sandbox = Sandbox::new();
+    sandbox.write("floor.scene.toml", FLOOR);
+    sandbox.write("sky.scene.toml", SKY);
+    sandbox
+        .run(&["render", "sky.scene.toml", "-o", "sky.exr", "-q"])
         .exits_with(0);
     let floor = |flags: &[&str]| {
-        desk.run(&[&["render", "floor.scene.toml", "-o", "a.exr", "-q"], flags].concat())
+        sandbox
+            .run(&[&["render", "floor.scene.toml", "-o", "a.exr", "-q"], flags].concat())
             .exits_with(0)
-            .says("");
-        let rgb = desk.picture("a.exr").rgb;
+            .prints("");
+        let rgb = sandbox.picture("a.exr").rgb;
         [0, 1, 2].map(|k| rgb.iter().map(|pixel| pixel[k]).sum::<f32>() / rgb.len() as f32)
     };
     let near = |found: [f32; 3], expected: [f32; 3]| {
@@ -72,15 +74,15 @@ fn another_sky() {
             "--env-strength",
         ),
     ] {
-        let run = desk.run(&[&["render", "floor.scene.toml", "-o", "b.exr"], flags].concat());
+        let run = sandbox.run(&[&["render", "floor.scene.toml", "-o", "b.exr"], flags].concat());
         assert!(
             run.exits_with(code).stderr.contains(words),
             "{flags:?}: {}",
             run.stderr
         );
     }
-    let before = std::fs::read(desk.path("sky.exr")).expect("a file");
-    let run = desk.run(&[
+    let before = std::fs::read(sandbox.path("sky.exr")).expect("a file");
+    let run = sandbox.run(&[
         "render",
         "floor.scene.toml",
         "--env",
@@ -89,7 +91,7 @@ fn another_sky() {
         "sky.exr",
     ]);
     assert!(
-        run.code != Some(0) && std::fs::read(desk.path("sky.exr")).expect("a file") == before,
+        run.code != Some(0) && std::fs::read(sandbox.path("sky.exr")).expect("a file") == before,
         "{}",
         run.stderr
     );

@@ -5,7 +5,7 @@ use std::fs;
 use raywright::io::output::read_film;
 use raywright::io::{ErrorKind, Limits};
 
-use crate::support::{Desk, Run};
+use crate::support::{ProgramRun, Sandbox};
 
 const SCENE: &str = r#"
 format = 1
@@ -22,14 +22,14 @@ shape.sphere = { centre = [0, 0, 0], radius = 1 }
 material = "white"
 "#;
 
-fn desk() -> Desk {
-    let desk = Desk::new();
-    desk.write("ball.scene.toml", SCENE);
-    render(&desk, "-o a.png --checkpoint a.film").exits_with(0);
-    desk
+fn sandbox() -> Sandbox {
+    let sandbox = Sandbox::new();
+    sandbox.write("ball.scene.toml", SCENE);
+    render(&sandbox, "-o a.png --checkpoint a.film").exits_with(0);
+    sandbox
 }
 
-fn render(desk: &Desk, words: &str) -> Run {
+fn render(sandbox: &Sandbox, words: &str) -> ProgramRun {
     let first = [
         "render",
         "ball.scene.toml",
@@ -37,7 +37,7 @@ fn render(desk: &Desk, words: &str) -> Run {
         "path",
         "--progress=none",
     ];
-    desk.run(
+    sandbox.run(
         &first
             .into_iter()
             .chain(words.split_whitespace())
@@ -45,8 +45,8 @@ fn render(desk: &Desk, words: &str) -> Run {
     )
 }
 
-fn merge(desk: &Desk, words: &str) -> Run {
-    desk.run(
+fn merge(sandbox: &Sandbox, words: &str) -> ProgramRun {
+    sandbox.run(
         &["merge"]
             .into_iter()
             .chain(words.split_whitespace())
@@ -58,10 +58,10 @@ fn merge(desk: &Desk, words: &str) -> Run {
 /// refused one byte below with name and amount, by every command that reads films.
 #[test]
 fn a_film_over_the_limit_is_refused() {
-    let desk = desk();
-    let path = desk.path("a.film");
-    let whole = read_film(&path, &Limits::default()).expect("a film");
-    let needed = whole
+    let sandbox = sandbox();
+    let path = sandbox.path("a.film");
+    let kept_film = read_film(&path, &Limits::default()).expect("a film");
+    let needed = kept_film
         .film
         .header()
         .bytes()
@@ -78,19 +78,22 @@ fn a_film_over_the_limit_is_refused() {
     assert!(within(needed).is_ok());
     let refused = within(needed - 1).expect_err("one byte too few");
     assert_eq!(refused.kind(), ErrorKind::Limit, "{refused}");
-    let before = desk.names();
+    let before = sandbox.names();
     for run in [
-        merge(&desk, "a.film -o b.png --max-memory 1K"),
-        render(&desk, "--spp 8 --resume a.film -o b.png --max-memory 10K"),
-        render(&desk, "--replay a.film -o b.png --max-memory 10K"),
+        merge(&sandbox, "a.film -o b.png --max-memory 1K"),
+        render(
+            &sandbox,
+            "--spp 8 --resume a.film -o b.png --max-memory 10K",
+        ),
+        render(&sandbox, "--replay a.film -o b.png --max-memory 10K"),
     ] {
         run.exits_with(5);
     }
-    merge(&desk, "a.film -o b.png --max-memory 1K")
-        .says_like("a.film: its picture needs ")
-        .says_like("and the limit is 1 KiB")
-        .says_like("--max-memory");
-    assert_eq!(desk.names(), before);
+    merge(&sandbox, "a.film -o b.png --max-memory 1K")
+        .prints_like("a.film: its picture needs ")
+        .prints_like("and the limit is 1 KiB")
+        .prints_like("--max-memory");
+    assert_eq!(sandbox.names(), before);
 }
 
 /// Protects: every kind of invalid film has its own message, with the exit code of wrong input and
@@ -98,8 +101,8 @@ fn a_film_over_the_limit_is_refused() {
 /// long.
 #[test]
 fn what_is_no_film_says_why() {
-    let desk = desk();
-    let whole = fs::read(desk.path("a.film")).expect("a film");
+    let sandbox = sandbox();
+    let whole = fs::read(sandbox.path("a.film")).expect("a film");
     let changed = |place: usize, byte: u8| {
         let mut bytes = whole.clone();
         bytes[place] = byte;
@@ -146,23 +149,23 @@ fn what_is_no_film_says_why() {
         ([&whole[..], b"x"].concat(), "something follows its end"),
     ];
     for (bytes, reason) in cases {
-        desk.write("b.film", bytes);
-        let before = desk.names();
+        sandbox.write("b.film", bytes);
+        let before = sandbox.names();
         for run in [
-            merge(&desk, "b.film -o b.png"),
-            render(&desk, "--spp 8 --resume b.film -o b.png"),
+            merge(&sandbox, "b.film -o b.png"),
+            render(&sandbox, "--spp 8 --resume b.film -o b.png"),
         ] {
-            run.exits_with(3).says_like(&format!("b.film: {reason}"));
+            run.exits_with(3).prints_like(&format!("b.film: {reason}"));
         }
-        assert_eq!(desk.names(), before, "{reason}");
+        assert_eq!(sandbox.names(), before, "{reason}");
     }
-    fs::create_dir(desk.path("c.film")).expect("a folder");
+    fs::create_dir(sandbox.path("c.film")).expect("a folder");
     for run in [
-        merge(&desk, "c.film -o b.png"),
-        render(&desk, "--spp 8 --resume c.film -o b.png"),
-        merge(&desk, "d.film -o b.png"),
+        merge(&sandbox, "c.film -o b.png"),
+        render(&sandbox, "--spp 8 --resume c.film -o b.png"),
+        merge(&sandbox, "d.film -o b.png"),
     ] {
-        run.exits_with(4).says_like("cannot read ");
+        run.exits_with(4).prints_like("cannot read ");
     }
 }
 
@@ -170,17 +173,18 @@ fn what_is_no_film_says_why() {
 /// samples may differ.
 #[test]
 fn a_film_of_another_version_is_refused() {
-    let desk = desk();
-    let mut kept = read_film(&desk.path("a.film"), &Limits::default()).expect("a film");
-    kept.metadata.software = "Raywright 0.0.1".to_owned();
-    raywright::io::output::write_film(&desk.path("b.film"), &mut kept).expect("it can be written");
+    let sandbox = sandbox();
+    let mut kept_film = read_film(&sandbox.path("a.film"), &Limits::default()).expect("a film");
+    kept_film.metadata.software = "Raywright 0.0.1".to_owned();
+    raywright::io::output::write_film(&sandbox.path("b.film"), &mut kept_film)
+        .expect("it can be written");
     for run in [
-        merge(&desk, "b.film -o b.png"),
-        merge(&desk, "a.film b.film -o b.png"),
-        render(&desk, "--spp 8 --resume b.film -o b.png"),
-        render(&desk, "--replay b.film -o b.png"),
+        merge(&sandbox, "b.film -o b.png"),
+        merge(&sandbox, "a.film b.film -o b.png"),
+        render(&sandbox, "--spp 8 --resume b.film -o b.png"),
+        render(&sandbox, "--replay b.film -o b.png"),
     ] {
         run.exits_with(3)
-            .says_like("b.film: it was made by Raywright 0.0.1, and this is ");
+            .prints_like("b.film: it was made by Raywright 0.0.1, and this is ");
     }
 }

@@ -6,7 +6,7 @@ use std::process::Command;
 
 use raywright::core::picture::Picture;
 
-use crate::support::Desk;
+use crate::support::Sandbox;
 
 /// A lamp, a glass ball, a rough floor and a lens: every use of random numbers, in 70 × 50 pixels,
 /// which are six tiles.
@@ -39,14 +39,14 @@ material = "glass"
 
 const LAYERS: &str = "--aov=albedo,normal,position,depth,object,samples,stderr";
 
-pub(super) fn desk() -> Desk {
-    let desk = Desk::new();
-    desk.write("room.scene.toml", SCENE);
-    desk
+pub(super) fn sandbox() -> Sandbox {
+    let sandbox = Sandbox::new();
+    sandbox.write("room.scene.toml", SCENE);
+    sandbox
 }
 
 /// Renders the scene with these further flags.
-pub(super) fn render(desk: &Desk, words: &str) -> crate::support::Run {
+pub(super) fn render(sandbox: &Sandbox, words: &str) -> crate::support::ProgramRun {
     let first = [
         "render",
         "room.scene.toml",
@@ -54,7 +54,7 @@ pub(super) fn render(desk: &Desk, words: &str) -> crate::support::Run {
         "path",
         "--progress=none",
     ];
-    desk.run(
+    sandbox.run(
         &first
             .into_iter()
             .chain(words.split_whitespace())
@@ -62,8 +62,8 @@ pub(super) fn render(desk: &Desk, words: &str) -> crate::support::Run {
     )
 }
 
-pub(super) fn merge(desk: &Desk, words: &str) -> crate::support::Run {
-    desk.run(
+pub(super) fn merge(sandbox: &Sandbox, words: &str) -> crate::support::ProgramRun {
+    sandbox.run(
         &["merge"]
             .into_iter()
             .chain(words.split_whitespace())
@@ -100,8 +100,8 @@ pub(super) fn bits(picture: &Picture) -> Vec<(String, Vec<u32>)> {
 }
 
 #[track_caller]
-pub(super) fn same_bits(desk: &Desk, one: &str, other: &str) {
-    let (one_bits, other_bits) = (bits(&desk.picture(one)), bits(&desk.picture(other)));
+pub(super) fn same_bits(sandbox: &Sandbox, one: &str, other: &str) {
+    let (one_bits, other_bits) = (bits(&sandbox.picture(one)), bits(&sandbox.picture(other)));
     assert_eq!(one_bits.len(), other_bits.len());
     for (a, b) in one_bits.iter().zip(&other_bits) {
         assert!(a == b, "{one} and {other} differ in {}", a.0);
@@ -113,35 +113,36 @@ pub(super) fn same_bits(desk: &Desk, one: &str, other: &str) {
 /// the checkpoint.
 #[test]
 fn more_samples_later_have_the_bits_of_one_run() {
-    let desk = desk();
+    let sandbox = sandbox();
     render(
-        &desk,
+        &sandbox,
         &format!("--spp 5 {LAYERS} -o few.exr --checkpoint a.film"),
     )
     .exits_with(0)
-    .says_like("wrote few.exr, a.film (70x50, 5 samples");
+    .prints_like("wrote few.exr, a.film (70x50, 5 samples");
     render(
-        &desk,
+        &sandbox,
         &format!("--spp 21 {LAYERS} -o more.exr --resume a.film --checkpoint a.film --threads 1"),
     )
     .exits_with(0);
     render(
-        &desk,
+        &sandbox,
         &format!("--spp 90 {LAYERS} -o many.exr --resume a.film --accel linear"),
     )
     .exits_with(0);
-    render(&desk, &format!("--spp 21 {LAYERS} -o more-once.exr")).exits_with(0);
-    render(&desk, &format!("--spp 90 {LAYERS} -o many-once.exr")).exits_with(0);
-    same_bits(&desk, "more.exr", "more-once.exr");
-    same_bits(&desk, "many.exr", "many-once.exr");
+    render(&sandbox, &format!("--spp 21 {LAYERS} -o more-once.exr")).exits_with(0);
+    render(&sandbox, &format!("--spp 90 {LAYERS} -o many-once.exr")).exits_with(0);
+    same_bits(&sandbox, "more.exr", "more-once.exr");
+    same_bits(&sandbox, "many.exr", "many-once.exr");
     assert_eq!(
-        desk.names()
+        sandbox
+            .names()
             .iter()
             .filter(|name| name.starts_with('.'))
             .count(),
         0,
         "{:?}",
-        desk.names()
+        sandbox.names()
     );
 }
 
@@ -150,24 +151,31 @@ fn more_samples_later_have_the_bits_of_one_run() {
 /// original or other settings.
 #[test]
 fn parts_have_the_bits_of_one_run() {
-    let desk = desk();
+    let sandbox = sandbox();
     let all = format!("--spp 9 --crop 3,2,66,40 --background transparent --exposure 1 {LAYERS}");
-    render(&desk, &format!("{all} -o once.exr -o once.png")).exits_with(0);
+    render(&sandbox, &format!("{all} -o once.exr -o once.png")).exits_with(0);
     for k in 1..=4 {
-        render(&desk, &format!("{all} --part {k}/4 --checkpoint {k}.film")).exits_with(0);
+        render(
+            &sandbox,
+            &format!("{all} --part {k}/4 --checkpoint {k}.film"),
+        )
+        .exits_with(0);
     }
-    merge(&desk, "3.film 1.film 4.film 2.film -o all.exr -o all.png")
-        .exits_with(0)
-        .says_like("wrote all.exr, all.png (4 parts");
-    same_bits(&desk, "all.exr", "once.exr");
-    same_bits(&desk, "all.png", "once.png");
-    merge(&desk, "2.film 4.film --checkpoint even.film").exits_with(0);
-    merge(&desk, "1.film even.film 3.film -o steps.exr").exits_with(0);
-    same_bits(&desk, "steps.exr", "once.exr");
+    merge(
+        &sandbox,
+        "3.film 1.film 4.film 2.film -o all.exr -o all.png",
+    )
+    .exits_with(0)
+    .prints_like("wrote all.exr, all.png (4 parts");
+    same_bits(&sandbox, "all.exr", "once.exr");
+    same_bits(&sandbox, "all.png", "once.png");
+    merge(&sandbox, "2.film 4.film --checkpoint even.film").exits_with(0);
+    merge(&sandbox, "1.film even.film 3.film -o steps.exr").exits_with(0);
+    same_bits(&sandbox, "steps.exr", "once.exr");
     // The union of parts can be resumed by a single run.
-    merge(&desk, "1.film 3.film even.film --checkpoint whole.film").exits_with(0);
+    merge(&sandbox, "1.film 3.film even.film --checkpoint whole.film").exits_with(0);
     render(
-        &desk,
+        &sandbox,
         &format!(
             "{} -o more.exr --resume whole.film",
             all.replace("--spp 9", "--spp 20")
@@ -175,13 +183,13 @@ fn parts_have_the_bits_of_one_run() {
     )
     .exits_with(0);
     render(
-        &desk,
+        &sandbox,
         &format!("{} -o more-once.exr", all.replace("--spp 9", "--spp 20")),
     )
     .exits_with(0);
-    same_bits(&desk, "more.exr", "more-once.exr");
-    merge(&desk, "whole.film -o dark.png --exposure -3").exits_with(0);
-    let sum = |name: &str| desk.picture(name).rgb.iter().flatten().sum::<f32>();
+    same_bits(&sandbox, "more.exr", "more-once.exr");
+    merge(&sandbox, "whole.film -o dark.png --exposure -3").exits_with(0);
+    let sum = |name: &str| sandbox.picture(name).rgb.iter().flatten().sum::<f32>();
     assert!(sum("dark.png") < 0.5 * sum("once.png"));
 }
 
@@ -189,7 +197,7 @@ fn parts_have_the_bits_of_one_run() {
 /// by name, without a picture.
 #[test]
 fn what_is_no_part_is_refused() {
-    let desk = desk();
+    let sandbox = sandbox();
     for (name, words) in [
         ("1", "--part 1/3"),
         ("2", "--part 2/3"),
@@ -199,7 +207,7 @@ fn what_is_no_part_is_refused() {
         ("rung", "--rung light-sampling=lights"),
     ] {
         render(
-            &desk,
+            &sandbox,
             &format!(
                 "--spp 2 {words} --checkpoint {name}.film {}",
                 if words.contains("part") {
@@ -211,37 +219,37 @@ fn what_is_no_part_is_refused() {
         )
         .exits_with(0);
     }
-    let before = desk.names();
-    let missing = merge(&desk, "1.film 3.film -o all.png");
+    let before = sandbox.names();
+    let missing = merge(&sandbox, "1.film 3.film -o all.png");
     missing
         .exits_with(3)
-        .says_like("error: parts are missing, or were not finished: 2 of 6 tiles (");
-    merge(&desk, "1.film 2.film 1.film 3.film -o all.png")
+        .prints_like("error: parts are missing, or were not finished: 2 of 6 tiles (");
+    merge(&sandbox, "1.film 2.film 1.film 3.film -o all.png")
         .exits_with(3)
-        .says_like("1.film: it holds samples that a part before it holds too");
-    merge(&desk, "1.film seed.film -o all.png")
+        .prints_like("1.film: it holds samples that a part before it holds too");
+    merge(&sandbox, "1.film seed.film -o all.png")
         .exits_with(3)
-        .says_like("seed.film: it is not of the picture of 1.film: the seed differs");
-    merge(&desk, "1.film depth.film -o all.png")
+        .prints_like("seed.film: it is not of the picture of 1.film: the seed differs");
+    merge(&sandbox, "1.film depth.film -o all.png")
         .exits_with(3)
-        .says_like("the maximum depth differs");
-    merge(&desk, "1.film rung.film -o all.png")
+        .prints_like("the maximum depth differs");
+    merge(&sandbox, "1.film rung.film -o all.png")
         .exits_with(3)
-        .says_like("the light sampling differs");
-    merge(&desk, "1.film gone.film -o all.png")
+        .prints_like("the light sampling differs");
+    merge(&sandbox, "1.film gone.film -o all.png")
         .exits_with(4)
-        .says_like("cannot read gone.film: no such file or folder");
-    merge(&desk, "1.film room.scene.toml -o all.png")
+        .prints_like("cannot read gone.film: no such file or folder");
+    merge(&sandbox, "1.film room.scene.toml -o all.png")
         .exits_with(3)
-        .says_like("room.scene.toml: it is not a film");
-    merge(&desk, "1.film -o 1.film").exits_with(2);
-    merge(&desk, "1.film 2.film --checkpoint 2.film")
+        .prints_like("room.scene.toml: it is not a film");
+    merge(&sandbox, "1.film -o 1.film").exits_with(2);
+    merge(&sandbox, "1.film 2.film --checkpoint 2.film")
         .exits_with(2)
-        .says_like("cannot write 2.film: this run reads it");
-    merge(&desk, "1.film 2.film").exits_with(2);
-    assert_eq!(desk.names(), before);
-    merge(&desk, "1.film 3.film -o some.png --unfinished").exits_with(0);
-    assert!(desk.picture("some.png").rgb.contains(&[0.0; 3]));
+        .prints_like("cannot write 2.film: this run reads it");
+    merge(&sandbox, "1.film 2.film").exits_with(2);
+    assert_eq!(sandbox.names(), before);
+    merge(&sandbox, "1.film 3.film -o some.png --unfinished").exits_with(0);
+    assert!(sandbox.picture("some.png").rgb.contains(&[0.0; 3]));
 }
 
 /// Protects: a film of another scene, file content or flag, or with more samples than requested, is
@@ -249,11 +257,11 @@ fn what_is_no_part_is_refused() {
 /// differ.
 #[test]
 fn another_picture_is_not_gone_on_from() {
-    let desk = desk();
-    render(&desk, "--spp 40 --checkpoint a.film -o a.png").exits_with(0);
+    let sandbox = sandbox();
+    render(&sandbox, "--spp 40 --checkpoint a.film -o a.png").exits_with(0);
     let refused = |words: &str, cause: &str| {
-        let run = render(&desk, &format!("{words} --resume a.film -o b.png"));
-        run.exits_with(3).says_like(&format!(
+        let run = render(&sandbox, &format!("{words} --resume a.film -o b.png"));
+        run.exits_with(3).prints_like(&format!(
             "a.film: it is of another picture: the {cause} differs"
         ));
     };
@@ -265,42 +273,42 @@ fn another_picture_is_not_gone_on_from() {
     refused("--spp 80 --without shadows", "list of effects switched off");
     refused("--spp 80 --aov depth --checkpoint b.film", "list of layers");
     refused("--spp 80 --precision reference", "precision");
-    render(&desk, "--spp 64 --resume a.film -o b.png")
+    render(&sandbox, "--spp 64 --resume a.film -o b.png")
         .exits_with(2)
-        .says_like("its 40 samples a pixel cannot become 64\nhelp: --spp 78, or more");
-    render(&desk, "--spp 20 --resume a.film -o b.png")
+        .prints_like("its 40 samples a pixel cannot become 64\nhelp: --spp 78, or more");
+    render(&sandbox, "--spp 20 --resume a.film -o b.png")
         .exits_with(2)
-        .says_like("its 40 samples a pixel cannot become 20\nhelp: --spp 40, or more");
-    desk.write("room.scene.toml", SCENE.replace("0.2", "0.3"));
+        .prints_like("its 40 samples a pixel cannot become 20\nhelp: --spp 40, or more");
+    sandbox.write("room.scene.toml", SCENE.replace("0.2", "0.3"));
     refused("--spp 80", "scene");
-    assert!(!desk.names().contains(&"b.png".to_owned()));
-    render(&desk, "--spp 4 --part 1/2 -o c.png --checkpoint c.film")
+    assert!(!sandbox.names().contains(&"b.png".to_owned()));
+    render(&sandbox, "--spp 4 --part 1/2 -o c.png --checkpoint c.film")
         .exits_with(2)
-        .says_like("-o and --part cannot both be given");
-    render(&desk, "--spp 4 --part 1/2")
+        .prints_like("-o and --part cannot both be given");
+    render(&sandbox, "--spp 4 --part 1/2")
         .exits_with(2)
-        .says_like("--part renders a share of a picture, which needs a file of its own");
-    render(&desk, "--spp 4 --part 1/7 --checkpoint c.film")
+        .prints_like("--part renders a share of a picture, which needs a file of its own");
+    render(&sandbox, "--spp 4 --part 1/7 --checkpoint c.film")
         .exits_with(2)
-        .says_like("divides the picture into 7 shares, and it has 6 tiles");
+        .prints_like("divides the picture into 7 shares, and it has 6 tiles");
     render(
-        &desk,
+        &sandbox,
         "--spp 4 --resume a.film --checkpoint room.scene.toml",
     )
     .exits_with(2)
-    .says_like("cannot write room.scene.toml");
+    .prints_like("cannot write room.scene.toml");
 }
 
 /// Protects: a film that is truncated, changed in any byte or invented gives a message without
 /// large allocations: every length, every bit of a header, and random numbers.
 #[test]
 fn damaged_films_do_no_harm() {
-    let desk = desk();
-    render(&desk, "--spp 1 --size 4x3 --checkpoint a.film -o a.png").exits_with(0);
-    let whole = fs::read(desk.path("a.film")).expect("a film");
+    let sandbox = sandbox();
+    render(&sandbox, "--spp 1 --size 4x3 --checkpoint a.film -o a.png").exits_with(0);
+    let whole = fs::read(sandbox.path("a.film")).expect("a film");
     let read = |bytes: &[u8]| {
-        desk.write("b.film", bytes);
-        raywright::io::output::read_film(&desk.path("b.film"), &raywright::io::Limits::default())
+        sandbox.write("b.film", bytes);
+        raywright::io::output::read_film(&sandbox.path("b.film"), &raywright::io::Limits::default())
     };
     assert!(read(&whole).is_ok());
     for length in 0..whole.len() {
@@ -323,7 +331,7 @@ fn damaged_films_do_no_harm() {
             .to_string()
             .contains("something follows its end")
     );
-    merge(&desk, "b.film -o b.png").exits_with(3);
+    merge(&sandbox, "b.film -o b.png").exits_with(3);
     // The largest claimed size, in a file of a few hundred bytes.
     let text = String::from_utf8_lossy(&whole[28..]).into_owned();
     let header = &text[..text.rfind('}').expect("a header") + 1];
@@ -348,7 +356,7 @@ fn damaged_films_do_no_harm() {
             &[0; 400],
         ]
         .concat();
-        let run = (read(&bytes).is_err(), merge(&desk, "b.film -o b.png"));
+        let run = (read(&bytes).is_err(), merge(&sandbox, "b.film -o b.png"));
         assert!(
             run.0 && matches!(run.1.code, Some(3 | 5)),
             "{new}: {:?} {}",
@@ -363,35 +371,42 @@ fn damaged_films_do_no_harm() {
 /// sample count is reported.
 #[test]
 fn an_error_is_reached() {
-    let desk = desk();
+    let sandbox = sandbox();
     let all = format!("--max-error 0.01 {LAYERS}");
-    render(&desk, &format!("{all} -o a.exr --stats a.json"))
+    render(&sandbox, &format!("{all} -o a.exr --stats a.json"))
         .exits_with(0)
-        .says_like(", below the 0.01 asked for, ");
+        .prints_like(", below the 0.01 asked for, ");
     let stats: serde_json::Value =
-        serde_json::from_slice(&fs::read(desk.path("a.json")).expect("a report")).expect("JSON");
+        serde_json::from_slice(&fs::read(sandbox.path("a.json")).expect("a report")).expect("JSON");
     let high = stats["error"]["root_relmse"]["high"]
         .as_f64()
         .expect("an interval");
     assert!(high <= 0.01 && high > 0.005, "{high}");
-    let picture = desk.picture("a.exr");
+    let picture = sandbox.picture("a.exr");
     let samples = &picture.layer("samples.N").expect("asked for").samples;
-    let (least, most) = samples
+    let (minimum, maximum) = samples
         .iter()
-        .fold((f32::MAX, 0.0_f32), |(least, most), &n| {
-            (least.min(n), most.max(n))
+        .fold((f32::MAX, 0.0_f32), |(minimum, maximum), &n| {
+            (minimum.min(n), maximum.max(n))
         });
-    assert!(least >= 16.0 && most > 1.5 * least, "{least} to {most}");
-    render(&desk, &format!("{all} -o b.exr --threads 1 --accel linear")).exits_with(0);
-    same_bits(&desk, "a.exr", "b.exr");
+    assert!(
+        minimum >= 16.0 && maximum > 1.5 * minimum,
+        "{minimum} to {maximum}"
+    );
+    render(
+        &sandbox,
+        &format!("{all} -o b.exr --threads 1 --accel linear"),
+    )
+    .exits_with(0);
+    same_bits(&sandbox, "a.exr", "b.exr");
     for (end, file) in [("--spp 40", "c.exr"), ("--budget 1s", "d.exr")] {
-        let run = render(&desk, &format!("--max-error 0.0001 {end} -o {file}"));
+        let run = render(&sandbox, &format!("--max-error 0.0001 {end} -o {file}"));
         run.exits_with(6)
-            .says_like("error: the error of 0.0001 that was asked for is not reached");
-        assert!(desk.path(file).exists());
+            .prints_like("error: the error of 0.0001 that was asked for is not reached");
+        assert!(sandbox.path(file).exists());
     }
-    render(&desk, "--max-error 0.1 --part 1/2 --checkpoint p.film").exits_with(2);
-    render(&desk, "--max-error 0 -o d.exr").exits_with(2);
+    render(&sandbox, "--max-error 0.1 --part 1/2 --checkpoint p.film").exits_with(2);
+    render(&sandbox, "--max-error 0 -o d.exr").exits_with(2);
 }
 
 /// Protects: a render that continued after its target error first seemed reached reports the
@@ -401,8 +416,8 @@ fn going_on_is_explained() {
     if !crate::support::carried("cornell") {
         return;
     }
-    let desk = Desk::new();
-    let run = desk.run(&[
+    let sandbox = Sandbox::new();
+    let run = sandbox.run(&[
         "preset:cornell",
         "-s",
         "24x24",
@@ -412,9 +427,9 @@ fn going_on_is_explained() {
         "c.png",
     ]);
     run.exits_with(0)
-        .says_like(" samples seemed to reach 0.08, with 0.0")
-        .says_like("so more were taken")
-        .says_like("below the 0.08 asked for");
+        .prints_like(" samples seemed to reach 0.08, with 0.0")
+        .prints_like("so more were taken")
+        .prints_like("below the 0.08 asked for");
 }
 
 /// Protects: the film of a render ended by its budget serves as a map of sample counts, from which
@@ -422,68 +437,78 @@ fn going_on_is_explained() {
 /// is refused.
 #[test]
 fn what_a_budget_ended_is_replayed() {
-    let desk = desk();
+    let sandbox = sandbox();
     for (name, words, code) in [("even", "", 0), ("error", "--max-error 0.0001", 6)] {
         render(
-            &desk,
+            &sandbox,
             &format!("{words} --budget 1s {LAYERS} -o {name}.exr --checkpoint {name}.film"),
         )
         .exits_with(code);
         render(
-            &desk,
+            &sandbox,
             &format!("{words} {LAYERS} --replay {name}.film -o {name}-again.exr --threads 1"),
         )
         .exits_with(code);
-        same_bits(&desk, &format!("{name}.exr"), &format!("{name}-again.exr"));
+        same_bits(
+            &sandbox,
+            &format!("{name}.exr"),
+            &format!("{name}-again.exr"),
+        );
     }
     render(
-        &desk,
+        &sandbox,
         &format!("--seed 3 {LAYERS} --replay even.film -o c.exr"),
     )
     .exits_with(3)
-    .says_like("seed");
-    render(&desk, &format!("{LAYERS} --replay error.film -o d.exr"))
+    .prints_like("seed");
+    render(&sandbox, &format!("{LAYERS} --replay error.film -o d.exr"))
         .exits_with(3)
-        .says_like("maximum error");
+        .prints_like("maximum error");
 }
 
 /// Protects: a budget that is too short still gives every pixel the samples of one pass, with a
 /// message, and the film can be resumed to the bits of a single run.
 #[test]
 fn a_budget_ends_after_a_pass() {
-    let desk = desk();
+    let sandbox = sandbox();
     // More than a second of work: 65,536 samples of 60,000 pixels.
     let all = "--size 300x200 --aov samples";
     let run = render(
-        &desk,
+        &sandbox,
         &format!("{all} --budget 1s -o a.exr --checkpoint a.film"),
     );
     run.exits_with(0);
-    let taken = desk
+    let taken = sandbox
         .picture("a.exr")
         .layer("samples.N")
         .expect("asked for")
         .samples
         .clone();
-    let (least, most) = taken.iter().fold((f32::MAX, 0.0_f32), |(least, most), &n| {
-        (least.min(n), most.max(n))
-    });
-    assert!(least >= 4.0 && most < 65_536.0, "{least} to {most}");
-    let told = if least == most {
-        format!("{least} of 65536 samples")
-    } else {
-        format!("{least} to {most} of 65536 samples")
-    };
-    assert!(run.stderr.contains(&told), "{told}: {}", run.stderr);
+    let (minimum, maximum) = taken
+        .iter()
+        .fold((f32::MAX, 0.0_f32), |(minimum, maximum), &n| {
+            (minimum.min(n), maximum.max(n))
+        });
     assert!(
-        desk.stored("a.exr")
+        minimum >= 4.0 && maximum < 65_536.0,
+        "{minimum} to {maximum}"
+    );
+    let message = if minimum == maximum {
+        format!("{minimum} of 65536 samples")
+    } else {
+        format!("{minimum} to {maximum} of 65536 samples")
+    };
+    assert!(run.stderr.contains(&message), "{message}: {}", run.stderr);
+    assert!(
+        sandbox
+            .stored("a.exr")
             .texts
             .iter()
-            .any(|(_, text)| text.contains(&format!("taken='{told}'"))),
-        "{told}"
+            .any(|(_, text)| text.contains(&format!("taken='{message}'"))),
+        "{message}"
     );
     // The fixed pattern of a scene is a single pass.
-    let pattern = desk.run(&[
+    let pattern = sandbox.run(&[
         "render",
         "preset:whitted",
         "--size",
@@ -493,7 +518,7 @@ fn a_budget_ends_after_a_pass() {
         "-o",
         "w.png",
     ]);
-    pattern.exits_with(0).says_like("64x36, 4 samples");
+    pattern.exits_with(0).prints_like("64x36, 4 samples");
 }
 
 /// Protects: an interrupted render writes its checkpoint, prints the command to resume, and resumes
@@ -503,7 +528,7 @@ fn a_budget_ends_after_a_pass() {
 fn an_interrupted_render_goes_on() {
     use std::io::Read;
     use std::process::Stdio;
-    let desk = desk();
+    let sandbox = sandbox();
     let words = [
         "render",
         "room.scene.toml",
@@ -519,7 +544,7 @@ fn an_interrupted_render_goes_on() {
         "a.film",
         "--progress=plain",
     ];
-    let mut child = desk
+    let mut child = sandbox
         .command(&words)
         .stderr(Stdio::piped())
         .spawn()
@@ -544,9 +569,9 @@ fn an_interrupted_render_goes_on() {
         "{text}"
     );
     let (size, spp) = ("--size 160x120", "--spp 400");
-    render(&desk, &format!("{size} {spp} -o a.exr --resume a.film")).exits_with(0);
-    render(&desk, &format!("{size} {spp} -o once.exr")).exits_with(0);
-    same_bits(&desk, "a.exr", "once.exr");
+    render(&sandbox, &format!("{size} {spp} -o a.exr --resume a.film")).exits_with(0);
+    render(&sandbox, &format!("{size} {spp} -o once.exr")).exits_with(0);
+    same_bits(&sandbox, "a.exr", "once.exr");
 }
 
 /// Protects: the render farm of docs/farm.md with GNU parallel gives the picture of a single run,
@@ -561,7 +586,7 @@ fn gnu_parallel_is_a_farm() {
         eprintln!("skipped: GNU parallel is not installed");
         return;
     }
-    let desk = desk();
+    let sandbox = sandbox();
     let page =
         fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/farm.md")).expect("the page");
     let (_, rest) = page
@@ -578,7 +603,7 @@ fn gnu_parallel_is_a_farm() {
     assert_ne!(small, commands);
     let ran = Command::new("sh")
         .args(["-ec", &small])
-        .current_dir(desk.path("."))
+        .current_dir(sandbox.path("."))
         .env("PATH", path)
         .output()
         .expect("a shell");
@@ -587,9 +612,10 @@ fn gnu_parallel_is_a_farm() {
         "{}",
         String::from_utf8_lossy(&ran.stderr)
     );
-    desk.run(&["render", "room.scene.toml", "--spp", "9", "-o", "once.png"])
+    sandbox
+        .run(&["render", "room.scene.toml", "--spp", "9", "-o", "once.png"])
         .exits_with(0);
-    same_bits(&desk, "room.png", "once.png");
+    same_bits(&sandbox, "room.png", "once.png");
 }
 
 /// Protects: a film that cannot be written costs no picture, of `render` or of `merge`: the picture
@@ -598,14 +624,14 @@ fn gnu_parallel_is_a_farm() {
 #[cfg(unix)]
 #[test]
 fn a_film_that_cannot_be_kept_costs_no_picture() {
-    let desk = Desk::new();
-    desk.write("room.scene.toml", SCENE);
+    let sandbox = Sandbox::new();
+    sandbox.write("room.scene.toml", SCENE);
     let limited = |words: &str| {
         // The system sends a signal to programs that do not ignore it.
         let script = format!("trap '' XFSZ; ulimit -f 64 || exit 77; exec \"$0\" {words}");
         let run = Command::new("sh")
             .args(["-c", &script, env!("CARGO_BIN_EXE_raywright")])
-            .current_dir(desk.path(""))
+            .current_dir(sandbox.path(""))
             .output();
         run.expect("a shell")
     };
@@ -615,25 +641,25 @@ fn a_film_that_cannot_be_kept_costs_no_picture() {
             eprintln!("skipped: the system limits no files");
             return;
         }
-        let said = String::from_utf8_lossy(&run.stderr).into_owned();
-        assert_eq!(run.status.code(), Some(4), "{words}: {said}");
+        let message = String::from_utf8_lossy(&run.stderr).into_owned();
+        assert_eq!(run.status.code(), Some(4), "{words}: {message}");
         assert!(
-            said.contains("error: cannot write a.film")
-                && said.contains(&format!("wrote {picture} (")),
-            "{words}: {said}"
+            message.contains("error: cannot write a.film")
+                && message.contains(&format!("wrote {picture} (")),
+            "{words}: {message}"
         );
         assert!(
-            desk.path(picture).exists() && !desk.path("a.film").exists(),
+            sandbox.path(picture).exists() && !sandbox.path("a.film").exists(),
             "{words}: {:?}",
-            desk.names()
+            sandbox.names()
         );
     };
     fails(
         "render room.scene.toml --integrator path --spp 4 --checkpoint a.film -o a.png",
         "a.png",
     );
-    let whole = render(&desk, "--spp 4 --checkpoint b.film -o b.png");
+    let whole = render(&sandbox, "--spp 4 --checkpoint b.film -o b.png");
     whole.exits_with(0);
-    assert_eq!(desk.picture("a.png").rgb, desk.picture("b.png").rgb);
+    assert_eq!(sandbox.picture("a.png").rgb, sandbox.picture("b.png").rgb);
     fails("merge b.film --checkpoint a.film -o c.png", "c.png");
 }

@@ -3,17 +3,17 @@
 use std::io::Read;
 use std::process::Stdio;
 
-use crate::support::Desk;
+use crate::support::Sandbox;
 
 /// Protects: `--help` and `--version` print to standard output and succeed.
 #[test]
 fn help_and_version_are_results() {
-    let desk = Desk::new();
-    let help = desk.run(&["--help"]);
-    help.exits_with(0).says("");
+    let sandbox = Sandbox::new();
+    let help = sandbox.run(&["--help"]);
+    help.exits_with(0).prints("");
     assert!(help.text().contains("Usage: raywright"), "{}", help.text());
-    let version = desk.run(&["--version"]);
-    version.exits_with(0).says("");
+    let version = sandbox.run(&["--version"]);
+    version.exits_with(0).prints("");
     assert_eq!(
         version.text(),
         format!("raywright {}\n", env!("CARGO_PKG_VERSION"))
@@ -24,9 +24,9 @@ fn help_and_version_are_results() {
 /// line of the list.
 #[test]
 fn every_command_has_help() {
-    let desk = Desk::new();
-    let list = desk.run(&["help"]);
-    list.exits_with(0).says("");
+    let sandbox = Sandbox::new();
+    let list = sandbox.run(&["help"]);
+    list.exits_with(0).prints("");
     for command in COMMANDS {
         let summary = list
             .text()
@@ -34,15 +34,15 @@ fn every_command_has_help() {
             .find(|line| line.trim_start().starts_with(command))
             .expect(command);
         assert!(summary.chars().count() <= 100, "{summary}");
-        let help = desk.run(&[command, "--help"]);
-        help.exits_with(0).says("");
+        let help = sandbox.run(&[command, "--help"]);
+        help.exits_with(0).prints("");
         assert!(
             help.text().contains(&format!("Usage: raywright {command}")),
             "{}",
             help.text()
         );
         assert_eq!(
-            desk.run(&["help", command]).exits_with(0).text(),
+            sandbox.run(&["help", command]).exits_with(0).text(),
             help.text()
         );
     }
@@ -52,10 +52,10 @@ fn every_command_has_help() {
 /// tables and examples.
 #[test]
 fn help_is_wrapped_by_the_width_of_the_terminal() {
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     for width in [80, 100] {
         for command in COMMANDS {
-            let output = desk
+            let output = sandbox
                 .command(&[command, "--help"])
                 .env("COLUMNS", width.to_string())
                 .output()
@@ -102,10 +102,10 @@ const COMMANDS: [&str; 15] = [
 /// Protects: each shell gets a script that knows the commands.
 #[test]
 fn completions_are_written_for_each_shell() {
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
-        let run = desk.run(&["completions", shell]);
-        run.exits_with(0).says("");
+        let run = sandbox.run(&["completions", shell]);
+        run.exits_with(0).prints("");
         for command in COMMANDS {
             assert!(run.text().contains(command), "{command} for {shell}");
         }
@@ -116,17 +116,17 @@ fn completions_are_written_for_each_shell() {
 /// expects.
 #[test]
 fn manual_pages_carry_their_names() {
-    let desk = Desk::new();
-    let program = desk.run(&["man"]);
-    program.exits_with(0).says("");
+    let sandbox = Sandbox::new();
+    let program = sandbox.run(&["man"]);
+    program.exits_with(0).prints("");
     assert!(
         program.text().contains(".TH raywright 1"),
         "{}",
         program.text()
     );
     for command in COMMANDS {
-        let page = desk.run(&["man", command]);
-        page.exits_with(0).says("");
+        let page = sandbox.run(&["man", command]);
+        page.exits_with(0).prints("");
         assert!(
             page.text().contains(&format!(".TH raywright-{command} 1")),
             "{}",
@@ -139,7 +139,7 @@ fn manual_pages_carry_their_names() {
 /// is one for a picture.
 #[test]
 fn closed_pipes_lose_pictures_and_no_texts() {
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     let picture = [
         "render",
         "sky.scene.toml",
@@ -153,13 +153,13 @@ fn closed_pipes_lose_pictures_and_no_texts() {
         "-o",
         "a.png",
     ];
-    desk.write("sky.scene.toml", "format = 1\nsky.constant = 0.5\n");
+    sandbox.write("sky.scene.toml", "format = 1\nsky.constant = 0.5\n");
     for (arguments, code) in [
         (&["completions", "zsh"][..], 0),
         (&["schema"], 0),
         (&picture, 4),
     ] {
-        let mut child = desk
+        let mut child = sandbox
             .command(arguments)
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
@@ -182,7 +182,7 @@ fn closed_pipes_lose_pictures_and_no_texts() {
         );
     }
     assert_eq!(
-        desk.names(),
+        sandbox.names(),
         ["a.png", "sky.scene.toml"],
         "what can be written is written"
     );
@@ -192,13 +192,13 @@ fn closed_pipes_lose_pictures_and_no_texts() {
 /// notation of the command line.
 #[test]
 fn help_names_the_effects() {
-    let desk = Desk::new();
-    let help = desk.run(&["render", "--help"]);
+    let sandbox = Sandbox::new();
+    let help = sandbox.run(&["render", "--help"]);
     let text = help.text().split_whitespace().collect::<Vec<_>>().join(" ");
     let (_, list) = text
         .split_once("Switch effects off, separated by commas: ")
         .expect("the flag's help");
-    let known = desk.run(&["render", "--without", "magic"]);
+    let known = sandbox.run(&["render", "--without", "magic"]);
     let (_, known) = known
         .stderr
         .split_once("known: ")
@@ -208,9 +208,9 @@ fn help_names_the_effects() {
         known.split(", ").count() > 30 && list.starts_with(&format!("{known} ")),
         "{list}\n{known}"
     );
-    desk.write("sky.scene.toml", "format = 1\nsky.constant = 0.5\n");
+    sandbox.write("sky.scene.toml", "format = 1\nsky.constant = 0.5\n");
     let without =
-        |names: &str| desk.run(&["explain", "sky.scene.toml", "--json", "--without", names]);
+        |names: &str| sandbox.run(&["explain", "sky.scene.toml", "--json", "--without", names]);
     let all = without(&known.replace(", ", ","));
     let all: serde_json::Value = serde_json::from_str(all.exits_with(0).text()).expect("JSON");
     for effect in all["effects"].as_array().expect("a list") {

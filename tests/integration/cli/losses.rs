@@ -3,7 +3,7 @@
 
 use serde_json::Value;
 
-use crate::support::Desk;
+use crate::support::Sandbox;
 
 /// A sky that is NaN on one side.
 const HALF: &str = r#"
@@ -30,19 +30,20 @@ kind.grid = { counts = [1, 1, 8193], origin = [0, 0, -1], step = [0, 0, 1e-4] }
 object = { shape.disk = { centre = [0, 0, 0], normal = [0, 0, 1], radius = 2 }, material = "absent" }
 "#;
 
-fn stats(desk: &Desk, name: &str) -> Value {
-    serde_json::from_str(&std::fs::read_to_string(desk.path(name)).expect("a file")).expect("JSON")
+fn stats(sandbox: &Sandbox, name: &str) -> Value {
+    serde_json::from_str(&std::fs::read_to_string(sandbox.path(name)).expect("a file"))
+        .expect("JSON")
 }
 
 /// Protects: dropped samples are counted in the statistics, with a warning there and on standard
 /// error, for both integrators; also for a resumed film, for merged parts, and for a denoised film.
 #[test]
 fn dropped_samples_are_told() {
-    let desk = Desk::new();
-    desk.write("half.scene.toml", HALF);
-    let told = "1024 of 2048 samples (50 %) were not finite and were dropped";
+    let sandbox = Sandbox::new();
+    sandbox.write("half.scene.toml", HALF);
+    let text = "1024 of 2048 samples (50 %) were not finite and were dropped";
     for integrator in ["whitted", "path"] {
-        let run = desk.run(&[
+        let run = sandbox.run(&[
             "render",
             "half.scene.toml",
             "--integrator",
@@ -53,8 +54,8 @@ fn dropped_samples_are_told() {
             "--stats",
             "a.json",
         ]);
-        run.exits_with(0).says_like(told);
-        let stats = stats(&desk, "a.json");
+        run.exits_with(0).prints_like(text);
+        let stats = stats(&sandbox, "a.json");
         assert_eq!(
             (&stats["samples"], &stats["dropped"], &stats["cut_short"]),
             (&1024.into(), &1024.into(), &0.into())
@@ -62,41 +63,44 @@ fn dropped_samples_are_told() {
         assert!(
             stats["warnings"][0]["message"]
                 .as_str()
-                .is_some_and(|message| message.starts_with(told)),
+                .is_some_and(|message| message.starts_with(text)),
             "{}",
             stats["warnings"]
         );
     }
     for part in ["1", "2"] {
         let (part, film) = (format!("{part}/2"), format!("{part}.film"));
-        desk.run(&[
-            "render",
-            "half.scene.toml",
-            "--spp",
-            "8",
-            "--denoise",
-            "--part",
-            &part,
-            "--checkpoint",
-            &film,
-        ])
-        .exits_with(0);
+        sandbox
+            .run(&[
+                "render",
+                "half.scene.toml",
+                "--spp",
+                "8",
+                "--denoise",
+                "--part",
+                &part,
+                "--checkpoint",
+                &film,
+            ])
+            .exits_with(0);
     }
-    let told = "2048 of 4096 samples (50 %) were not finite and were dropped";
-    desk.run(&[
-        "merge",
-        "1.film",
-        "2.film",
-        "-o",
-        "b.exr",
-        "--checkpoint",
-        "both.film",
-    ])
-    .exits_with(0)
-    .says_like(told);
-    desk.run(&["denoise", "both.film", "-o", "c.exr"])
+    let text = "2048 of 4096 samples (50 %) were not finite and were dropped";
+    sandbox
+        .run(&[
+            "merge",
+            "1.film",
+            "2.film",
+            "-o",
+            "b.exr",
+            "--checkpoint",
+            "both.film",
+        ])
         .exits_with(0)
-        .says_like(told);
+        .prints_like(text);
+    sandbox
+        .run(&["denoise", "both.film", "-o", "c.exr"])
+        .exits_with(0)
+        .prints_like(text);
     let resumed = [
         "render",
         "half.scene.toml",
@@ -110,20 +114,21 @@ fn dropped_samples_are_told() {
         "--stats",
         "d.json",
     ];
-    desk.run(&resumed)
+    sandbox
+        .run(&resumed)
         .exits_with(0)
-        .says_like("4096 of 8192 samples (50 %) were not finite and were dropped");
-    assert_eq!(stats(&desk, "d.json")["dropped"], 4096);
+        .prints_like("4096 of 8192 samples (50 %) were not finite and were dropped");
+    assert_eq!(stats(&sandbox, "d.json")["dropped"], 4096);
 }
 
 /// Protects: rays that end at the limit of crossed surfaces are counted with a warning, for both
 /// integrators.
 #[test]
 fn rays_that_are_cut_short_are_told() {
-    let desk = Desk::new();
-    desk.write("layers.scene.toml", LAYERS);
+    let sandbox = Sandbox::new();
+    sandbox.write("layers.scene.toml", LAYERS);
     for integrator in ["whitted", "path"] {
-        let run = desk.run(&[
+        let run = sandbox.run(&[
             "render",
             "layers.scene.toml",
             "--integrator",
@@ -134,10 +139,10 @@ fn rays_that_are_cut_short_are_told() {
             "--stats",
             "a.json",
         ]);
-        run.exits_with(0).says_like(
+        run.exits_with(0).prints_like(
             "2 rays ended at the 8192 surfaces that those of a sample may pass unchanged",
         );
-        let stats = stats(&desk, "a.json");
+        let stats = stats(&sandbox, "a.json");
         assert_eq!(
             (&stats["dropped"], &stats["cut_short"]),
             (&0.into(), &2.into())

@@ -8,13 +8,13 @@ use raywright::core::picture::Picture;
 use raywright::io::output::{Metadata, write_exr};
 use serde_json::Value;
 
-use super::films::{desk as room, render};
-use crate::support::{Desk, Run};
+use super::films::{render, sandbox as room};
+use crate::support::{ProgramRun, Sandbox};
 
 const GOOD: &str = "format = 1\nsky.constant = 1\n[[materials]]\nname = \"m\"\nmodel.classic = {}\n\
     [[objects]]\nmaterial = \"m\"\nshape.sphere = { centre = [0, 0, 0], radius = 1 }\n";
 
-fn json(run: &Run) -> Value {
+fn json(run: &ProgramRun) -> Value {
     serde_json::from_str(run.text()).expect("JSON")
 }
 
@@ -22,22 +22,22 @@ fn json(run: &Run) -> Value {
 /// one decides the exit code; warnings are errors on request, and an empty scene gives a warning.
 #[test]
 fn many_files_are_checked() {
-    let desk = Desk::new();
-    desk.write("good.scene.toml", GOOD);
-    desk.write("empty.scene.toml", "format = 1\n");
-    desk.write("bad.scene.toml", "format = 1\nobjcts = []\n");
+    let sandbox = Sandbox::new();
+    sandbox.write("good.scene.toml", GOOD);
+    sandbox.write("empty.scene.toml", "format = 1\n");
+    sandbox.write("bad.scene.toml", "format = 1\nobjcts = []\n");
     let nothing = "empty.scene.toml: there is nothing to see: it has no object";
     let both = ["check", "good.scene.toml", "empty.scene.toml"];
-    let run = desk.run(&both);
+    let run = sandbox.run(&both);
     run.exits_with(0)
-        .says(&format!("warning: {nothing} [nothing-to-see]"));
+        .prints(&format!("warning: {nothing} [nothing-to-see]"));
     assert_eq!(
         run.text(),
         "good.scene.toml: ok\nempty.scene.toml: ok, 1 warning\n"
     );
-    desk.run(&[&both[..], &["--deny-warnings"]].concat())
+    sandbox.run(&[&both[..], &["--deny-warnings"]].concat())
         .exits_with(3)
-        .says_like("error: empty.scene.toml: 1 warning, and --deny-warnings allows none\nerror: 1 of 2 files are not right");
+        .prints_like("error: empty.scene.toml: 1 warning, and --deny-warnings allows none\nerror: 1 of 2 files are not right");
     let all = [
         "check",
         "good.scene.toml",
@@ -45,11 +45,12 @@ fn many_files_are_checked() {
         "bad.scene.toml",
         "empty.scene.toml",
     ];
-    desk.run(&all)
+    sandbox
+        .run(&all)
         .exits_with(4)
-        .says_like("unknown key `objcts`")
-        .says_like("error: 2 of 4 files are not right");
-    let run = desk.run(&[&all[..], &["--json", "--deny-warnings"]].concat());
+        .prints_like("unknown key `objcts`")
+        .prints_like("error: 2 of 4 files are not right");
+    let run = sandbox.run(&[&all[..], &["--json", "--deny-warnings"]].concat());
     run.exits_with(4);
     let report = json(&run);
     let of = |key: &str| {
@@ -66,19 +67,22 @@ fn many_files_are_checked() {
         of("warnings")[3],
         serde_json::json!([{ "code": "nothing-to-see", "severity": "empty", "message": nothing }])
     );
-    desk.run(&[&both[..], &["--deny-warnings", "--allow", "nothing-to-see"]].concat())
+    sandbox
+        .run(&[&both[..], &["--deny-warnings", "--allow", "nothing-to-see"]].concat())
         .exits_with(0);
-    desk.run(&[&both[..], &["--deny-warnings", "--allow", "nothing"]].concat())
+    sandbox
+        .run(&[&both[..], &["--deny-warnings", "--allow", "nothing"]].concat())
         .exits_with(2)
-        .says_like("there is no such code");
+        .prints_like("there is no such code");
     // An animation shown at rest is no problem of a picture.
-    desk.write("model.gltf", super::models::model());
-    desk.run(&["check", "model.gltf", "--deny-warnings"])
+    sandbox.write("model.gltf", super::models::model());
+    sandbox
+        .run(&["check", "model.gltf", "--deny-warnings"])
         .exits_with(0)
-        .says_like("note: model.gltf: ")
-        .says_like("[at-rest]");
+        .prints_like("note: model.gltf: ")
+        .prints_like("[at-rest]");
     assert_eq!(
-        desk.run(&["check", "model.gltf"]).text(),
+        sandbox.run(&["check", "model.gltf"]).text(),
         "model.gltf: ok, 2 notes\n"
     );
     assert!(
@@ -90,19 +94,19 @@ fn many_files_are_checked() {
 }
 
 /// Keys that are always present, and optional keys.
-type Keys = [BTreeSet<String>; 2];
+type JsonKeys = [BTreeSet<String>; 2];
 
 /// Description of a kind of JSON in docs/machines.md: its version, its keys, and the keys of nested
 /// objects by path.
-struct Layout {
+struct JsonLayout {
     version: u64,
-    keys: Keys,
-    within: BTreeMap<String, Keys>,
+    keys: JsonKeys,
+    within: BTreeMap<String, JsonKeys>,
 }
 
-impl Layout {
+impl JsonLayout {
     /// Row of a nested object: by its path, or by its last key anywhere.
-    fn within(&self, at: &str) -> Option<(&String, &Keys)> {
+    fn within(&self, at: &str) -> Option<(&String, &JsonKeys)> {
         let last = at.rsplit_once('.').map_or(at, |(_, last)| last);
         self.within
             .get_key_value(at)
@@ -116,12 +120,12 @@ fn names(cell: &str) -> impl Iterator<Item = String> {
 }
 
 /// Keys of a cell, where those in brackets are optional.
-fn keys(cell: &str) -> Keys {
+fn keys(cell: &str) -> JsonKeys {
     let (always, sometimes) = cell.split_once(" [").unwrap_or((cell, ""));
     [always, sometimes].map(|cell| names(cell).collect())
 }
 
-fn documented(from: &str) -> Layout {
+fn documented(from: &str) -> JsonLayout {
     let page = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/machines.md"))
         .expect("the page");
     let rows = page
@@ -141,7 +145,7 @@ fn documented(from: &str) -> Layout {
     }
     let mut own = keys(&own);
     own[0].insert("format".to_owned());
-    Layout {
+    JsonLayout {
         version: version.trim().parse().expect("a version"),
         keys: own,
         within,
@@ -214,20 +218,20 @@ objects = [{ shape.plane = { point = [0, -1, 0], normal = [0, 1, 0] }, material 
 /// the version; every documented object occurs.
 #[test]
 fn layouts_are_those_of_the_page() {
-    let desk = Desk::new();
-    desk.write("good.scene.toml", GOOD);
-    desk.write("lamp.scene.toml", LAMP);
-    desk.write(
+    let sandbox = Sandbox::new();
+    sandbox.write("good.scene.toml", GOOD);
+    sandbox.write("lamp.scene.toml", LAMP);
+    sandbox.write(
         "twice.scene.toml",
         LAMP.replace("objects = [", "objects = [{ shape.sphere = { centre = [0, 2, 0], radius = 0.5 }, material = \"m\" }, "),
     );
-    desk.write("model.gltf", super::models::model());
-    let words = |line: &str| desk.run(&line.split(' ').collect::<Vec<_>>());
+    sandbox.write("model.gltf", super::models::model());
+    let words = |line: &str| sandbox.run(&line.split(' ').collect::<Vec<_>>());
     words("render lamp.scene.toml --denoise --aov stderr -q -o a.exr --stats s.json").exits_with(0);
     words("render lamp.scene.toml --aov stderr --seed 2 -q -o b.exr").exits_with(0);
     words("render lamp.scene.toml --background transparent --crop 2,2,16,12 -q -o c.exr")
         .exits_with(0);
-    let stats = fs::read_to_string(desk.path("s.json")).expect("a report");
+    let stats = fs::read_to_string(sandbox.path("s.json")).expect("a report");
     let mut seen = has_the_documented_keys(
         "render --stats",
         &serde_json::from_str(&stats).expect("JSON"),
@@ -236,7 +240,7 @@ fn layouts_are_those_of_the_page() {
         // One of several objects with the same keys is enough, because not every scene has each of
         // them. Whether tree and scan cross over depends on measured times.
         let within = documented(from).within;
-        let is_seen = |keys: &Keys| seen.iter().any(|at| within.get(at) == Some(keys));
+        let is_seen = |keys: &JsonKeys| seen.iter().any(|at| within.get(at) == Some(keys));
         let is_timed = |at: &str| at == "generated[].crossover";
         let unseen: Vec<_> = within
             .iter()
@@ -246,7 +250,7 @@ fn layouts_are_those_of_the_page() {
         assert!(unseen.is_empty(), "{from}: nothing is at {unseen:?}");
     };
     words("render model.gltf -s 8x8 --spp 4 -q -o d.png --stats u.json").exits_with(0);
-    let stats = fs::read_to_string(desk.path("u.json")).expect("a report");
+    let stats = fs::read_to_string(sandbox.path("u.json")).expect("a report");
     seen.extend(has_the_documented_keys(
         "render --stats",
         &serde_json::from_str(&stats).expect("JSON"),
@@ -313,10 +317,10 @@ fn layouts_are_those_of_the_page() {
 /// and the error of the statistics; it changes no bit.
 #[test]
 fn progress_is_told_in_json() {
-    let desk = room();
+    let sandbox = room();
     let words =
         "render room.scene.toml --integrator path --spp 64 -o a.exr --stats s.json --progress json";
-    let run = desk.run(&words.split(' ').collect::<Vec<_>>());
+    let run = sandbox.run(&words.split(' ').collect::<Vec<_>>());
     run.exits_with(0);
     let lines: Vec<Value> = run
         .stderr
@@ -337,19 +341,19 @@ fn progress_is_told_in_json() {
         (&1.into(), &1.into(), &0.0.into())
     );
     let stats: Value =
-        serde_json::from_slice(&fs::read(desk.path("s.json")).expect("a report")).expect("JSON");
+        serde_json::from_slice(&fs::read(sandbox.path("s.json")).expect("a report")).expect("JSON");
     assert_eq!(last["error"], stats["error"]);
-    render(&desk, "--spp 64 -o b.exr").exits_with(0);
-    assert!(desk.picture("a.exr").rgb == desk.picture("b.exr").rgb);
+    render(&sandbox, "--spp 64 -o b.exr").exits_with(0);
+    assert!(sandbox.picture("a.exr").rgb == sandbox.picture("b.exr").rgb);
 }
 
 /// Protects: the hash depends on the pixels alone, one line per file; without metadata equal pixels
 /// are equal files, from any command.
 #[test]
 fn equal_pixels_have_equal_hashes_and_files() {
-    let desk = room();
+    let sandbox = room();
     let hash = |words: &str| {
-        let run = render(&desk, &format!("--hash --spp 2 {words}"));
+        let run = render(&sandbox, &format!("--hash --spp 2 {words}"));
         run.exits_with(0);
         let lines: Vec<_> = run
             .text()
@@ -377,37 +381,38 @@ fn equal_pixels_have_equal_hashes_and_files() {
         one
     );
     assert_ne!(hash("-o c.png -o c.exr --seed 5").0, one);
-    let file = |name: &str| fs::read(desk.path(name)).expect("a file");
+    let file = |name: &str| fs::read(sandbox.path(name)).expect("a file");
     assert!(file("a.png") == file("b.png") && file("a.exr") == file("b.exr"));
-    assert!(desk.stored("a.png").texts.is_empty() && desk.stored("a.exr").texts.is_empty());
-    assert!(!desk.stored("c.png").texts.is_empty());
-    let several = render(&desk, "--hash --spp 2 --views front,top -o v%d.png");
+    assert!(sandbox.stored("a.png").texts.is_empty() && sandbox.stored("a.exr").texts.is_empty());
+    assert!(!sandbox.stored("c.png").texts.is_empty());
+    let several = render(&sandbox, "--hash --spp 2 --views front,top -o v%d.png");
     assert_eq!(several.exits_with(0).text().lines().count(), 2);
-    render(&desk, "--hash --spp 2 -o -")
+    render(&sandbox, "--hash --spp 2 -o -")
         .exits_with(2)
-        .says_like("-o - and --hash both write to standard output");
+        .prints_like("-o - and --hash both write to standard output");
 }
 
 /// Protects: pictures that differ by noise pass, with noise from layers or a film; larger
 /// differences fail, with their position; pictures without noise data are refused.
 #[test]
 fn comparisons_know_noise() {
-    let desk = room();
+    let sandbox = room();
     render(
-        &desk,
+        &sandbox,
         "--spp 64 --aov stderr --seed 1 -o a.exr --checkpoint a.film",
     )
     .exits_with(0);
-    render(&desk, "--spp 64 --aov stderr --seed 2 -o b.exr -o b.png").exits_with(0);
-    let compare =
-        |line: &str| desk.run(&[&["compare"], &line.split(' ').collect::<Vec<_>>()[..]].concat());
+    render(&sandbox, "--spp 64 --aov stderr --seed 2 -o b.exr -o b.png").exits_with(0);
+    let compare = |line: &str| {
+        sandbox.run(&[&["compare"], &line.split(' ').collect::<Vec<_>>()[..]].concat())
+    };
     for line in [
         "a.exr b.exr --noise",
         "b.exr a.film --noise",
         "a.film a.exr --noise",
     ] {
         let run = compare(line);
-        run.exits_with(0).says("");
+        run.exits_with(0).prints("");
         assert!(
             run.text()
                 .contains("noise      nothing beyond it (a false alarm in 1 of 100 comparisons)\n"),
@@ -415,17 +420,17 @@ fn comparisons_know_noise() {
             run.text()
         );
     }
-    let mut biased: Picture = desk.picture("a.exr");
+    let mut biased: Picture = sandbox.picture("a.exr");
     for (i, pixel) in (0..).zip(&mut biased.rgb) {
         if i % 70 < 32 && i / 70 >= 18 {
             *pixel = pixel.map(|channel| channel * 1.1);
         }
     }
-    write_exr(&desk.path("c.exr"), &biased, &Metadata::default()).expect("a picture");
+    write_exr(&sandbox.path("c.exr"), &biased, &Metadata::default()).expect("a picture");
     let run = compare("c.exr b.exr --noise --level 0.05 --json");
     run.exits_with(1)
-        .says_like("error: c.exr differs from b.exr: noise: ")
-        .says_like("; the clearest at ");
+        .prints_like("error: c.exr differs from b.exr: noise: ")
+        .prints_like("; the clearest at ");
     let report = json(&run);
     has_the_documented_keys("compare --json", &report);
     let clearest = &report["noise"]["clearest"];
@@ -435,10 +440,10 @@ fn comparisons_know_noise() {
     );
     compare("a.exr b.png --noise")
         .exits_with(3)
-        .says_like("b.png: --noise is about radiance");
-    render(&desk, "--spp 64 -o d.exr").exits_with(0);
+        .prints_like("b.png: --noise is about radiance");
+    render(&sandbox, "--spp 64 -o d.exr").exits_with(0);
     compare("d.exr d.exr --noise")
         .exits_with(3)
-        .says_like("neither says how much noise it has");
+        .prints_like("neither says how much noise it has");
     compare("a.exr b.exr --level 0.1").exits_with(2);
 }

@@ -1,17 +1,17 @@
 //! Conventions of the command line: flags in any position, the last of repeated flags in force,
 //! optional colours, one line per render, tables that fit, and helpful messages.
 
-use crate::support::{Desk, Run};
+use crate::support::{ProgramRun, Sandbox};
 
 const BALL: &str = "format = 1\nsky.constant = 1\n[[materials]]\nname = \"m\"\nmodel.physical.base_colour = COLOUR\n\
     [[objects]]\nmaterial = \"m\"\nshape.sphere = { centre = [0, 0, 0], radius = 1 }\n";
 const TRIANGLE: &str = "v 0 0 0\nv 2 0 0\nv 0 1 0\nf 1 2 3\n";
 
-fn desk() -> Desk {
-    let desk = Desk::new();
-    desk.write("ball.scene.toml", BALL.replace("COLOUR", "[0.5, 0.2, 0.1]"));
-    desk.write("truck.obj", TRIANGLE);
-    desk
+fn sandbox() -> Sandbox {
+    let sandbox = Sandbox::new();
+    sandbox.write("ball.scene.toml", BALL.replace("COLOUR", "[0.5, 0.2, 0.1]"));
+    sandbox.write("truck.obj", TRIANGLE);
+    sandbox
 }
 
 fn words(line: &str) -> Vec<&str> {
@@ -22,30 +22,30 @@ fn words(line: &str) -> Vec<&str> {
 /// and the later of them is in force.
 #[test]
 fn the_last_flag_counts() {
-    let desk = desk();
-    let run = |line: &str| -> Run { desk.run(&words(line)) };
+    let sandbox = sandbox();
+    let run = |line: &str| -> ProgramRun { sandbox.run(&words(line)) };
     run("render ball.scene.toml -s 9x9 --spp 4 --seed 1 -s 8x4 --spp 2 --progress plain --progress none")
         .exits_with(0)
-        .says_like("wrote ball.png (8x4, 2 samples, ");
+        .prints_like("wrote ball.png (8x4, 2 samples, ");
     run("-q render ball.scene.toml -s 8x4 --spp 1")
         .exits_with(0)
-        .says("");
+        .prints("");
     run("-v -q ball.scene.toml -s 8x4 --spp 1")
         .exits_with(0)
-        .says("");
+        .prints("");
     run("-q ball.scene.toml -s 8x4 --spp 1 -v")
         .exits_with(0)
-        .says_like("\nmethod  1 primitives, bvh, robust precision");
-    run("-q info ball.scene.toml").exits_with(0).says("");
+        .prints_like("\nmethod  1 primitives, bvh, robust precision");
+    run("-q info ball.scene.toml").exits_with(0).prints("");
 }
 
 /// Protects: messages are coloured on request or by CLICOLOR_FORCE, otherwise never without a
 /// terminal, and NO_COLOR takes precedence; their text is the same.
 #[test]
 fn colours_are_for_those_who_want_them() {
-    let desk = desk();
-    let said = |arguments: &[&str], variables: &[(&str, &str)]| {
-        let mut command = desk.command(arguments);
+    let sandbox = sandbox();
+    let message_of = |arguments: &[&str], variables: &[(&str, &str)]| {
+        let mut command = sandbox.command(arguments);
         command
             .env_remove("NO_COLOR")
             .env_remove("CLICOLOR")
@@ -58,21 +58,21 @@ fn colours_are_for_those_who_want_them() {
         "\u{1b}[1;31merror:\u{1b}[0m{}",
         plain.strip_prefix("error:").expect("a label")
     );
-    assert_eq!(said(&["gone.glb"], &[]), plain);
+    assert_eq!(message_of(&["gone.glb"], &[]), plain);
     assert_eq!(
-        said(&["gone.glb", "--color", "always"], &[("NO_COLOR", "1")]),
+        message_of(&["gone.glb", "--color", "always"], &[("NO_COLOR", "1")]),
         red
     );
     assert_eq!(
-        said(&["--color=always", "gone.glb", "--color=never"], &[]),
+        message_of(&["--color=always", "gone.glb", "--color=never"], &[]),
         plain
     );
-    assert_eq!(said(&["gone.glb"], &[("CLICOLOR_FORCE", "1")]), red);
+    assert_eq!(message_of(&["gone.glb"], &[("CLICOLOR_FORCE", "1")]), red);
     assert_eq!(
-        said(&["gone.glb"], &[("CLICOLOR_FORCE", "1"), ("NO_COLOR", "1")]),
+        message_of(&["gone.glb"], &[("CLICOLOR_FORCE", "1"), ("NO_COLOR", "1")]),
         plain
     );
-    let usage = said(&["--color", "always", "render", "--spp", "x"], &[]);
+    let usage = message_of(&["--color", "always", "render", "--spp", "x"], &[]);
     assert!(
         usage.starts_with("\u{1b}[1;31merror:\u{1b}[0m invalid value"),
         "{usage}"
@@ -83,8 +83,8 @@ fn colours_are_for_those_who_want_them() {
 /// the file is named once; `-v` prints each.
 #[test]
 fn a_render_says_two_lines() {
-    let desk = desk();
-    let run = desk.run(&words("render truck.obj -s 32x18 --spp 64 --progress none"));
+    let sandbox = sandbox();
+    let run = sandbox.run(&words("render truck.obj -s 32x18 --spp 64 --progress none"));
     run.exits_with(0);
     let lines: Vec<&str> = run.stderr.lines().collect();
     assert_eq!(lines.len(), 2, "{}", run.stderr);
@@ -104,11 +104,11 @@ fn a_render_says_two_lines() {
     );
     assert!(!run.stderr.contains("truck.obj"), "{}", run.stderr);
     // Two warnings and a note.
-    desk.write(
+    sandbox.write(
         "two.obj",
         format!("mtllib gone.mtl\nusemtl x\n{TRIANGLE}l 1 2\n"),
     );
-    let short = desk.run(&words("render two.obj -s 8x8 --spp 1 --progress none"));
+    let short = sandbox.run(&words("render two.obj -s 8x8 --spp 1 --progress none"));
     short.exits_with(0);
     let (first, rest) = short.stderr.split_once('\n').expect("two lines");
     assert!(
@@ -116,7 +116,7 @@ fn a_render_says_two_lines() {
         "{first}"
     );
     assert_eq!(rest.lines().count(), 1, "{rest}");
-    let long = desk.run(&words("render two.obj -s 8x8 --spp 1 --progress none -v"));
+    let long = sandbox.run(&words("render two.obj -s 8x8 --spp 1 --progress none -v"));
     let count = |label: &str| {
         long.stderr
             .lines()
@@ -139,7 +139,7 @@ fn a_render_says_two_lines() {
 /// omissions, and none is wrapped in a pipe. Absent effects take one line unless more is requested.
 #[test]
 fn tables_fit_the_terminal() {
-    let desk = desk();
+    let sandbox = sandbox();
     let bench = "bench ball.scene.toml --repeats 1 --seconds 0.01";
     let scaling = "bench --max-n 4 --repeats 1 --seconds 0.01 --shape spheres";
     for line in [
@@ -149,7 +149,7 @@ fn tables_fit_the_terminal() {
         scaling,
     ] {
         let text = |columns: Option<&str>| {
-            let mut command = desk.command(&words(line));
+            let mut command = sandbox.command(&words(line));
             command
                 .env_remove("COLUMNS")
                 .envs(columns.map(|columns| ("COLUMNS", columns)));
@@ -175,7 +175,7 @@ fn tables_fit_the_terminal() {
             assert!(letters(&fitted) * 10 > letters(&whole) * 9, "{fitted}");
         }
     }
-    let explained = desk.run(&["explain", "ball.scene.toml"]);
+    let explained = sandbox.run(&["explain", "ball.scene.toml"]);
     let absent: Vec<&str> = explained
         .text()
         .lines()
@@ -186,7 +186,8 @@ fn tables_fit_the_terminal() {
         "{absent:?}"
     );
     assert!(
-        desk.run(&["explain", "-v", "ball.scene.toml"])
+        sandbox
+            .run(&["explain", "-v", "ball.scene.toml"])
             .text()
             .contains("\nabsent, and nothing is spent on it\n")
     );
@@ -196,9 +197,9 @@ fn tables_fit_the_terminal() {
 /// value with the allowed ones.
 #[test]
 fn messages_are_in_the_readers_words() {
-    let desk = desk();
+    let sandbox = sandbox();
     let says = |line: &str, code: i32, message: &str| {
-        desk.run(&words(line)).exits_with(code).says(message);
+        sandbox.run(&words(line)).exits_with(code).prints(message);
     };
     says(
         "truk.obj",
@@ -210,15 +211,15 @@ fn messages_are_in_the_readers_words() {
         4,
         "error: cannot read ./truk.obj: no such file or folder\nhelp: did you mean `./truck.obj`?",
     );
-    std::fs::create_dir(desk.path("models")).expect("a folder");
+    std::fs::create_dir(sandbox.path("models")).expect("a folder");
     says(
         "models/",
         4,
         "error: cannot read models/: it is a folder\nhelp: there is no scene or model in it",
     );
-    desk.write("models/b.glb", "");
-    desk.write("models/a.scene.toml", "");
-    desk.write("models/notes.txt", "");
+    sandbox.write("models/b.glb", "");
+    sandbox.write("models/a.scene.toml", "");
+    sandbox.write("models/notes.txt", "");
     says(
         "models",
         4,
@@ -233,12 +234,12 @@ fn messages_are_in_the_readers_words() {
     says("render --spp lots", 2, &samples("lots"));
     says("render --spp -3", 2, &samples("-3"));
     let environment = |value: &str, cause: &str| {
-        let what =
+        let label =
             format!("error: invalid value '{value}' for '--env <none|default|FILE>': {cause}");
         says(
             &format!("render --env {value}"),
             2,
-            &format!("{what}\n\nFor more information, try '--help'."),
+            &format!("{label}\n\nFor more information, try '--help'."),
         );
     };
     environment("studio", "the studio has a flag of its own: --studio");
@@ -252,14 +253,14 @@ fn messages_are_in_the_readers_words() {
 /// array of codes gives a warning with the right notation.
 #[test]
 fn colours_have_their_usual_names() {
-    let desk = desk();
+    let sandbox = sandbox();
     let render = |name: &str, more: &str| {
         let line = format!("render {name}.scene.toml -s 16x9 --spp 4 -q -o {name}.exr {more}");
-        desk.run(&words(&line)).exits_with(0);
-        desk.picture(&format!("{name}.exr")).rgb
+        sandbox.run(&words(&line)).exits_with(0);
+        sandbox.picture(&format!("{name}.exr")).rgb
     };
     // Codes 188 and 0: linear 0.5029 and 0.
-    let scene = |colour: &str| desk.write("c.scene.toml", BALL.replace("COLOUR", colour));
+    let scene = |colour: &str| sandbox.write("c.scene.toml", BALL.replace("COLOUR", colour));
     scene("[0.5028864580325687, 0, 1]");
     let numbers = render("c", "");
     for colour in ["\"#bc00ff\"", "\"rgb(188, 0, 255)\"", "\"#BC00FF\""] {
@@ -270,20 +271,20 @@ fn colours_have_their_usual_names() {
         .map(|of| render("ball", &format!("--background {of}")));
     assert!(backgrounds[0] == backgrounds[1] && backgrounds[0] == backgrounds[2]);
     scene("[230, 178, 25]");
-    let run = desk.run(&["check", "c.scene.toml"]);
-    run.exits_with(0).says(
+    let run = sandbox.run(&["check", "c.scene.toml"]);
+    run.exits_with(0).prints(
         "warning: c.scene.toml: `base_colour` of material `m` is [230, 178, 25], many times the light that it gets; codes from 0 to 255 are \
          written \"rgb(230, 178, 25)\" [colour-codes]",
     );
     scene("\"rebeccapurpel\"");
-    desk.run(&["check", "c.scene.toml"]).exits_with(3);
+    sandbox.run(&["check", "c.scene.toml"]).exits_with(3);
 }
 
 /// Protects: a negative number is reported as such, not as an unknown flag, and is accepted where
 /// allowed.
 #[test]
 fn numbers_below_zero_are_no_flags() {
-    let desk = desk();
+    let sandbox = sandbox();
     let flags = [
         "--zoom -1",
         "--fov -10",
@@ -300,15 +301,18 @@ fn numbers_below_zero_are_no_flags() {
         "--max-memory -5",
     ]) {
         let (name, value) = flag.split_once(' ').expect("a flag and its value");
-        desk.run(&words(&format!("render ball.scene.toml {flag}")))
+        sandbox
+            .run(&words(&format!("render ball.scene.toml {flag}")))
             .exits_with(2)
-            .says_like(&format!("invalid value '{value}' for '{name} "));
+            .prints_like(&format!("invalid value '{value}' for '{name} "));
     }
-    desk.run(&words(
-        "render ball.scene.toml -s 4x4 --spp 1 -o a.exr -o a.png",
-    ))
-    .exits_with(0);
-    desk.run(&words("compare a.exr a.exr --min-psnr -3"))
+    sandbox
+        .run(&words(
+            "render ball.scene.toml -s 4x4 --spp 1 -o a.exr -o a.png",
+        ))
+        .exits_with(0);
+    sandbox
+        .run(&words("compare a.exr a.exr --min-psnr -3"))
         .exits_with(0);
 }
 
@@ -316,9 +320,9 @@ fn numbers_below_zero_are_no_flags() {
 /// file name is refused before the render.
 #[test]
 fn help_names_every_effect() {
-    let desk = desk();
-    let help = desk.run(&words("render --help"));
-    let unknown = desk.run(&words("render --without none-such"));
+    let sandbox = sandbox();
+    let help = sandbox.run(&words("render --help"));
+    let unknown = sandbox.run(&words("render --without none-such"));
     let known = unknown
         .exits_with(2)
         .stderr
@@ -344,10 +348,11 @@ fn help_names_every_effect() {
         assert!(list.contains(name), "{name}");
     }
     assert!(names.len() > 30, "{names:?}");
-    desk.run(&words(
-        "render ball.scene.toml -s 4x4 --spp 1 --checkpoint nofolder/",
-    ))
-    .exits_with(4)
-    .says_like("cannot write nofolder/");
-    assert!(!desk.path("ball.png").exists());
+    sandbox
+        .run(&words(
+            "render ball.scene.toml -s 4x4 --spp 1 --checkpoint nofolder/",
+        ))
+        .exits_with(4)
+        .prints_like("cannot write nofolder/");
+    assert!(!sandbox.path("ball.png").exists());
 }

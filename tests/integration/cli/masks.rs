@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use crate::support::{Desk, Run};
+use crate::support::{ProgramRun, Sandbox};
 
 /// An escape sequence, a bell, a one-character escape, a deletion, a direction override, line and
 /// paragraph separators, invisible characters, and a line that imitates the program's.
@@ -50,7 +50,7 @@ fn steers(c: char) -> bool {
 }
 
 #[track_caller]
-fn is_harmless(run: &Run, words: &[&str]) {
+fn is_harmless(run: &ProgramRun, words: &[&str]) {
     for (from, text) in [
         ("standard output", run.text()),
         ("standard error", run.stderr.as_str()),
@@ -72,12 +72,12 @@ fn is_harmless(run: &Run, words: &[&str]) {
 /// warnings, notes or errors; JSON stays valid, with the names unchanged.
 #[test]
 fn names_do_nothing_to_a_terminal() {
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     let small = ["--size", "4x4", "--spp", "1"];
-    desk.write("a.gltf", model());
-    desk.write("a.scene.json", scene());
+    sandbox.write("a.gltf", model());
+    sandbox.write("a.scene.json", scene());
     let renamed = "b\u{1b}[31m.gltf";
-    desk.write(renamed, model());
+    sandbox.write(renamed, model());
     for file in ["a.gltf", "a.scene.json", renamed] {
         let commands: [&[&str]; 11] = [
             &["info", file],
@@ -98,7 +98,7 @@ fn names_do_nothing_to_a_terminal() {
             &["bench", file, "--seconds", "0.1", "--repeats", "1"],
         ];
         for words in commands {
-            let run = desk.run(words);
+            let run = sandbox.run(words);
             assert!(
                 matches!(run.code, Some(0 | 2 | 3)),
                 "{words:?}: {:?}\n{}",
@@ -111,13 +111,14 @@ fn names_do_nothing_to_a_terminal() {
             }
         }
     }
-    let told: Value = serde_json::from_slice(&desk.run(&["info", "a.scene.json", "--json"]).stdout)
-        .expect("JSON");
+    let printed: Value =
+        serde_json::from_slice(&sandbox.run(&["info", "a.scene.json", "--json"]).stdout)
+            .expect("JSON");
     assert_eq!(
-        (&told["title"], &told["cameras"][0]),
+        (&printed["title"], &printed["cameras"][0]),
         (&json!(EVIL), &json!(EVIL))
     );
-    let written = std::fs::read_to_string(desk.path("s.json")).expect("a report");
+    let written = std::fs::read_to_string(sandbox.path("s.json")).expect("a report");
     assert!(
         !written.chars().any(steers) && serde_json::from_str::<Value>(&written).is_ok(),
         "{written}"

@@ -3,12 +3,12 @@
 
 use std::process::Command;
 
-use crate::support::{Desk, carried};
+use crate::support::{Sandbox, carried};
 
 /// Protects: messages for command lines that name something nonexistent.
 #[test]
 fn wrong_use_is_explained() {
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     let cases: &[(&[&str], &str)] = &[
         (
             &["render", "preset:whitted", "--set", "t=1"],
@@ -99,29 +99,31 @@ fn wrong_use_is_explained() {
         .iter()
         .filter(|(words, _)| carried || !words.iter().any(|word| word.contains(":whit")))
     {
-        desk.run(arguments).exits_with(2).says(message);
+        sandbox.run(arguments).exits_with(2).prints(message);
     }
-    assert!(desk.names().is_empty(), "nothing is written");
+    assert!(sandbox.names().is_empty(), "nothing is written");
 }
 
 /// Protects: messages for unreadable and unwritable files.
 #[test]
 fn files_out_of_reach_are_explained() {
-    let desk = Desk::new();
-    desk.run(&["duck.glb"])
+    let sandbox = Sandbox::new();
+    sandbox
+        .run(&["duck.glb"])
         .exits_with(4)
-        .says("error: cannot read duck.glb: no such file or folder");
-    desk.run(&["render", "room.scene.toml"])
+        .prints("error: cannot read duck.glb: no such file or folder");
+    sandbox
+        .run(&["render", "room.scene.toml"])
         .exits_with(4)
-        .says("error: cannot read room.scene.toml: no such file or folder");
+        .prints("error: cannot read room.scene.toml: no such file or folder");
     if carried("whitted") {
-        desk.run(&["render", "whitted"]).exits_with(4).says(
+        sandbox.run(&["render", "whitted"]).exits_with(4).prints(
             "error: cannot read whitted: no such file or folder\nhelp: the built-in scene of that name is `preset:whitted`",
         );
     }
-    desk.run(&["render", "-o", "renders/a.png"])
+    sandbox.run(&["render", "-o", "renders/a.png"])
         .exits_with(4)
-        .says("error: cannot write renders/a.png: no such file or folder\nhelp: create the folder first: mkdir -p renders");
+        .prints("error: cannot write renders/a.png: no such file or folder\nhelp: create the folder first: mkdir -p renders");
 }
 
 /// Protects: formats of other programs are named, with a converter to a supported one; URLs and
@@ -129,7 +131,7 @@ fn files_out_of_reach_are_explained() {
 /// equivalent ones.
 #[test]
 fn habits_from_elsewhere_are_understood() {
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     let files = [
         (
             "a.usdz",
@@ -150,18 +152,21 @@ fn habits_from_elsewhere_are_understood() {
         ),
     ];
     for (name, message) in files {
-        desk.write(name, "some bytes");
-        desk.run(&[name]).exits_with(3).says_like(message);
+        sandbox.write(name, "some bytes");
+        sandbox.run(&[name]).exits_with(3).prints_like(message);
     }
-    desk.run(&["https://example.org/a.glb"])
+    sandbox
+        .run(&["https://example.org/a.glb"])
         .exits_with(4)
-        .says_like("addresses are not fetched");
-    desk.run(&["models/*.obj"])
+        .prints_like("addresses are not fetched");
+    sandbox
+        .run(&["models/*.obj"])
         .exits_with(4)
-        .says_like("no file fits that pattern");
-    desk.run(&["a.glb", "--samples", "4"])
+        .prints_like("no file fits that pattern");
+    sandbox
+        .run(&["a.glb", "--samples", "4"])
         .exits_with(2)
-        .says("error: there is no `--samples`\nhelp: samples a pixel are --spp N");
+        .prints("error: there is no `--samples`\nhelp: samples a pixel are --spp N");
 }
 
 /// Protects: messages for work beyond the limits.
@@ -170,8 +175,8 @@ fn limits_are_explained() {
     if !carried("whitted") {
         return;
     }
-    let desk = Desk::new();
-    let run = desk.run(&["render", "preset:whitted", "--size", "65536x65536"]);
+    let sandbox = Sandbox::new();
+    let run = sandbox.run(&["render", "preset:whitted", "--size", "65536x65536"]);
     run.exits_with(5);
     assert!(
         run.stderr
@@ -191,15 +196,15 @@ fn limits_are_explained() {
 /// KiB, and the message names the texture.
 #[test]
 fn the_limit_holds_for_loading() {
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     image::GrayImage::new(64, 64)
-        .save(desk.path("wood.png"))
+        .save(sandbox.path("wood.png"))
         .expect("a picture");
-    desk.write(
+    sandbox.write(
         "room.scene.toml",
         "format = 1\n[[images]]\nname = \"wood\"\npath = \"wood.png\"\n",
     );
-    let run = desk.run(&["render", "room.scene.toml", "--max-memory", "10K"]);
+    let run = sandbox.run(&["render", "room.scene.toml", "--max-memory", "10K"]);
     run.exits_with(5);
     assert!(
         run.stderr
@@ -215,7 +220,7 @@ fn the_limit_holds_for_loading() {
 #[cfg(unix)]
 #[test]
 fn memory_that_the_system_refuses_is_told() {
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     let scene = |rest: &str| {
         let camera = "pose.look_at = { eye = [0, 0, 5], target = [0, 0, 0] }, projection.pinhole = { vertical_fov = 40 }";
         format!(
@@ -223,18 +228,18 @@ fn memory_that_the_system_refuses_is_told() {
         )
     };
     let ball = "object = { shape.sphere = { centre = [0, 0, 0], radius = 0.1 }, material = \"m\" }";
-    desk.write("film.scene.toml", scene("sky.constant = 1\n"));
-    desk.write(
+    sandbox.write("film.scene.toml", scene("sky.constant = 1\n"));
+    sandbox.write(
         "many.scene.toml",
         scene(&format!(
             "generators = [{{ kind.grid = {{ counts = [200, 200, 200], origin = [0, 0, 0], step = [1, 1, 1] }}, {ball} }}]\n"
         )),
     );
-    desk.write(
+    sandbox.write(
         "sky.scene.toml",
         scene("images = [{ name = \"a\", path = \"a.hdr\" }]\nsky.map.image = \"a\"\n"),
     );
-    desk.write(
+    sandbox.write(
         "a.hdr",
         "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 14000 +X 14000\n",
     );
@@ -248,7 +253,7 @@ fn memory_that_the_system_refuses_is_told() {
         );
         let run = Command::new("sh")
             .args(["-c", &script, env!("CARGO_BIN_EXE_raywright")])
-            .current_dir(desk.path(""))
+            .current_dir(sandbox.path(""))
             .output();
         let run = run.expect("a shell");
         if run.status.code() == Some(77) {
@@ -262,5 +267,5 @@ fn memory_that_the_system_refuses_is_told() {
             "{words}: {said}"
         );
     }
-    assert!(!desk.path("a.png").exists());
+    assert!(!sandbox.path("a.png").exists());
 }

@@ -4,7 +4,7 @@
 use raywright::core::settings::Sampling;
 use raywright::prelude::*;
 
-use crate::support::Desk;
+use crate::support::Sandbox;
 
 /// A model with a white wall across the view in its first scene and nothing visible in its second;
 /// red or blue by variant; animated from the left edge of the picture to beyond its right edge
@@ -55,9 +55,9 @@ pub fn model() -> String {
 /// the choices.
 #[test]
 fn parts_of_a_model_are_chosen() {
-    let desk = Desk::new();
-    desk.write("wall.gltf", model());
-    let seen = |flags: &[&str]| {
+    let sandbox = Sandbox::new();
+    sandbox.write("wall.gltf", model());
+    let actual = |flags: &[&str]| {
         let words = [
             &[
                 "render",
@@ -76,8 +76,8 @@ fn parts_of_a_model_are_chosen() {
             flags,
         ]
         .concat();
-        desk.run(&words).exits_with(0);
-        desk.picture("a.exr").rgb[0]
+        sandbox.run(&words).exits_with(0);
+        sandbox.picture("a.exr").rgb[0]
     };
     let (red, blue, green) = ([1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0]);
     for (flags, colour) in [
@@ -88,9 +88,9 @@ fn parts_of_a_model_are_chosen() {
         (&["--at", "0"], red),
         (&["--at", "1"], green),
     ] {
-        assert_eq!(seen(flags), colour, "{flags:?}");
+        assert_eq!(actual(flags), colour, "{flags:?}");
     }
-    let info = desk.run(&["info", "wall.gltf"]);
+    let info = sandbox.run(&["info", "wall.gltf"]);
     for row in [
         "scenes      0 wall, 1 void",
         "variants    red, blue",
@@ -108,30 +108,31 @@ fn parts_of_a_model_are_chosen() {
 /// any choice for a file without choices.
 #[test]
 fn unknown_parts_are_listed() {
-    let desk = Desk::new();
-    desk.write("wall.gltf", model());
-    desk.write("flat.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
-    let said = |flags: &[&str]| {
-        desk.run(&[&["check"], flags].concat())
+    let sandbox = Sandbox::new();
+    sandbox.write("wall.gltf", model());
+    sandbox.write("flat.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    let message_of = |flags: &[&str]| {
+        sandbox
+            .run(&[&["check"], flags].concat())
             .exits_with(2)
             .stderr
             .clone()
     };
     let scenes = "error: wall.gltf: has no scene `viod`; did you mean `void`? Its scenes: 0 `wall`, 1 `void`\n";
-    assert_eq!(said(&["wall.gltf", "--scene", "viod"]), scenes);
+    assert_eq!(message_of(&["wall.gltf", "--scene", "viod"]), scenes);
     assert_eq!(
-        said(&["wall.gltf", "--variant", "green"]),
+        message_of(&["wall.gltf", "--variant", "green"]),
         "error: wall.gltf: has no variant `green`; its variants: `red`, `blue`\n"
     );
     let none = "error: flat.obj has no scenes to choose from, so none is `0`\nhelp: only glTF and GLB files have scenes\n";
-    assert_eq!(said(&["flat.obj", "--scene", "0"]), none);
+    assert_eq!(message_of(&["flat.obj", "--scene", "0"]), none);
 }
 
 /// Protects: motion is an effect that `explain` names, that a shutter enables, and that can be
 /// switched off; an invalid motion is a problem of the scene, at its line.
 #[test]
 fn motion_is_explained_switched_off_and_checked() {
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     let scene = |shutter: &str, end: &str| {
         format!(
             "format = 1\nclassic.ambient = 1\nmaterials = [{{ name = \"clay\", model.classic = {{}} }}]\n{shutter}\n[[objects]]\n\
@@ -144,7 +145,7 @@ fn motion_is_explained_switched_off_and_checked() {
     let status = |flags: &[&str]| {
         let words = [&["explain", "a.scene.toml", "--json"], flags].concat();
         let report: serde_json::Value =
-            serde_json::from_str(desk.run(&words).exits_with(0).text()).expect("JSON");
+            serde_json::from_str(sandbox.run(&words).exits_with(0).text()).expect("JSON");
         let effects = report["effects"].as_array().expect("a list");
         let motion = effects
             .iter()
@@ -156,7 +157,7 @@ fn motion_is_explained_switched_off_and_checked() {
         )
     };
     let told = |status: &str, because: &str| (status.to_owned(), because.to_owned());
-    desk.write("a.scene.toml", scene(camera, moves));
+    sandbox.write("a.scene.toml", scene(camera, moves));
     assert_eq!(
         status(&[]),
         told("simulated", "something moves while the shutter is open")
@@ -165,7 +166,7 @@ fn motion_is_explained_switched_off_and_checked() {
         status(&["--without", "motion"]),
         told("left-out", "switched off")
     );
-    desk.write("a.scene.toml", scene("", moves));
+    sandbox.write("a.scene.toml", scene("", moves));
     assert_eq!(
         status(&[]),
         told(
@@ -173,16 +174,16 @@ fn motion_is_explained_switched_off_and_checked() {
             "the camera has no shutter: the picture is of time 0"
         )
     );
-    desk.write("a.scene.toml", scene(camera, ""));
+    sandbox.write("a.scene.toml", scene(camera, ""));
     assert_eq!(
         status(&[]),
         told("absent", "nothing moves while the shutter is open")
     );
-    desk.write(
+    sandbox.write(
         "a.scene.toml",
         scene(camera, "{ rotate = { axis = [0, 1, 0], degrees = 180 } }"),
     );
-    let message = desk
+    let message = sandbox
         .run(&["check", "a.scene.toml"])
         .exits_with(3)
         .stderr
@@ -197,73 +198,74 @@ fn motion_is_explained_switched_off_and_checked() {
 /// without any.
 #[test]
 fn films_last_as_long_as_animations() {
-    let desk = Desk::new();
-    desk.write("wall.gltf", model());
-    let run = |words: &str| desk.run(&words.split(' ').collect::<Vec<_>>());
+    let sandbox = Sandbox::new();
+    sandbox.write("wall.gltf", model());
+    let run = |words: &str| sandbox.run(&words.split(' ').collect::<Vec<_>>());
     let film = "render wall.gltf --size 4x4 --spp 1 -q -o f%d.exr --frames";
     run(&format!("{film} all:4")).exits_with(0);
     assert_eq!(
-        desk.names()
+        sandbox
+            .names()
             .iter()
             .filter(|name| name.starts_with('f'))
             .count(),
         4
     );
     let kept: Vec<_> = (0..4)
-        .map(|i| desk.picture(&format!("f{i}.exr")).rgb)
+        .map(|i| sandbox.picture(&format!("f{i}.exr")).rgb)
         .collect();
     run(&format!("{film} 0..1:4")).exits_with(0);
-    (0..4).for_each(|i| assert!(desk.picture(&format!("f{i}.exr")).rgb == kept[i], "{i}"));
+    (0..4).for_each(|i| assert!(sandbox.picture(&format!("f{i}.exr")).rgb == kept[i], "{i}"));
     run(&format!("{film} all:4 --animation leave")).exits_with(0);
     run(&format!("{film} all:4 --animation come"))
         .exits_with(2)
-        .says_like("leave");
+        .prints_like("leave");
     run(&format!("{film} all:1e9"))
         .exits_with(2)
-        .says_like("1000000000 pictures are too many");
+        .prints_like("1000000000 pictures are too many");
     run("render preset:whitted -q --frames all:25")
         .exits_with(2)
-        .says_like("it has no animation with a length");
+        .prints_like("it has no animation with a length");
     run("render - -q --frames all:25")
         .exits_with(2)
-        .says_like("standard input is read once");
+        .prints_like("standard input is read once");
     run("render wall.gltf wall.gltf -q --frames all:25")
         .exits_with(2)
-        .says_like("--frames all is of one model");
+        .prints_like("--frames all is of one model");
 }
 
 /// Protects: `info` as JSON: counts, names, choices, supported extensions, bounds and memory.
 #[test]
 fn models_are_told_as_json() {
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     let text = model().replacen(
         "\"asset\"",
         "\"extensionsUsed\": [\"VENDOR_fog\", \"KHR_materials_variants\"], \"asset\"",
         1,
     );
-    desk.write("wall.gltf", text);
-    let run = desk.run(&["info", "wall.gltf", "--json"]);
-    let told: serde_json::Value = serde_json::from_str(run.exits_with(0).text()).expect("JSON");
+    sandbox.write("wall.gltf", text);
+    let run = sandbox.run(&["info", "wall.gltf", "--json"]);
+    let printed: serde_json::Value = serde_json::from_str(run.exits_with(0).text()).expect("JSON");
     assert_eq!(
-        (told["notation"].as_str(), told["scenes"][0].as_str()),
+        (printed["notation"].as_str(), printed["scenes"][0].as_str()),
         (Some("glTF 2.0"), Some("wall"))
     );
-    assert_eq!(told["variants"], serde_json::json!(["red", "blue"]));
-    assert_eq!(told["animations"][0]["seconds"], 1.0);
+    assert_eq!(printed["variants"], serde_json::json!(["red", "blue"]));
+    assert_eq!(printed["animations"][0]["seconds"], 1.0);
     let extensions = serde_json::json!([{ "name": "KHR_materials_variants", "required": false, "read": true },
         { "name": "VENDOR_fog", "required": false, "read": false }]);
-    assert_eq!(told["extensions"], extensions);
+    assert_eq!(printed["extensions"], extensions);
     assert!(
-        told["bounds"][1][0].is_number()
-            && told["memory"]["geometry"]
+        printed["bounds"][1][0].is_number()
+            && printed["memory"]["geometry"]
                 .as_u64()
                 .is_some_and(|bytes| bytes > 0),
-        "{told}"
+        "{printed}"
     );
-    let shown = told["triangles"]["shown"].as_u64();
+    let shown = printed["triangles"]["shown"].as_u64();
     assert!(
-        shown.is_some_and(|n| n > 0) && told["triangles"]["stored"].as_u64() == shown,
-        "{told}"
+        shown.is_some_and(|n| n > 0) && printed["triangles"]["stored"].as_u64() == shown,
+        "{printed}"
     );
 }
 
@@ -271,20 +273,21 @@ fn models_are_told_as_json() {
 /// refusal names.
 #[test]
 fn files_outside_are_read_where_allowed() {
-    let desk = Desk::new();
-    desk.write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
-    std::fs::create_dir(desk.path("sub")).expect("a folder");
-    desk.write(
+    let sandbox = Sandbox::new();
+    sandbox.write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    std::fs::create_dir(sandbox.path("sub")).expect("a folder");
+    sandbox.write(
         "sub/b.scene.toml",
         "format = 1\n[[models]]\nfile = \"../a.obj\"\n",
     );
-    let refused = desk.run(&["check", "sub/b.scene.toml"]);
+    let refused = sandbox.run(&["check", "sub/b.scene.toml"]);
     assert!(
         refused.exits_with(3).stderr.contains("--allow-outside"),
         "{}",
         refused.stderr
     );
-    desk.run(&["check", "sub/b.scene.toml", "--allow-outside"])
+    sandbox
+        .run(&["check", "sub/b.scene.toml", "--allow-outside"])
         .exits_with(0);
 }
 
@@ -293,10 +296,10 @@ fn files_outside_are_read_where_allowed() {
 /// scene stays dark.
 #[test]
 fn nothing_to_be_seen_is_told() {
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     let obj = "mtllib a.mtl\nusemtl lamp\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nusemtl wall\nv 0 0 -1\nv 90 0 -1\nv 0 90 -1\nf 4 5 6\n";
-    desk.write("a.obj", obj);
-    desk.write(
+    sandbox.write("a.obj", obj);
+    sandbox.write(
         "a.mtl",
         "newmtl lamp\nKd 0 0 0\nKe 0.1 0.1 0.1\nnewmtl wall\nKd 1 1 1\n",
     );
@@ -315,7 +318,7 @@ fn nothing_to_be_seen_is_told() {
             "-o",
             "a.png",
         ];
-        desk.run(&words)
+        sandbox.run(&words)
     };
     let there = render("a.obj", "0.2,0.2,0").exits_with(0).stderr.clone();
     assert!(
@@ -323,13 +326,13 @@ fn nothing_to_be_seen_is_told() {
             && there.contains("the model brings no lights: it stands in the default studio"),
         "{there}"
     );
-    std::fs::remove_file(desk.path("a.png")).expect("a picture");
+    std::fs::remove_file(sandbox.path("a.png")).expect("a picture");
     let away = render("a.obj", "0.2,0.2,9");
-    let said = "no camera ray met anything: the scene lies between (0.000000, 0.000000, -1.000000) and (90.000000, 90.000000, 0.000000)";
+    let message = "no camera ray met anything: the scene lies between (0.000000, 0.000000, -1.000000) and (90.000000, 90.000000, 0.000000)";
     away.exits_with(3)
-        .says_like(said)
-        .says_like("help: --allow-empty makes a picture all the same");
-    assert!(!desk.path("a.png").exists());
+        .prints_like(message)
+        .prints_like("help: --allow-empty makes a picture all the same");
+    assert!(!sandbox.path("a.png").exists());
     let flags = [
         "render",
         "a.obj",
@@ -342,47 +345,51 @@ fn nothing_to_be_seen_is_told() {
         "--target",
         "0.2,0.2,9",
     ];
-    desk.run(&[&flags[..], &["--allow-empty", "-o", "a.png"]].concat())
+    sandbox
+        .run(&[&flags[..], &["--allow-empty", "-o", "a.png"]].concat())
         .exits_with(0)
-        .says_like(said);
+        .prints_like(message);
     // A crop may well be empty.
-    desk.run(&[&flags[..], &["--crop", "0,0,2,2", "-o", "a.png"]].concat())
+    sandbox
+        .run(&[&flags[..], &["--crop", "0,0,2,2", "-o", "a.png"]].concat())
         .exits_with(0)
-        .says_like(said);
+        .prints_like(message);
     // A single non-empty picture of a scene is enough.
-    desk.run(&[
-        "render",
-        "a.obj",
-        "--views",
-        "left,front",
-        "--size",
-        "8x8",
-        "--spp",
-        "1",
-        "-o",
-        "v%d.png",
-    ])
-    .exits_with(0);
-    desk.write("thin.obj", "v 0 0 0\nv 1 0 0\nl 1 2\n");
-    desk.run(&["render", "thin.obj"]).exits_with(3).says_like(
+    sandbox
+        .run(&[
+            "render",
+            "a.obj",
+            "--views",
+            "left,front",
+            "--size",
+            "8x8",
+            "--spp",
+            "1",
+            "-o",
+            "v%d.png",
+        ])
+        .exits_with(0);
+    sandbox.write("thin.obj", "v 0 0 0\nv 1 0 0\nl 1 2\n");
+    sandbox.run(&["render", "thin.obj"]).exits_with(3).prints_like(
         "thin.obj: there is nothing to see: it has points and lines alone, which are not rendered",
     );
-    desk.write("void.scene.toml", "format = 1\n");
-    desk.run(&[
-        "render",
-        "a.obj",
-        "void.scene.toml",
-        "--size",
-        "8x8",
-        "--spp",
-        "1",
-        "-o",
-        "n%d.png",
-    ])
-    .exits_with(3)
-    .says_like("void.scene.toml: there is nothing to see: it has no object")
-    .says_like("wrote n0.png");
-    desk.write(
+    sandbox.write("void.scene.toml", "format = 1\n");
+    sandbox
+        .run(&[
+            "render",
+            "a.obj",
+            "void.scene.toml",
+            "--size",
+            "8x8",
+            "--spp",
+            "1",
+            "-o",
+            "n%d.png",
+        ])
+        .exits_with(3)
+        .prints_like("void.scene.toml: there is nothing to see: it has no object")
+        .prints_like("wrote n0.png");
+    sandbox.write(
         "dim.scene.toml",
         "format = 1\n[[models]]\nfile = \"a.obj\"\n",
     );
@@ -398,13 +405,13 @@ fn nothing_to_be_seen_is_told() {
 /// means none for both.
 #[test]
 fn the_library_completes_what_the_program_completes() {
-    let desk = Desk::new();
-    desk.write("bare.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
-    desk.write(
+    let sandbox = Sandbox::new();
+    sandbox.write("bare.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    sandbox.write(
         "lamp.gltf",
         model().replace("KHR_materials_unlit", "VENDOR_nothing"),
     );
-    desk.write(
+    sandbox.write(
         "bare.scene.toml",
         "format = 1\n[[models]]\nfile = \"bare.obj\"\n",
     );
@@ -416,14 +423,15 @@ fn the_library_completes_what_the_program_completes() {
             let words = [
                 "render", file, "--size", "12x8", "--spp", "4", "-o", "a.exr", "-q",
             ];
-            desk.run(
-                &[
-                    &words[..],
-                    env.iter().flatten().copied().collect::<Vec<_>>().as_slice(),
-                ]
-                .concat(),
-            )
-            .exits_with(0);
+            sandbox
+                .run(
+                    &[
+                        &words[..],
+                        env.iter().flatten().copied().collect::<Vec<_>>().as_slice(),
+                    ]
+                    .concat(),
+                )
+                .exits_with(0);
             let environment = Environment {
                 source: source.clone(),
                 ..Environment::default()
@@ -432,8 +440,8 @@ fn the_library_completes_what_the_program_completes() {
                 environment,
                 ..LoadOptions::default()
             };
-            let loaded = load(&Input::Path(desk.path(file)), &options).expect("a model");
-            let own = Settings::of(&loaded.scene);
+            let loaded = load(&Input::Path(sandbox.path(file)), &options).expect("a model");
+            let own = Settings::from_scene(&loaded.scene);
             let settings = Settings {
                 size: [12, 8],
                 sampling: Sampling::resolve(&loaded.scene, Some(4)),
@@ -443,7 +451,7 @@ fn the_library_completes_what_the_program_completes() {
                 .expect("a small picture")
                 .render(&())
                 .picture;
-            assert_eq!(picture.rgb, desk.picture("a.exr").rgb, "{file}, {env:?}");
+            assert_eq!(picture.rgb, sandbox.picture("a.exr").rgb, "{file}, {env:?}");
             assert_eq!(
                 picture.rgb.iter().any(|pixel| *pixel != [0.0; 3]),
                 source.is_none(),
@@ -490,10 +498,10 @@ fn models_stand_upright() {
             corners.concat()
         )
     };
-    let desk = Desk::new();
-    desk.write("y.obj", obj(true));
-    desk.write("z.obj", obj(false));
-    desk.write(
+    let sandbox = Sandbox::new();
+    sandbox.write("y.obj", obj(true));
+    sandbox.write("z.obj", obj(false));
+    sandbox.write(
         "z.stl",
         format!("solid s\n{}endsolid\n", facets.map(facet).concat()),
     );
@@ -509,16 +517,16 @@ fn models_stand_upright() {
         "%d.exr",
     ];
     let pictures = |args: &[&str]| {
-        let run = desk.run(&[&["render"], args, &render[..]].concat());
+        let run = sandbox.run(&[&["render"], args, &render[..]].concat());
         run.exits_with(0);
-        let views = (0..4).map(|i| desk.picture(&format!("{i}.exr")).rgb);
+        let views = (0..4).map(|i| sandbox.picture(&format!("{i}.exr")).rgb);
         (views.collect::<Vec<_>>(), run.stderr)
     };
     let (upright, _) = pictures(&["y.obj"]);
-    let (printed, told) = pictures(&["z.stl"]);
+    let (printed, message) = pictures(&["z.stl"]);
     assert!(
-        told.contains("STL does not say what is up: z is taken, --up y takes y"),
-        "{told}"
+        message.contains("STL does not say what is up: z is taken, --up y takes y"),
+        "{message}"
     );
     let (lying, _) = pictures(&["z.stl", "--up", "y"]);
     let far = |a: &[Vec<[f32; 3]>], b: &[Vec<[f32; 3]>]| {
@@ -529,27 +537,29 @@ fn models_stand_upright() {
             .zip(b.iter().flatten().flatten());
         pairs.map(|(a, b)| (a - b).abs()).sum::<f32>() / (4 * 24 * 24 * 3) as f32
     };
-    for (what, other) in [
+    for (label, other) in [
         ("STL", &printed),
         ("OBJ", &pictures(&["z.obj", "--up", "z"]).0),
     ] {
         assert!(
             far(&upright, other) < 1e-3,
-            "{what}: {}",
+            "{label}: {}",
             far(&upright, other)
         );
     }
     assert!(far(&upright, &lying) > 0.01);
-    let refused = desk.run(&["render", "z.obj", "--up", "0,0,1", "--view", "front"]);
+    let refused = sandbox.run(&["render", "z.obj", "--up", "0,0,1", "--view", "front"]);
     refused
         .exits_with(2)
-        .says_like("turn a model instead: --up z");
-    desk.run(&["render", "preset:whitted", "--up", "z"])
+        .prints_like("turn a model instead: --up z");
+    sandbox
+        .run(&["render", "preset:whitted", "--up", "z"])
         .exits_with(2)
-        .says_like("only models are turned");
-    desk.run(&["render", "z.obj", "--up", "w"])
+        .prints_like("only models are turned");
+    sandbox
+        .run(&["render", "z.obj", "--up", "w"])
         .exits_with(2)
-        .says_like("expected an axis of the model");
+        .prints_like("expected an axis of the model");
 }
 
 /// A square of two triangles, in three formats.
@@ -572,19 +582,19 @@ fn square() -> [(&'static str, &'static str); 3] {
 /// other files gets a message that they are unavailable.
 #[test]
 fn formats_and_pipes() {
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     let render = [
         "render", "--up", "y", "--size", "16x12", "--spp", "4", "-q", "-o", "a.exr",
     ];
     let mut pictures = Vec::new();
     for (name, text) in square() {
-        desk.write(name, text);
+        sandbox.write(name, text);
         let format = ["Wavefront OBJ", "STL", "PLY"]
             .into_iter()
             .find(|format| format.to_lowercase().ends_with(&name[7..]))
             .expect("known");
         for (input, bytes) in [(name, ""), ("-", text)] {
-            let info = desk.pipe(&["info", input], bytes.as_bytes());
+            let info = sandbox.pipe(&["info", input], bytes.as_bytes());
             let rows: Vec<String> = info
                 .exits_with(0)
                 .text()
@@ -597,48 +607,55 @@ fn formats_and_pipes() {
             ] {
                 assert!(rows.contains(&row), "{row}\n{}", info.text());
             }
-            desk.pipe(&["check", input], bytes.as_bytes()).exits_with(0);
+            sandbox
+                .pipe(&["check", input], bytes.as_bytes())
+                .exits_with(0);
             assert!(
-                desk.pipe(&["explain", input], bytes.as_bytes())
+                sandbox
+                    .pipe(&["explain", input], bytes.as_bytes())
                     .exits_with(0)
                     .text()
                     .contains("sky")
             );
-            desk.pipe(&[&render[..], &[input]].concat(), bytes.as_bytes())
+            sandbox
+                .pipe(&[&render[..], &[input]].concat(), bytes.as_bytes())
                 .exits_with(0);
-            pictures.push(desk.picture("a.exr").rgb);
+            pictures.push(sandbox.picture("a.exr").rgb);
         }
     }
     assert!(
         pictures[0].iter().any(|pixel| *pixel != pictures[0][0])
             && pictures.iter().all(|picture| *picture == pictures[0])
     );
-    let before = desk.names();
-    desk.pipe(
-        &["render", "--size", "2x2", "--spp", "1", "-q", "-"],
-        square()[1].1.as_bytes(),
-    )
-    .exits_with(0);
-    let new: Vec<String> = desk
+    let before = sandbox.names();
+    sandbox
+        .pipe(
+            &["render", "--size", "2x2", "--spp", "1", "-q", "-"],
+            square()[1].1.as_bytes(),
+        )
+        .exits_with(0);
+    let new: Vec<String> = sandbox
         .names()
         .into_iter()
         .filter(|name| !before.contains(name))
         .collect();
     assert_eq!(new, ["standard-input.png"]);
-    let beside = desk.pipe(
+    let beside = sandbox.pipe(
         &["check", "-"],
         b"mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
     );
     beside
         .exits_with(0)
-        .says_like("standard input: material library: `a.mtl` is a file, and what comes through a pipe lies in no folder");
-    desk.pipe(&["check", "-"], b"")
+        .prints_like("standard input: material library: `a.mtl` is a file, and what comes through a pipe lies in no folder");
+    sandbox
+        .pipe(&["check", "-"], b"")
         .exits_with(3)
-        .says_like("error: standard input: is empty");
-    desk.pipe(
-        &["check", "-", "--variant", "red"],
-        square()[2].1.as_bytes(),
-    )
-    .exits_with(2)
-    .says_like("has no variants");
+        .prints_like("error: standard input: is empty");
+    sandbox
+        .pipe(
+            &["check", "-", "--variant", "red"],
+            square()[2].1.as_bytes(),
+        )
+        .exits_with(2)
+        .prints_like("has no variants");
 }

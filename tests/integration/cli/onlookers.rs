@@ -10,7 +10,7 @@ use std::thread;
 use raywright::io::Limits;
 use raywright::io::output::read_picture;
 
-use crate::support::Desk;
+use crate::support::Sandbox;
 
 /// A ball on the ground under the grey sky, with random light samples.
 const SCENE: &str = r#"
@@ -30,7 +30,7 @@ shape.quad = { corner = [-2, 0, 2], edge_u = [4, 0, 0], edge_v = [0, 0, -4] }
 
 /// A received picture: its size, and each update of its channels' values.
 #[derive(Default)]
-struct Shown {
+struct ShownPicture {
     size: [u32; 2],
     channels: BTreeMap<String, Vec<f32>>,
     created: usize,
@@ -38,9 +38,9 @@ struct Shown {
 }
 
 /// A packet that is decoded from its beginning.
-struct Reader<'a>(&'a [u8]);
+struct PacketReader<'a>(&'a [u8]);
 
-impl Reader<'_> {
+impl PacketReader<'_> {
     fn bytes<const N: usize>(&mut self) -> [u8; N] {
         let (first, rest) = self.0.split_at(N);
         self.0 = rest;
@@ -63,11 +63,11 @@ impl Reader<'_> {
     }
 }
 
-impl Shown {
+impl ShownPicture {
     /// Decodes a packet as tev does (its `Ipc.cpp`): pictures are created, and then updated by
     /// offsets and strides.
     fn take(&mut self, packet: &[u8]) {
-        let mut reader = Reader(packet);
+        let mut reader = PacketReader(packet);
         assert_eq!(reader.number() as usize, packet.len());
         let [kind, focus] = reader.bytes();
         assert!(focus <= 1);
@@ -120,8 +120,8 @@ impl Shown {
 /// bits equal those of a render without previews.
 #[test]
 fn tev_is_shown_each_stage() {
-    let desk = Desk::new();
-    desk.write("ball.scene.toml", SCENE);
+    let sandbox = Sandbox::new();
+    sandbox.write("ball.scene.toml", SCENE);
     let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
     let display = format!(
         "tev:127.0.0.1:{}",
@@ -131,7 +131,7 @@ fn tev_is_shown_each_stage() {
         let (mut stream, _) = listener.accept().expect("a connection");
         let mut bytes = Vec::new();
         stream.read_to_end(&mut bytes).expect("packets");
-        let (mut shown, mut rest) = (Shown::default(), bytes.as_slice());
+        let (mut shown, mut rest) = (ShownPicture::default(), bytes.as_slice());
         while let Some(length) = rest
             .first_chunk()
             .map(|&four| u32::from_le_bytes(four) as usize)
@@ -152,7 +152,7 @@ fn tev_is_shown_each_stage() {
         "--display",
         &display,
     ];
-    let hash = desk
+    let hash = sandbox
         .run(&words)
         .exits_with(0)
         .text()
@@ -168,7 +168,7 @@ fn tev_is_shown_each_stage() {
         shown.updated
     );
     assert_eq!(shown.size, [48, 32]);
-    let picture = desk.picture("a.exr");
+    let picture = sandbox.picture("a.exr");
     for (channel, name) in ["R", "G", "B"].into_iter().enumerate() {
         assert!(
             picture
@@ -190,7 +190,7 @@ fn tev_is_shown_each_stage() {
             "{name}"
         );
     }
-    let alone = desk.run(&[
+    let alone = sandbox.run(&[
         "render",
         "ball.scene.toml",
         "--denoise",
@@ -204,28 +204,30 @@ fn tev_is_shown_each_stage() {
 /// Protects: an unreachable viewer is reported before the render.
 #[test]
 fn a_viewer_that_is_not_there_is_told() {
-    let desk = Desk::new();
-    desk.write("ball.scene.toml", SCENE);
+    let sandbox = Sandbox::new();
+    sandbox.write("ball.scene.toml", SCENE);
     let port = TcpListener::bind("127.0.0.1:0")
         .and_then(|listener| listener.local_addr())
         .expect("an address")
         .port();
     let display = format!("tev:127.0.0.1:{port}");
-    desk.run(&["render", "ball.scene.toml", "--display", &display])
+    sandbox
+        .run(&["render", "ball.scene.toml", "--display", &display])
         .exits_with(4)
-        .says_like("start it first");
-    desk.run(&["render", "ball.scene.toml", "--display", "window"])
+        .prints_like("start it first");
+    sandbox
+        .run(&["render", "ball.scene.toml", "--display", "window"])
         .exits_with(2)
-        .says_like("expected tev");
-    assert_eq!(desk.names(), ["ball.scene.toml"]);
+        .prints_like("expected tev");
+    assert_eq!(sandbox.names(), ["ball.scene.toml"]);
 }
 
 /// Protects: a preview file is a complete picture at any time, differs during the render, and ends
 /// as the final picture; it replaces no input, and applies to a single picture.
 #[test]
 fn a_preview_grows() {
-    let desk = Desk::new();
-    desk.write("ball.scene.toml", SCENE);
+    let sandbox = Sandbox::new();
+    sandbox.write("ball.scene.toml", SCENE);
     let words = [
         "render",
         "ball.scene.toml",
@@ -239,33 +241,36 @@ fn a_preview_grows() {
         "o.png",
         "-q",
     ];
-    let mut child = desk
+    let mut child = sandbox
         .command(&words)
         .stderr(Stdio::piped())
         .spawn()
         .expect("the program starts");
     let mut seen = HashSet::new();
     while child.try_wait().expect("a child").is_none() {
-        let Ok(bytes) = std::fs::read(desk.path("p.png")) else {
+        let Ok(bytes) = std::fs::read(sandbox.path("p.png")) else {
             continue;
         };
-        desk.write("look.png", &bytes);
-        let stored =
-            read_picture(&desk.path("look.png"), &Limits::default()).expect("a whole picture");
-        assert_eq!([stored.picture.width, stored.picture.height], [200, 150]);
+        sandbox.write("look.png", &bytes);
+        let stored_picture =
+            read_picture(&sandbox.path("look.png"), &Limits::default()).expect("a whole picture");
+        assert_eq!(
+            [stored_picture.picture.width, stored_picture.picture.height],
+            [200, 150]
+        );
         seen.insert(bytes);
     }
     assert!(child.wait().expect("a child").success());
     assert!(seen.len() >= 4, "{} stages were seen", seen.len());
-    assert_eq!(desk.picture("p.png"), desk.picture("o.png"));
+    assert_eq!(sandbox.picture("p.png"), sandbox.picture("o.png"));
     assert_eq!(
-        desk.names(),
+        sandbox.names(),
         ["ball.scene.toml", "look.png", "o.png", "p.png"]
     );
 
-    let refused = |words: &[&str], why: &str| {
+    let refused = |words: &[&str], reason: &str| {
         let words = [&["render", "ball.scene.toml"], words].concat();
-        desk.run(&words).exits_with(2).says_like(why);
+        sandbox.run(&words).exits_with(2).prints_like(reason);
     };
     refused(&["--preview", "p.exr"], "does not end in .png");
     refused(&["--preview", "o.png", "-o", "o.png"], "named twice");
@@ -279,9 +284,9 @@ fn a_preview_grows() {
         "base_colour = [0.7, 0.4, 0.2]",
         "base_colour_texture = { name = \"t\" }",
     ) + texture;
-    desk.write("ball.scene.toml", textured);
-    let before = std::fs::read(desk.path("p.png")).expect("a file");
-    let run = desk.run(&[
+    sandbox.write("ball.scene.toml", textured);
+    let before = std::fs::read(sandbox.path("p.png")).expect("a file");
+    let run = sandbox.run(&[
         "render",
         "ball.scene.toml",
         "--preview",
@@ -289,6 +294,9 @@ fn a_preview_grows() {
         "-o",
         "q.png",
     ]);
-    run.exits_with(2).says_like("this run reads it");
-    assert_eq!(std::fs::read(desk.path("p.png")).expect("a file"), before);
+    run.exits_with(2).prints_like("this run reads it");
+    assert_eq!(
+        std::fs::read(sandbox.path("p.png")).expect("a file"),
+        before
+    );
 }

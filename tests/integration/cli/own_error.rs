@@ -2,11 +2,11 @@
 
 use serde_json::Value;
 
-use super::films::{desk, merge, render};
-use crate::support::Desk;
+use super::films::{merge, render, sandbox};
+use crate::support::Sandbox;
 
-fn info(desk: &Desk, name: &str) -> Value {
-    serde_json::from_str(desk.run(&["info", name, "--json"]).exits_with(0).text()).expect("JSON")
+fn info(sandbox: &Sandbox, name: &str) -> Value {
+    serde_json::from_str(sandbox.run(&["info", name, "--json"]).exits_with(0).text()).expect("JSON")
 }
 
 /// Rounds to three digits, as in a file.
@@ -20,23 +20,27 @@ fn shortened(value: &Value) -> f64 {
 /// denoised picture if there is one, with the sample counts and any doubt.
 #[test]
 fn files_say_the_error_of_the_statistics() {
-    let desk = desk();
+    let sandbox = sandbox();
     for (words, claim, reconstruction, samples) in [
         ("--spp 64", "error", "mean", "64"),
         ("--spp 8", "error", "mean", "8"),
         ("--spp 64 --denoise", "denoised", "denoised", "64"),
     ] {
-        render(&desk, &format!("{words} -o a.png -o a.exr --stats s.json")).exits_with(0);
+        render(
+            &sandbox,
+            &format!("{words} -o a.png -o a.exr --stats s.json"),
+        )
+        .exits_with(0);
         let stats: Value =
-            serde_json::from_slice(&std::fs::read(desk.path("s.json")).expect("a report"))
+            serde_json::from_slice(&std::fs::read(sandbox.path("s.json")).expect("a report"))
                 .expect("JSON");
         for name in ["a.png", "a.exr"] {
-            let error = &info(&desk, name)["error"];
+            let error = &info(&sandbox, name)["error"];
             for measure in ["root_relmse", "rmse"] {
                 for end in ["value", "low", "high"] {
-                    let (told, known) = (&error[measure][end], &stats[claim][measure][end]);
+                    let (printed, known) = (&error[measure][end], &stats[claim][measure][end]);
                     assert_eq!(
-                        told.as_f64(),
+                        printed.as_f64(),
                         known.as_f64().map(|_| shortened(known)),
                         "{words}, {name}: {measure} {end}"
                     );
@@ -57,24 +61,24 @@ fn files_say_the_error_of_the_statistics() {
 /// error; a foreign picture is shown as such.
 #[test]
 fn files_say_what_is_known() {
-    let desk = desk();
-    render(&desk, "--max-error 0.02 -o a.exr").exits_with(0);
-    let told = info(&desk, "a.exr");
-    let (least, most) = told["error"]["samples"]
+    let sandbox = sandbox();
+    render(&sandbox, "--max-error 0.02 -o a.exr").exits_with(0);
+    let printed = info(&sandbox, "a.exr");
+    let (least, most) = printed["error"]["samples"]
         .as_str()
         .and_then(|samples| samples.split_once(".."))
         .expect("a range");
     assert!(least.parse::<u32>().expect("a number") < most.parse::<u32>().expect("a number"));
     assert!(
-        told["error"]["root_relmse"]["high"]
+        printed["error"]["root_relmse"]["high"]
             .as_f64()
             .expect("an interval")
             <= 0.02,
-        "{told}"
+        "{printed}"
     );
     let (value, table) = (
-        &told["error"]["root_relmse"]["value"],
-        desk.run(&["info", "a.exr"]),
+        &printed["error"]["root_relmse"]["value"],
+        sandbox.run(&["info", "a.exr"]),
     );
     table.exits_with(0);
     assert!(
@@ -83,34 +87,38 @@ fn files_say_what_is_known() {
         table.text()
     );
 
-    render(&desk, "--spp 64 -o whole.png").exits_with(0);
+    render(&sandbox, "--spp 64 -o whole.png").exits_with(0);
     for i in 1..=2 {
         render(
-            &desk,
+            &sandbox,
             &format!("--spp 64 --part {i}/2 --checkpoint {i}.film"),
         )
         .exits_with(0);
     }
-    merge(&desk, "1.film 2.film -o joined.png").exits_with(0);
+    merge(&sandbox, "1.film 2.film -o joined.png").exits_with(0);
     assert_eq!(
-        info(&desk, "joined.png")["error"],
-        info(&desk, "whole.png")["error"]
+        info(&sandbox, "joined.png")["error"],
+        info(&sandbox, "whole.png")["error"]
     );
 
-    render(&desk, "--spp 64 --no-metadata -o bare.png").exits_with(0);
-    let bare = info(&desk, "bare.png");
+    render(&sandbox, "--spp 64 --no-metadata -o bare.png").exits_with(0);
+    let bare = info(&sandbox, "bare.png");
     assert_eq!(
         (&bare["error"], &bare["size"]),
         (&Value::Null, &serde_json::json!([70, 50]))
     );
-    render(&desk, "--spp 64 --crop 8,4,20,10 -o part.exr --aov depth").exits_with(0);
-    let part = info(&desk, "part.exr");
+    render(
+        &sandbox,
+        "--spp 64 --crop 8,4,20,10 -o part.exr --aov depth",
+    )
+    .exits_with(0);
+    let part = info(&sandbox, "part.exr");
     assert_eq!(
         part["window"],
         serde_json::json!({ "origin": [8, 4], "full": [70, 50] })
     );
     assert_eq!(part["layers"], serde_json::json!(["depth.Z"]));
-    let table = desk.run(&["info", "part.exr"]);
+    let table = sandbox.run(&["info", "part.exr"]);
     assert!(
         table
             .exits_with(0)
@@ -119,20 +127,21 @@ fn files_say_what_is_known() {
         "{}",
         table.text()
     );
-    desk.write("broken.png", "no picture");
-    desk.run(&["info", "broken.png"])
+    sandbox.write("broken.png", "no picture");
+    sandbox
+        .run(&["info", "broken.png"])
         .exits_with(3)
-        .says_like("broken.png: no PNG, JPEG, WebP or OpenEXR picture");
-    desk.run(&["info", "none.exr"]).exits_with(4);
+        .prints_like("broken.png: no PNG, JPEG, WebP or OpenEXR picture");
+    sandbox.run(&["info", "none.exr"]).exits_with(4);
 }
 
 /// Protects: a visibly noisy picture gets one recommendation to denoise, and none if it is
 /// denoised, has a target error, or is smooth.
 #[test]
 fn denoising_is_named_where_it_helps() {
-    let desk = desk();
+    let sandbox = sandbox();
     let said = |words: &str| {
-        render(&desk, words)
+        render(&sandbox, words)
             .exits_with(0)
             .stderr
             .contains("--denoise leaves")

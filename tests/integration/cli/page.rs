@@ -4,7 +4,7 @@
 use std::path::PathBuf;
 use std::process::Command;
 
-use crate::support::Desk;
+use crate::support::Sandbox;
 
 /// Script shared by the pages' tests: collects failed checks, and computes the contrast of text
 /// with its background.
@@ -90,8 +90,8 @@ fn the_page_works_in_a_browser() {
         eprintln!("skipped: no Chromium");
         return;
     };
-    let desk = Desk::new();
-    desk.write("ball.scene.toml", super::accuracy::SCENE);
+    let sandbox = Sandbox::new();
+    sandbox.write("ball.scene.toml", super::accuracy::SCENE);
     let words = [
         "accuracy",
         "ball.scene.toml",
@@ -105,9 +105,9 @@ fn the_page_works_in_a_browser() {
         "a.html",
         "-q",
     ];
-    desk.run(&words).exits_with(0);
-    let page = std::fs::read_to_string(desk.path("a.html")).expect("a page");
-    desk.write(
+    sandbox.run(&words).exits_with(0);
+    let page = std::fs::read_to_string(sandbox.path("a.html")).expect("a page");
+    sandbox.write(
         "asked.html",
         page.replace(
             "</body>",
@@ -138,12 +138,12 @@ fn the_page_works_in_a_browser() {
             .arg(format!("--window-size={width},800"))
             .arg(format!(
                 "--user-data-dir={}",
-                desk.path(format!("profile-{width}-{colours}")).display()
+                sandbox.path(format!("profile-{width}-{colours}")).display()
             ))
             .arg(format!("--blink-settings=preferredColorScheme={scheme}"))
             .arg(format!(
                 "file://{}#{colours}",
-                desk.path("asked.html").display()
+                sandbox.path("asked.html").display()
             ))
             .output()
             .expect("a browser");

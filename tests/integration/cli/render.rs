@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use raywright::io::presets;
 
-use crate::support::{Desk, carried};
+use crate::support::{Sandbox, carried};
 
 /// Small and quick, with every part of the canonical scene.
 const SMALL: [&str; 4] = ["render", "preset:whitted", "--size", "48x27"];
@@ -20,8 +20,8 @@ fn small<'a>(more: &[&'a str]) -> Vec<&'a str> {
 /// name.
 #[test]
 fn alone_it_renders_the_preset() {
-    let desk = Desk::new();
-    let run = desk.run::<&str>(&[]);
+    let sandbox = Sandbox::new();
+    let run = sandbox.run::<&str>(&[]);
     if !carried("whitted") {
         run.exits_with(2);
         assert!(
@@ -39,15 +39,15 @@ fn alone_it_renders_the_preset() {
     }
     run.exits_with(0);
     // On a busy machine, lines of progress come first.
-    let told = run.stderr.lines().last().unwrap_or_default();
+    let message = run.stderr.lines().last().unwrap_or_default();
     assert!(
-        told.starts_with("wrote whitted.png (640x360, 4 samples, "),
+        message.starts_with("wrote whitted.png (640x360, 4 samples, "),
         "{}",
         run.stderr
     );
-    let picture = desk.picture("whitted.png");
+    let picture = sandbox.picture("whitted.png");
     assert_eq!((picture.width, picture.height), (640, 360));
-    assert_eq!(desk.names(), ["whitted.png"]);
+    assert_eq!(sandbox.names(), ["whitted.png"]);
 }
 
 /// Protects: several outputs named by the user are written in one run; quiet prints nothing.
@@ -56,11 +56,12 @@ fn several_outputs_are_written() {
     if !carried("whitted") {
         return;
     }
-    let desk = Desk::new();
-    desk.run(&small(&["-o", "a.png", "-o", "b.exr", "-q"]))
+    let sandbox = Sandbox::new();
+    sandbox
+        .run(&small(&["-o", "a.png", "-o", "b.exr", "-q"]))
         .exits_with(0)
-        .says("");
-    assert_eq!(desk.names(), ["a.png", "b.exr"]);
+        .prints("");
+    assert_eq!(sandbox.names(), ["a.png", "b.exr"]);
 }
 
 /// Protects: a WebP has the codes of the PNG, a JPEG nearly so, at the requested quality; both
@@ -70,25 +71,27 @@ fn pages_have_their_formats() {
     if !carried("whitted") {
         return;
     }
-    let desk = Desk::new();
-    desk.run(&small(&[
-        "-o", "a.png", "-o", "a.webp", "-o", "a.jpg", "-q",
-    ]))
-    .exits_with(0)
-    .says("");
-    desk.run(&small(&["-o", "small.JPEG", "--quality", "20", "-q"]))
+    let sandbox = Sandbox::new();
+    sandbox
+        .run(&small(&[
+            "-o", "a.png", "-o", "a.webp", "-o", "a.jpg", "-q",
+        ]))
         .exits_with(0)
-        .says("");
-    assert_eq!(desk.picture("a.png").rgb, desk.picture("a.webp").rgb);
+        .prints("");
+    sandbox
+        .run(&small(&["-o", "small.JPEG", "--quality", "20", "-q"]))
+        .exits_with(0)
+        .prints("");
+    assert_eq!(sandbox.picture("a.png").rgb, sandbox.picture("a.webp").rgb);
     let far = |name: &str| {
-        let (picture, truth) = (desk.picture(name), desk.picture("a.png"));
+        let (picture, truth) = (sandbox.picture(name), sandbox.picture("a.png"));
         let pairs = picture.rgb.iter().flatten().zip(truth.rgb.iter().flatten());
         pairs.map(|(a, b)| (a - b).abs()).sum::<f32>() / (3 * picture.rgb.len()) as f32
     };
     let (fine, coarse) = (far("a.jpg"), far("small.JPEG"));
     assert!(fine < 0.02 && coarse > 1.5 * fine, "{fine}, {coarse}");
     for (name, notation) in [("a.webp", "WebP"), ("a.jpg", "JPEG")] {
-        let run = desk.run(&["info", name]);
+        let run = sandbox.run(&["info", name]);
         assert!(
             run.exits_with(0).text().contains(notation)
                 && run.text().contains("raywright render preset:whitted"),
@@ -96,14 +99,15 @@ fn pages_have_their_formats() {
             run.text()
         );
     }
-    desk.run(&["compare", "a.webp", "a.png"]).exits_with(0);
-    let refused = desk.run(&small(&["-o", "b.jpg", "--background", "transparent"]));
+    sandbox.run(&["compare", "a.webp", "a.png"]).exits_with(0);
+    let refused = sandbox.run(&small(&["-o", "b.jpg", "--background", "transparent"]));
     refused
         .exits_with(2)
-        .says_like("a JPEG has no transparency");
-    desk.run(&small(&["-o", "b.jpg", "--quality", "0"]))
+        .prints_like("a JPEG has no transparency");
+    sandbox
+        .run(&small(&["-o", "b.jpg", "--quality", "0"]))
         .exits_with(2);
-    assert!(!desk.names().contains(&"b.jpg".to_owned()));
+    assert!(!sandbox.names().contains(&"b.jpg".to_owned()));
 }
 
 /// Protects: `-o -` writes the same PNG to standard output and nothing else.
@@ -112,11 +116,11 @@ fn standard_output_takes_the_picture() {
     if !carried("whitted") {
         return;
     }
-    let desk = Desk::new();
-    let run = desk.run(&small(&["-o", "-", "-o", "a.png"]));
+    let sandbox = Sandbox::new();
+    let run = sandbox.run(&small(&["-o", "-", "-o", "a.png"]));
     run.exits_with(0);
-    desk.write("b.png", &run.stdout);
-    assert_eq!(desk.picture("a.png").rgb, desk.picture("b.png").rgb);
+    sandbox.write("b.png", &run.stdout);
+    assert_eq!(sandbox.picture("a.png").rgb, sandbox.picture("b.png").rgb);
 }
 
 /// Protects: a crop has the bits of the whole picture, in every format.
@@ -125,11 +129,12 @@ fn crops_are_parts_of_the_whole() {
     if !carried("whitted") {
         return;
     }
-    let desk = Desk::new();
-    desk.run(&small(&["-o", "whole.exr"])).exits_with(0);
-    desk.run(&small(&["-o", "part.exr", "--crop", "13,5,20,11"]))
+    let sandbox = Sandbox::new();
+    sandbox.run(&small(&["-o", "whole.exr"])).exits_with(0);
+    sandbox
+        .run(&small(&["-o", "part.exr", "--crop", "13,5,20,11"]))
         .exits_with(0);
-    let (whole, part) = (desk.picture("whole.exr"), desk.picture("part.exr"));
+    let (whole, part) = (sandbox.picture("whole.exr"), sandbox.picture("part.exr"));
     assert_eq!((part.width, part.height), (20, 11));
     for y in 0..11 {
         for x in 0..20 {
@@ -144,18 +149,21 @@ fn bits_do_not_depend_on_threads_or_accelerator() {
     if !carried("whitted") {
         return;
     }
-    let desk = Desk::new();
-    desk.run(&small(&["-o", "one.exr", "--threads", "1", "--spp", "3"]))
+    let sandbox = Sandbox::new();
+    sandbox
+        .run(&small(&["-o", "one.exr", "--threads", "1", "--spp", "3"]))
         .exits_with(0);
-    desk.run(&small(&["-o", "two.exr", "--threads", "2", "--spp", "3"]))
+    sandbox
+        .run(&small(&["-o", "two.exr", "--threads", "2", "--spp", "3"]))
         .exits_with(0);
-    desk.run(&small(&[
-        "-o", "scan.exr", "--accel", "linear", "--spp", "3",
-    ]))
-    .exits_with(0);
-    let one = desk.picture("one.exr");
-    assert!(one.rgb == desk.picture("two.exr").rgb, "threads");
-    assert!(one.rgb == desk.picture("scan.exr").rgb, "accelerator");
+    sandbox
+        .run(&small(&[
+            "-o", "scan.exr", "--accel", "linear", "--spp", "3",
+        ]))
+        .exits_with(0);
+    let one = sandbox.picture("one.exr");
+    assert!(one.rgb == sandbox.picture("two.exr").rgb, "threads");
+    assert!(one.rgb == sandbox.picture("scan.exr").rgb, "accelerator");
 }
 
 /// Protects: each flag that should change the picture changes it as documented.
@@ -164,9 +172,9 @@ fn flags_reach_the_picture() {
     if !carried("whitted") {
         return;
     }
-    let desk = Desk::new();
-    desk.run(&small(&["-o", "plain.png"])).exits_with(0);
-    let plain = desk.picture("plain.png").rgb;
+    let sandbox = Sandbox::new();
+    sandbox.run(&small(&["-o", "plain.png"])).exits_with(0);
+    let plain = sandbox.picture("plain.png").rgb;
     for flags in [
         ["--at", "2.5"],
         ["--spp", "1"],
@@ -180,10 +188,11 @@ fn flags_reach_the_picture() {
         ["--tonemap", "agx"],
         ["--gamma", "none"],
     ] {
-        desk.run(&small(&["-o", "other.png", flags[0], flags[1]]))
+        sandbox
+            .run(&small(&["-o", "other.png", flags[0], flags[1]]))
             .exits_with(0);
         assert!(
-            desk.picture("other.png").rgb != plain,
+            sandbox.picture("other.png").rgb != plain,
             "{} {}",
             flags[0],
             flags[1]
@@ -197,14 +206,15 @@ fn seeds_decide_random_samples() {
     if !carried("whitted") {
         return;
     }
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     for (name, seed) in [("a.exr", "1"), ("b.exr", "1"), ("c.exr", "2")] {
-        desk.run(&small(&["-o", name, "--spp", "2", "--seed", seed]))
+        sandbox
+            .run(&small(&["-o", name, "--spp", "2", "--seed", seed]))
             .exits_with(0);
     }
-    let first = desk.picture("a.exr").rgb;
-    assert!(first == desk.picture("b.exr").rgb);
-    assert!(first != desk.picture("c.exr").rgb);
+    let first = sandbox.picture("a.exr").rgb;
+    assert!(first == sandbox.picture("b.exr").rgb);
+    assert!(first != sandbox.picture("c.exr").rgb);
 }
 
 /// Protects: a transparent background gives an alpha channel that is 0 in the sky and 1 on the
@@ -214,10 +224,11 @@ fn transparency_is_an_alpha_channel() {
     if !carried("whitted") {
         return;
     }
-    let desk = Desk::new();
-    desk.run(&small(&["-o", "a.png", "--background", "transparent"]))
+    let sandbox = Sandbox::new();
+    sandbox
+        .run(&small(&["-o", "a.png", "--background", "transparent"]))
         .exits_with(0);
-    let alpha = desk.picture("a.png").alpha.expect("a channel");
+    let alpha = sandbox.picture("a.png").alpha.expect("a channel");
     assert_eq!((alpha.first(), alpha.last()), (Some(&0.0), Some(&1.0)));
 }
 
@@ -227,11 +238,12 @@ fn layers_have_their_names() {
     if !carried("whitted") {
         return;
     }
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     let list = "albedo,normal,position,depth,object,material,samples,stderr";
-    desk.run(&small(&["-o", "a.exr", "--aov", list]))
+    sandbox
+        .run(&small(&["-o", "a.exr", "--aov", list]))
         .exits_with(0);
-    let names: Vec<String> = desk
+    let names: Vec<String> = sandbox
         .picture("a.exr")
         .layers
         .into_iter()
@@ -264,11 +276,12 @@ fn pictures_carry_their_origin() {
     if !carried("whitted") {
         return;
     }
-    let desk = Desk::new();
-    desk.run(&small(&["-o", "a.png", "-o", "b.exr"]))
+    let sandbox = Sandbox::new();
+    sandbox
+        .run(&small(&["-o", "a.png", "-o", "b.exr"]))
         .exits_with(0);
     for (file, prefix, separator) in [("a.png", "Raywright ", " "), ("b.exr", "raywright_", "_")] {
-        let texts = desk.stored(file).texts;
+        let texts = sandbox.stored(file).texts;
         let entry = |name: &str| {
             texts
                 .get(&format!("{prefix}{}", name.replace(' ', separator)))
@@ -292,24 +305,26 @@ fn failures_leave_nothing_behind() {
     if !carried("whitted") {
         return;
     }
-    let desk = Desk::new();
-    desk.run(&["render", "preset:whitted", "--max-memory", "1K"])
+    let sandbox = Sandbox::new();
+    sandbox
+        .run(&["render", "preset:whitted", "--max-memory", "1K"])
         .exits_with(5);
-    desk.run(&["render", "missing.glb", "-o", "a.png"])
+    sandbox
+        .run(&["render", "missing.glb", "-o", "a.png"])
         .exits_with(4);
-    desk.write("bad.scene.toml", "format = 1\nobjcts = []\n");
-    desk.run(&["render", "bad.scene.toml"]).exits_with(3);
-    assert_eq!(desk.names(), ["bad.scene.toml"]);
+    sandbox.write("bad.scene.toml", "format = 1\nobjcts = []\n");
+    sandbox.run(&["render", "bad.scene.toml"]).exits_with(3);
+    assert_eq!(sandbox.names(), ["bad.scene.toml"]);
 }
 
 /// Protects: unwritable outputs are reported before the scene is read.
 #[test]
 fn unwritable_places_are_found_at_once() {
-    let desk = Desk::new();
-    desk.write("file", "");
-    std::fs::create_dir(desk.path("folder.png")).expect("a folder");
+    let sandbox = Sandbox::new();
+    sandbox.write("file", "");
+    std::fs::create_dir(sandbox.path("folder.png")).expect("a folder");
     for output in ["no/such/folder/a.png", "file/a.png", "folder.png"] {
-        let run = desk.run(&["render", "preset:no-such-preset", "-o", output]);
+        let run = sandbox.run(&["render", "preset:no-such-preset", "-o", output]);
         run.exits_with(4);
         assert!(run.stderr.contains(output), "{}", run.stderr);
     }
@@ -324,17 +339,21 @@ fn folders_without_permission_are_found_at_once() {
         return;
     }
     use std::os::unix::fs::PermissionsExt;
-    let desk = Desk::new();
-    std::fs::create_dir(desk.path("locked")).expect("a folder");
-    std::fs::set_permissions(desk.path("locked"), std::fs::Permissions::from_mode(0o555))
-        .expect("permissions");
-    if std::fs::write(desk.path("locked/probe"), "").is_ok() {
+    let sandbox = Sandbox::new();
+    std::fs::create_dir(sandbox.path("locked")).expect("a folder");
+    std::fs::set_permissions(
+        sandbox.path("locked"),
+        std::fs::Permissions::from_mode(0o555),
+    )
+    .expect("permissions");
+    if std::fs::write(sandbox.path("locked/probe"), "").is_ok() {
         eprintln!("skipped: this user may write anywhere");
         return;
     }
-    desk.run(&small(&["-o", "locked/a.png"]))
+    sandbox
+        .run(&small(&["-o", "locked/a.png"]))
         .exits_with(4)
-        .says("error: cannot write locked/a.png: permission denied");
+        .prints("error: cannot write locked/a.png: permission denied");
 }
 
 /// Protects: plain progress prints occasional lines with the share and the time left.
@@ -343,8 +362,8 @@ fn progress_is_told_in_lines() {
     if !carried("whitted") {
         return;
     }
-    let desk = Desk::new();
-    let mut child = desk
+    let sandbox = Sandbox::new();
+    let mut child = sandbox
         .command(&LONG)
         .stderr(Stdio::piped())
         .spawn()
@@ -388,8 +407,8 @@ fn interrupted_renders_keep_what_is_finished() {
     if !carried("whitted") {
         return;
     }
-    let desk = Desk::new();
-    let mut child = desk
+    let sandbox = Sandbox::new();
+    let mut child = sandbox
         .command(&LONG)
         .stderr(Stdio::piped())
         .spawn()
@@ -415,8 +434,8 @@ fn interrupted_renders_keep_what_is_finished() {
         start.elapsed() < Duration::from_secs(30),
         "it stops at the next tile"
     );
-    assert_eq!(desk.names(), ["a.partial.exr"]);
-    let picture = desk.picture("a.partial.exr");
+    assert_eq!(sandbox.names(), ["a.partial.exr"]);
+    let picture = sandbox.picture("a.partial.exr");
     assert_eq!((picture.width, picture.height), (1920, 1080));
     assert!(
         picture.rgb.iter().any(|&pixel| pixel != [0.0; 3]),
@@ -431,7 +450,7 @@ fn a_second_interrupt_ends_at_once() {
     if !carried("whitted") {
         return;
     }
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     // Writing all these files takes seconds.
     let outputs: Vec<String> = (0..40).map(|i| format!("-o={i}.png")).collect();
     let mut words = vec![
@@ -444,7 +463,7 @@ fn a_second_interrupt_ends_at_once() {
         "1920x1080",
     ];
     words.extend(outputs.iter().map(String::as_str));
-    let mut child = desk
+    let mut child = sandbox
         .command(&words)
         .stderr(Stdio::piped())
         .spawn()
@@ -466,14 +485,14 @@ fn a_second_interrupt_ends_at_once() {
         std::thread::sleep(Duration::from_millis(100));
     }
     assert_eq!(child.wait().expect("ended").code(), Some(130));
-    assert!(desk.names().len() < 40, "{:?}", desk.names());
+    assert!(sandbox.names().len() < 40, "{:?}", sandbox.names());
 }
 
 /// Protects: lamps that light nothing are named in a note, with the number of their shadow rays,
 /// one by one or as a range; effective lamps are not named.
 #[test]
 fn lamps_in_cupboards_are_named() {
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     let ball = |name: &str, x: f64, radius: f64, material: &str| {
         format!(
             "{{ name = \"{name}\", shape.sphere = {{ centre = [{x}, 1, 0], radius = {radius} }}, material = \"{material}\" }},\n"
@@ -495,9 +514,9 @@ fn lamps_in_cupboards_are_named() {
              objects = [\n{{ shape.plane = {{ point = [0, 0, 0], normal = [0, 1, 0] }}, material = \"wall\" }},\n{lamps}{boxes}]\n"
         )
     };
-    let told = |name: &str, closed: &[f64]| {
-        desk.write(name, scene(closed));
-        let run = desk.run(&[
+    let messages = |name: &str, closed: &[f64]| {
+        sandbox.write(name, scene(closed));
+        let run = sandbox.run(&[
             "render",
             name,
             "--size",
@@ -517,14 +536,14 @@ fn lamps_in_cupboards_are_named() {
             .map(str::to_owned)
             .collect::<Vec<_>>()
     };
-    assert_eq!(told("open.scene.toml", &[]), [""; 0]);
-    let one = told("one.scene.toml", &[0.0]);
+    assert_eq!(messages("open.scene.toml", &[]), [""; 0]);
+    let one = messages("one.scene.toml", &[0.0]);
     assert!(
         one.len() == 1 && one[0].starts_with("note: nothing is lit by object `b`: all "),
         "{one:?}"
     );
     assert!(one[0].ends_with(" rays there were stopped"), "{one:?}");
-    let all = told("all.scene.toml", &[-2.0, 0.0, 2.0]);
+    let all = messages("all.scene.toml", &[-2.0, 0.0, 2.0]);
     assert!(
         all.len() == 1
             && all[0]
@@ -538,25 +557,26 @@ fn lamps_in_cupboards_are_named() {
 /// all pictures of a scene.
 #[test]
 fn exposure_is_found() {
-    let desk = Desk::new();
-    desk.write(
+    let sandbox = Sandbox::new();
+    sandbox.write(
         "sky.scene.toml",
         "format = 1\nsky.expression = \"5*(1 + t)\"\n[render]\nsize = [8, 8]\nsamples = 1\ntone_map = \"none\"\n",
     );
-    let plain = desk.run(&["render", "sky.scene.toml", "-o", "a.png"]);
+    let plain = sandbox.run(&["render", "sky.scene.toml", "-o", "a.png"]);
     plain
         .exits_with(0)
-        .says_like("warning: 100 % of the pixels are clipped; try --exposure -3, or auto");
-    desk.run(&[
-        "render",
-        "sky.scene.toml",
-        "--exposure",
-        "-3",
-        "-o",
-        "b.png",
-    ])
-    .exits_with(0);
-    let auto = desk.run(&[
+        .prints_like("warning: 100 % of the pixels are clipped; try --exposure -3, or auto");
+    sandbox
+        .run(&[
+            "render",
+            "sky.scene.toml",
+            "--exposure",
+            "-3",
+            "-o",
+            "b.png",
+        ])
+        .exits_with(0);
+    let auto = sandbox.run(&[
         "render",
         "sky.scene.toml",
         "--exposure",
@@ -572,45 +592,50 @@ fn exposure_is_found() {
         auto.stderr
     );
     assert!(
-        desk.picture("c.png").rgb == desk.picture("b.png").rgb
-            && desk.picture("a.png").rgb != desk.picture("b.png").rgb
+        sandbox.picture("c.png").rgb == sandbox.picture("b.png").rgb
+            && sandbox.picture("a.png").rgb != sandbox.picture("b.png").rgb
     );
     assert!(
-        desk.run(&["info", "c.png"])
+        sandbox
+            .run(&["info", "c.png"])
             .exits_with(0)
             .text()
             .contains("exposure=-3")
     );
-    desk.run(&["merge", "c.film", "--exposure", "auto", "-o", "d.png"])
+    sandbox
+        .run(&["merge", "c.film", "--exposure", "auto", "-o", "d.png"])
         .exits_with(0);
-    assert!(desk.picture("d.png").rgb == desk.picture("b.png").rgb);
-    desk.run(&[
-        "render",
-        "sky.scene.toml",
-        "--frames",
-        "0..2:1",
-        "--exposure",
-        "auto",
-        "-o",
-        "f%d.png",
-    ])
-    .exits_with(0);
-    desk.run(&[
-        "render",
-        "sky.scene.toml",
-        "--at",
-        "1",
-        "--exposure",
-        "-3",
-        "-o",
-        "g.png",
-    ])
-    .exits_with(0);
+    assert!(sandbox.picture("d.png").rgb == sandbox.picture("b.png").rgb);
+    sandbox
+        .run(&[
+            "render",
+            "sky.scene.toml",
+            "--frames",
+            "0..2:1",
+            "--exposure",
+            "auto",
+            "-o",
+            "f%d.png",
+        ])
+        .exits_with(0);
+    sandbox
+        .run(&[
+            "render",
+            "sky.scene.toml",
+            "--at",
+            "1",
+            "--exposure",
+            "-3",
+            "-o",
+            "g.png",
+        ])
+        .exits_with(0);
     assert!(
-        desk.picture("f0.png").rgb == desk.picture("b.png").rgb
-            && desk.picture("f1.png").rgb == desk.picture("g.png").rgb
+        sandbox.picture("f0.png").rgb == sandbox.picture("b.png").rgb
+            && sandbox.picture("f1.png").rgb == sandbox.picture("g.png").rgb
     );
-    desk.run(&["render", "sky.scene.toml", "--exposure", "bright"])
+    sandbox
+        .run(&["render", "sky.scene.toml", "--exposure", "bright"])
         .exits_with(2)
-        .says_like("expected a number of stops, or auto");
+        .prints_like("expected a number of stops, or auto");
 }

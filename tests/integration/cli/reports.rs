@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::support::{Desk, carried};
+use crate::support::{Sandbox, carried};
 
 fn json(text: &str) -> Value {
     serde_json::from_str(text).expect("JSON")
@@ -14,11 +14,12 @@ fn explain_says_the_same_twice() {
     if !carried("whitted") {
         return;
     }
-    let desk = Desk::new();
-    let table = desk.run(&["explain", "preset:whitted", "-v"]);
-    table.exits_with(0).says("");
+    let sandbox = Sandbox::new();
+    let table = sandbox.run(&["explain", "preset:whitted", "-v"]);
+    table.exits_with(0).prints("");
     let report = json(
-        desk.run(&["explain", "preset:whitted", "--json"])
+        sandbox
+            .run(&["explain", "preset:whitted", "--json"])
             .exits_with(0)
             .text(),
     );
@@ -53,7 +54,7 @@ fn explain_says_the_same_twice() {
             "{name}"
         );
     }
-    let preset = desk.run(&["presets", "whitted"]);
+    let preset = sandbox.run(&["presets", "whitted"]);
     let before = preset
         .text()
         .split("transmission")
@@ -82,8 +83,8 @@ fn explain_says_the_same_twice() {
 /// parts.
 #[test]
 fn what_is_left_out_is_a_warning() {
-    let desk = Desk::new();
-    desk.write(
+    let sandbox = Sandbox::new();
+    sandbox.write(
         "rough.scene.toml",
         r#"
 format = 1
@@ -103,7 +104,7 @@ shape.sphere = { centre = [0, 0, 0], radius = 1 }
 material = "matte"
 "#,
     );
-    let run = desk.run(&["render", "rough.scene.toml"]);
+    let run = sandbox.run(&["render", "rough.scene.toml"]);
     run.exits_with(0);
     let (warning, rest) = run.stderr.split_once('\n').expect("two messages");
     assert_eq!(
@@ -112,7 +113,8 @@ material = "matte"
     );
     assert!(rest.starts_with("wrote rough.png"), "{rest}");
     let report = json(
-        desk.run(&["explain", "rough.scene.toml", "--json"])
+        sandbox
+            .run(&["explain", "rough.scene.toml", "--json"])
             .exits_with(0)
             .text(),
     );
@@ -133,7 +135,7 @@ material = "matte"
 /// warning appears.
 #[test]
 fn what_vanishes_is_a_warning() {
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     let object = |name: &str, x: &str| {
         format!(
             "[[objects]]\nname = \"{name}\"\nshape.mesh = \"{name}\"\nmaterial = \"matte\"\ntransform = [{{ translate = [{x}, 0, 0] }}]\n"
@@ -151,8 +153,8 @@ fn what_vanishes_is_a_warning() {
         let head = "format = 1\n[render]\nsize = [8, 8]\nsamples = 1\n[[materials]]\nname = \"matte\"\nmodel.physical = {}\n";
         head.to_owned() + &parts.concat()
     };
-    desk.write("one.scene.toml", scene(&[("near", "0"), ("far", "1e9")]));
-    desk.write(
+    sandbox.write("one.scene.toml", scene(&[("near", "0"), ("far", "1e9")]));
+    sandbox.write(
         "three.scene.toml",
         scene(&[
             ("far", "1e9"),
@@ -162,7 +164,7 @@ fn what_vanishes_is_a_warning() {
         ]),
     );
     let warning = |arguments: &[&str]| {
-        let run = desk.run(&[arguments, &["--allow-empty"]].concat());
+        let run = sandbox.run(&[arguments, &["--allow-empty"]].concat());
         run.exits_with(0);
         run.stderr
             .lines()
@@ -191,7 +193,7 @@ fn what_vanishes_is_a_warning() {
 /// sufficient distance and advice, also in the statistics; in f64 no warning appears.
 #[test]
 fn closed_gaps_are_a_warning() {
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     let ball = |name: &str, radius: &str| {
         format!(
             "[[objects]]\nname = \"{name}\"\nshape.sphere = {{ centre = [0, 0, 0], radius = {radius} }}\nmaterial = \"{name}\"\n"
@@ -200,11 +202,11 @@ fn closed_gaps_are_a_warning() {
     let head = "format = 1\n[render]\nsize = [8, 8]\nsamples = 1\n[sky]\nconstant = 1\n\
                 [[materials]]\nname = \"shell\"\nmodel.physical = { transmission = 1, roughness = 0 }\n\
                 [[materials]]\nname = \"core\"\nmodel.physical = {}\n";
-    desk.write(
+    sandbox.write(
         "a.scene.toml",
         head.to_owned() + &ball("shell", "1.00000012") + &ball("core", "1"),
     );
-    let run = desk.run(&["render", "a.scene.toml", "-v", "--stats", "a.json"]);
+    let run = sandbox.run(&["render", "a.scene.toml", "-v", "--stats", "a.json"]);
     let message = "the gap between object `shell` and object `core` is closed: light that passes the one starts beyond the other, since they \
                    touch or are nearer than rounding tells apart; leave ";
     let warning = run
@@ -218,7 +220,7 @@ fn closed_gaps_are_a_warning() {
             && warning.ends_with(" metres or more between them, or add --precision reference")
     );
     let stats: Value =
-        serde_json::from_slice(&std::fs::read(desk.path("a.json")).expect("statistics"))
+        serde_json::from_slice(&std::fs::read(sandbox.path("a.json")).expect("statistics"))
             .expect("JSON");
     assert!(
         stats["warnings"]
@@ -227,7 +229,7 @@ fn closed_gaps_are_a_warning() {
         "{}",
         stats["warnings"]
     );
-    let exact = desk.run(&["render", "a.scene.toml", "--precision", "reference"]);
+    let exact = sandbox.run(&["render", "a.scene.toml", "--precision", "reference"]);
     assert!(
         !exact.exits_with(0).stderr.contains("the gap between"),
         "{}",
@@ -240,7 +242,7 @@ fn closed_gaps_are_a_warning() {
 /// in f64 no warning appears.
 #[test]
 fn light_leaks_are_a_warning() {
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     let quad = |name: &str, y: f64| {
         format!(
             "[[objects]]\nname = \"{name}\"\nshape.quad = {{ corner = [-1, {y}, -1], edge_u = [2, 0, 0], edge_v = [0, 0, 2] }}\n\
@@ -254,8 +256,8 @@ fn light_leaks_are_a_warning() {
                 [[materials]]\nname = \"lamp\"\nmodel.classic = { local = 0, emission = 4 }\n\
                 [[objects]]\nshape.plane = { point = [0, 0, 0], normal = [0, 1, 0] }\nmaterial = \"floor\"\n";
     let scene = |gap: f64| format!("{head}{}{}", quad("lamp", 1.0), quad("lid", 1.0 - gap));
-    desk.write("a.scene.toml", scene(1e-7));
-    let run = desk.run(&["render", "a.scene.toml", "-v", "--stats", "a.json"]);
+    sandbox.write("a.scene.toml", scene(1e-7));
+    let run = sandbox.run(&["render", "a.scene.toml", "-v", "--stats", "a.json"]);
     let head = "warning: object `lamp` shines through object `lid`, which is opaque but nearer before it than rounding tells apart; leave ";
     let tail = " metres or more between them, or add --precision reference";
     let said = run
@@ -268,7 +270,7 @@ fn light_leaks_are_a_warning() {
         .parse()
         .expect("a distance");
     let stats: Value =
-        serde_json::from_slice(&std::fs::read(desk.path("a.json")).expect("statistics"))
+        serde_json::from_slice(&std::fs::read(sandbox.path("a.json")).expect("statistics"))
             .expect("JSON");
     assert!(
         stats["warnings"]
@@ -277,9 +279,9 @@ fn light_leaks_are_a_warning() {
         "{}",
         stats["warnings"]
     );
-    desk.write("b.scene.toml", scene(leave));
+    sandbox.write("b.scene.toml", scene(leave));
     for (name, precision) in [("a", "reference"), ("b", "robust")] {
-        let run = desk.run(&[
+        let run = sandbox.run(&[
             "render",
             &format!("{name}.scene.toml"),
             "--precision",
@@ -300,23 +302,24 @@ fn stats_have_their_fields() {
     if !carried("whitted") {
         return;
     }
-    let desk = Desk::new();
-    desk.run(&[
-        "render",
-        "preset:whitted",
-        "--size",
-        "40x30",
-        "--spp",
-        "1",
-        "--stats",
-        "s.json",
-        "-o",
-        "a.png",
-        "-q",
-    ])
-    .exits_with(0)
-    .says("");
-    let text = std::fs::read_to_string(desk.path("s.json")).expect("a file");
+    let sandbox = Sandbox::new();
+    sandbox
+        .run(&[
+            "render",
+            "preset:whitted",
+            "--size",
+            "40x30",
+            "--spp",
+            "1",
+            "--stats",
+            "s.json",
+            "-o",
+            "a.png",
+            "-q",
+        ])
+        .exits_with(0)
+        .prints("");
+    let text = std::fs::read_to_string(sandbox.path("s.json")).expect("a file");
     let stats = json(&text);
     let names: Vec<&String> = stats.as_object().expect("an object").keys().collect();
     let expected = [
@@ -350,19 +353,20 @@ fn stats_have_their_fields() {
     assert_eq!(stats["rays"]["scatter"], 0);
     // Neighbours share the samples at their corners: each pixel uses four, and the render traces
     // one per lattice point of the tile.
-    desk.run(&[
-        "render",
-        "preset:whitted",
-        "--size",
-        "20x10",
-        "--stats",
-        "c.json",
-        "-o",
-        "a.png",
-        "-q",
-    ])
-    .exits_with(0);
-    let corners = json(&std::fs::read_to_string(desk.path("c.json")).expect("a file"));
+    sandbox
+        .run(&[
+            "render",
+            "preset:whitted",
+            "--size",
+            "20x10",
+            "--stats",
+            "c.json",
+            "-o",
+            "a.png",
+            "-q",
+        ])
+        .exits_with(0);
+    let corners = json(&std::fs::read_to_string(sandbox.path("c.json")).expect("a file"));
     assert_eq!(
         (
             corners["samples"].as_u64(),
@@ -406,45 +410,49 @@ fn stats_have_their_fields() {
     );
     // Images by their content: the first render's picture, with four bytes per pixel.
     let sky = "format = 1\nimages = [{ name = \"a\", path = \"a.png\" }]\nsky.map.image = \"a\"\n";
-    desk.write("sky.scene.toml", sky);
-    desk.run(&[
-        "render",
-        "sky.scene.toml",
-        "--size",
-        "4x3",
-        "--spp",
-        "1",
-        "--stats",
-        "d.json",
-        "-o",
-        "b.png",
-        "-q",
-    ])
-    .exits_with(0);
-    let sky = json(&std::fs::read_to_string(desk.path("d.json")).expect("a file"));
+    sandbox.write("sky.scene.toml", sky);
+    sandbox
+        .run(&[
+            "render",
+            "sky.scene.toml",
+            "--size",
+            "4x3",
+            "--spp",
+            "1",
+            "--stats",
+            "d.json",
+            "-o",
+            "b.png",
+            "-q",
+        ])
+        .exits_with(0);
+    let sky = json(&std::fs::read_to_string(sandbox.path("d.json")).expect("a file"));
     assert_eq!(sky["memory"]["texture_bytes"], 20 * 10 * 4);
 }
 
 /// Protects: the statistics are written to a JSON file of their own, and never over the scene.
 #[test]
 fn stats_are_checked_before_the_render() {
-    let desk = Desk::new();
-    desk.run(&["render", "--stats", "s.png"])
+    let sandbox = Sandbox::new();
+    sandbox
+        .run(&["render", "--stats", "s.png"])
         .exits_with(2)
-        .says("error: --stats s.png: the name does not end in .json\nhelp: --stats s.json");
-    desk.run(&["render", "--stats", "no/s.json"]).exits_with(4);
-    desk.write("a.scene.json", r#"{"format": 1}"#);
-    desk.run(&["render", "a.scene.json", "--stats", "./a.scene.json"])
+        .prints("error: --stats s.png: the name does not end in .json\nhelp: --stats s.json");
+    sandbox
+        .run(&["render", "--stats", "no/s.json"])
+        .exits_with(4);
+    sandbox.write("a.scene.json", r#"{"format": 1}"#);
+    sandbox.run(&["render", "a.scene.json", "--stats", "./a.scene.json"])
         .exits_with(2)
-        .says("error: cannot write ./a.scene.json: this run reads it\nhelp: name another file with --stats");
-    assert_eq!(desk.names(), ["a.scene.json"]);
+        .prints("error: cannot write ./a.scene.json: this run reads it\nhelp: name another file with --stats");
+    assert_eq!(sandbox.names(), ["a.scene.json"]);
 }
 
 /// Protects: a scene without camera and light is rendered, with a note about the additions.
 #[test]
 fn what_is_added_to_a_scene_is_said() {
-    let desk = Desk::new();
-    desk.write(
+    let sandbox = Sandbox::new();
+    sandbox.write(
         "bare.scene.toml",
         r#"
 format = 1
@@ -456,23 +464,23 @@ shape.sphere = { centre = [3, 4, 5], radius = 2 }
 material = "plain"
 "#,
     );
-    let run = desk.run(&["render", "bare.scene.toml", "--size", "32x18", "--spp", "1"]);
+    let run = sandbox.run(&["render", "bare.scene.toml", "--size", "32x18", "--spp", "1"]);
     run.exits_with(0);
-    let said: Vec<&str> = run.stderr.lines().collect();
+    let messages: Vec<&str> = run.stderr.lines().collect();
     assert_eq!(
-        said[0],
+        messages[0],
         "note: the scene has no light: a neutral grey sky is added; without a camera it is shown whole"
     );
     assert!(
-        said.len() == 2 && said[1].starts_with("wrote bare.png (32x18, 1 sample"),
-        "{said:?}"
+        messages.len() == 2 && messages[1].starts_with("wrote bare.png (32x18, 1 sample"),
+        "{messages:?}"
     );
-    let framed = desk.picture("bare.png");
+    let framed = sandbox.picture("bare.png");
     assert!(
         framed.rgb.iter().any(|&pixel| pixel != framed.rgb[0]),
         "the sphere is in sight"
     );
-    let nearer = desk.run(&[
+    let nearer = sandbox.run(&[
         "render",
         "bare.scene.toml",
         "--size",
@@ -486,7 +494,7 @@ material = "plain"
     ]);
     nearer.exits_with(0);
     assert!(
-        desk.picture("near.png").rgb != framed.rgb,
+        sandbox.picture("near.png").rgb != framed.rgb,
         "flags change the framed camera too"
     );
 }

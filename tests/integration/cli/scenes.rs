@@ -1,6 +1,6 @@
 //! `info`, `check` and `presets`: reports about scenes without a render.
 
-use crate::support::Desk;
+use crate::support::Sandbox;
 
 const TWO_SPHERES: &str = r#"
 format = 1
@@ -31,10 +31,10 @@ object = { shape.disk = { centre = [0, 0, 0], normal = [0, 0, 1], radius = 1 }, 
 /// Protects: the table of `info` counts the scene's items, and leaves out empty rows.
 #[test]
 fn info_shows_what_is_in_a_scene() {
-    let desk = Desk::new();
-    desk.write("two.scene.toml", TWO_SPHERES);
-    let run = desk.run(&["info", "two.scene.toml", "--set", "r=0.25"]);
-    run.exits_with(0).says("");
+    let sandbox = Sandbox::new();
+    sandbox.write("two.scene.toml", TWO_SPHERES);
+    let run = sandbox.run(&["info", "two.scene.toml", "--set", "r=0.25"]);
+    run.exits_with(0).prints("");
     let expected = "\
 file        two.scene.toml
 format      Raywright scene (TOML)
@@ -71,63 +71,65 @@ materials   1 classic
 /// scripts.
 #[test]
 fn check_tells_good_files_from_bad_ones() {
-    let desk = Desk::new();
-    desk.write("two.scene.toml", TWO_SPHERES);
-    let good = desk.run(&["check", "two.scene.toml"]);
-    good.exits_with(0).says("");
+    let sandbox = Sandbox::new();
+    sandbox.write("two.scene.toml", TWO_SPHERES);
+    let good = sandbox.run(&["check", "two.scene.toml"]);
+    good.exits_with(0).prints("");
     assert_eq!(good.text(), "two.scene.toml: ok\n");
-    for (images, told) in [(1, "1 warning"), (2, "2 warnings")] {
+    for (images, message) in [(1, "1 warning"), (2, "2 warnings")] {
         let image = |i: u32| format!("\n[[images]]\nname = \"{i}\"\npath = \"{i}.png\"\n");
-        desk.write(
+        sandbox.write(
             "bare.scene.toml",
             TWO_SPHERES.to_owned() + &(0..images).map(image).collect::<String>(),
         );
         assert_eq!(
-            desk.run(&["check", "bare.scene.toml"]).text(),
-            format!("bare.scene.toml: ok, {told}\n")
+            sandbox.run(&["check", "bare.scene.toml"]).text(),
+            format!("bare.scene.toml: ok, {message}\n")
         );
     }
-    desk.write("bad.scene.toml", TWO_SPHERES.replace("radius", "raduis"));
-    desk.run(&["check", "bad.scene.toml"]).exits_with(3);
-    desk.run(&["check", "missing.scene.toml"])
+    sandbox.write("bad.scene.toml", TWO_SPHERES.replace("radius", "raduis"));
+    sandbox.run(&["check", "bad.scene.toml"]).exits_with(3);
+    sandbox
+        .run(&["check", "missing.scene.toml"])
         .exits_with(4)
-        .says("error: cannot read missing.scene.toml: no such file or folder");
+        .prints("error: cannot read missing.scene.toml: no such file or folder");
 }
 
 /// Protects: an unknown parameter is an error of the command line, not of the file.
 #[test]
 fn unknown_parameters_are_wrong_use() {
-    let desk = Desk::new();
-    desk.write("two.scene.toml", TWO_SPHERES);
-    desk.run(&["check", "two.scene.toml", "--set", "q=1"])
+    let sandbox = Sandbox::new();
+    sandbox.write("two.scene.toml", TWO_SPHERES);
+    sandbox
+        .run(&["check", "two.scene.toml", "--set", "q=1"])
         .exits_with(2);
 }
 
 /// Protects: the text of a preset is a scene file that the program accepts.
 #[test]
 fn presets_are_scene_files() {
-    let desk = Desk::new();
-    let table = desk.run(&["presets"]);
-    table.exits_with(0).says("");
+    let sandbox = Sandbox::new();
+    let table = sandbox.run(&["presets"]);
+    table.exits_with(0).prints("");
     for line in table.text().lines() {
         let name = line
             .split_whitespace()
             .next()
             .and_then(|word| word.strip_prefix("preset:"))
             .expect("a preset's name");
-        let text = desk.run(&["presets", name]);
-        text.exits_with(0).says("");
-        desk.write("copy.scene.toml", text.text());
-        desk.run(&["check", "copy.scene.toml"]).exits_with(0);
+        let text = sandbox.run(&["presets", name]);
+        text.exits_with(0).prints("");
+        sandbox.write("copy.scene.toml", text.text());
+        sandbox.run(&["check", "copy.scene.toml"]).exits_with(0);
     }
-    desk.run(&["presets", "no-such-preset"]).exits_with(2);
+    sandbox.run(&["presets", "no-such-preset"]).exits_with(2);
 }
 
 /// Protects: the schema is JSON that describes every part of a scene.
 #[test]
 fn the_schema_describes_scenes() {
-    let run = Desk::new().run(&["schema"]);
-    run.exits_with(0).says("");
+    let run = Sandbox::new().run(&["schema"]);
+    run.exits_with(0).prints("");
     let schema: serde_json::Value = serde_json::from_str(run.text()).expect("JSON");
     for part in [
         "format",
@@ -146,23 +148,24 @@ fn the_schema_describes_scenes() {
 /// Protects: all problems of keys are reported together, each with its line, a caret and advice.
 #[test]
 fn problems_of_a_scene_are_shown_where_they_are() {
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     let wrong = TWO_SPHERES
         .replace("radius = \"r\"", "raduis = -2")
         .replace("vertical_fov = 40", "vertical_fov = 400");
-    desk.write(
+    sandbox.write(
         "two.scene.toml",
         wrong.replace(
             "material = \"red\"\n[[generators]]",
             "material = \"rde\"\n[[generators]]",
         ),
     );
-    let run = desk.run(&["check", "two.scene.toml"]);
-    run.exits_with(3).says(PROBLEMS);
+    let run = sandbox.run(&["check", "two.scene.toml"]);
+    run.exits_with(3).prints(PROBLEMS);
     assert_eq!(run.text(), "");
-    desk.run(&["render", "two.scene.toml"])
+    sandbox
+        .run(&["render", "two.scene.toml"])
         .exits_with(3)
-        .says(PROBLEMS);
+        .prints(PROBLEMS);
 }
 
 const PROBLEMS: &str = "\

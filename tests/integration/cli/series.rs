@@ -7,43 +7,44 @@ use std::time::{Duration, Instant};
 use image::codecs::png::PngDecoder;
 use image::{AnimationDecoder, RgbaImage};
 
-use crate::support::Desk;
+use crate::support::Sandbox;
 
 const TETRAHEDRON: &str =
     "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0.3 0.2 1\nf 1 2 3\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
 const TRIANGLE: &str = "v 0 0 0\nv 2 0 0\nv 0 1 0\nf 1 2 3\n";
 
 /// A folder with two models.
-fn desk() -> Desk {
-    let desk = Desk::new();
-    desk.write("a.obj", TETRAHEDRON);
-    desk.write("b.obj", TRIANGLE);
-    desk
+fn sandbox() -> Sandbox {
+    let sandbox = Sandbox::new();
+    sandbox.write("a.obj", TETRAHEDRON);
+    sandbox.write("b.obj", TRIANGLE);
+    sandbox
 }
 
 /// Protects: each of several pictures has the bits of a run of its own, for views, turntables and
 /// times, and its requested name; flags for a single picture are refused with several.
 #[test]
 fn several_pictures_are_those_of_single_runs() {
-    let desk = Desk::new();
-    desk.write(
+    let sandbox = Sandbox::new();
+    sandbox.write(
         "a.obj",
         "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0.3 0.2 1\nf 1 2 3\nf 1 2 4\nf 1 4 3\nf 2 3 4\n",
     );
-    desk.write(
+    sandbox.write(
         "b.scene.toml",
         "format = 1\nsky.constant = 1\n[[materials]]\nname = \"m\"\nmodel.physical.base_colour = [\"0.2 + 0.5*t\", 0.5, 0.1]\n\
         [[objects]]\nmaterial = \"m\"\nshape.box = { min = [0, 0, 0], max = [\"1 + t\", 1, 1] }\n",
     );
     let run = |words: &[&str]| {
-        desk.run(&[&["render", "--size", "24x16", "--spp", "8", "-q"], words].concat())
+        sandbox
+            .run(&[&["render", "--size", "24x16", "--spp", "8", "-q"], words].concat())
             .exits_with(0);
     };
     let same = |several: &str, words: &[&str]| {
         run(&[words, &["-o", "single.exr"]].concat());
         assert_eq!(
-            desk.picture(several).rgb,
-            desk.picture("single.exr").rgb,
+            sandbox.picture(several).rgb,
+            sandbox.picture("single.exr").rgb,
             "{several}"
         );
     };
@@ -83,14 +84,15 @@ fn several_pictures_are_those_of_single_runs() {
     same("f0000.exr", &["b.scene.toml", "--at", "0"]);
     same("f0001.exr", &["b.scene.toml", "--at", "0.5"]);
     run(&["a.obj", "--views", "left,iso"]);
-    assert!(desk.path("a-left.png").exists() && desk.path("a-iso.png").exists());
+    assert!(sandbox.path("a-left.png").exists() && sandbox.path("a-iso.png").exists());
     for words in [
         &["-o", "one.png"][..],
         &["--budget", "5s"],
         &["-o", "-"],
         &["--view", "top"],
     ] {
-        desk.run(&[&["render", "a.obj", "--views", "left,iso"], words].concat())
+        sandbox
+            .run(&[&["render", "a.obj", "--views", "left,iso"], words].concat())
             .exits_with(2);
     }
 }
@@ -99,14 +101,15 @@ fn several_pictures_are_those_of_single_runs() {
 /// below a tetrahedron has 0.012, and 0.031 from one side.
 #[test]
 fn several_pictures_tell_their_largest_error() {
-    let desk = desk();
+    let sandbox = sandbox();
     for views in ["bottom,iso", "iso,bottom"] {
         let words = [
             "render", "a.obj", "--size", "24x16", "--spp", "64", "--views", views, "-o", "v%d.png",
         ];
-        desk.run(&words)
+        sandbox
+            .run(&words)
             .exits_with(0)
-            .says_like("(2 pictures, 24x16, 64 samples, errors up to 0.031, ");
+            .prints_like("(2 pictures, 24x16, 64 samples, errors up to 0.031, ");
     }
 }
 
@@ -114,12 +117,12 @@ fn several_pictures_tell_their_largest_error() {
 /// own name, even if two names are equal; `render` may be omitted, and one line covers all of them.
 #[test]
 fn several_files_are_rendered() {
-    let desk = desk();
-    fs::create_dir(desk.path("more")).expect("a folder");
-    desk.write("more/a.obj", TRIANGLE);
-    let run = desk.run(&["-s", "24x16", "a.obj", "b.obj", "more/a.obj", "--spp", "8"]);
+    let sandbox = sandbox();
+    fs::create_dir(sandbox.path("more")).expect("a folder");
+    sandbox.write("more/a.obj", TRIANGLE);
+    let run = sandbox.run(&["-s", "24x16", "a.obj", "b.obj", "more/a.obj", "--spp", "8"]);
     run.exits_with(0)
-        .says_like("wrote a.png to a-2.png (3 pictures, 24x16, 8 samples, errors up to ");
+        .prints_like("wrote a.png to a-2.png (3 pictures, 24x16, 8 samples, errors up to ");
     assert_eq!(
         run.stderr
             .lines()
@@ -129,51 +132,55 @@ fn several_files_are_rendered() {
         "{}",
         run.stderr
     );
-    desk.run(&[
-        "b.obj",
-        "-s",
-        "24x16",
-        "--spp",
-        "8",
-        "-o",
-        "single.png",
-        "-q",
-    ])
-    .exits_with(0)
-    .says("");
+    sandbox
+        .run(&[
+            "b.obj",
+            "-s",
+            "24x16",
+            "--spp",
+            "8",
+            "-o",
+            "single.png",
+            "-q",
+        ])
+        .exits_with(0)
+        .prints("");
     for name in ["b.png", "a-2.png"] {
         assert!(
-            desk.picture(name).rgb == desk.picture("single.png").rgb,
+            sandbox.picture(name).rgb == sandbox.picture("single.png").rgb,
             "{name}"
         );
     }
-    assert!(desk.picture("a.png").rgb != desk.picture("single.png").rgb);
-    desk.run(&[
-        "-q", "render", "a.obj", "b.obj", "-s", "9x9", "-s", "24x16", "--spp", "8", "-o", "n%d.png",
-    ])
-    .exits_with(0)
-    .says("");
-    assert!(desk.picture("n1.png").rgb == desk.picture("single.png").rgb);
-    desk.run(&["a.obj", "b.obj", "-o", "n.png"])
+    assert!(sandbox.picture("a.png").rgb != sandbox.picture("single.png").rgb);
+    sandbox
+        .run(&[
+            "-q", "render", "a.obj", "b.obj", "-s", "9x9", "-s", "24x16", "--spp", "8", "-o",
+            "n%d.png",
+        ])
+        .exits_with(0)
+        .prints("");
+    assert!(sandbox.picture("n1.png").rgb == sandbox.picture("single.png").rgb);
+    sandbox.run(&["a.obj", "b.obj", "-o", "n.png"])
         .exits_with(2)
-        .says("error: 2 pictures cannot all be n.png\nhelp: number them: -o n-%04d.png; or have all on one sheet: --sheet n.png");
+        .prints("error: 2 pictures cannot all be n.png\nhelp: number them: -o n-%04d.png; or have all on one sheet: --sheet n.png");
 }
 
 /// Protects: a requested view applies to each of several files.
 #[test]
 fn several_files_are_seen_from_one_view() {
-    let desk = desk();
+    let sandbox = sandbox();
     let run = |words: &[&str]| {
         // One of them is flat and viewed edge-on.
-        desk.run(&[&["-s", "24x16", "--spp", "8", "-q", "--allow-empty"], words].concat())
+        sandbox
+            .run(&[&["-s", "24x16", "--spp", "8", "-q", "--allow-empty"], words].concat())
             .exits_with(0);
     };
     run(&["a.obj", "b.obj", "--view", "left", "-o", "v%d.exr"]);
     for (several, file) in [("v0.exr", "a.obj"), ("v1.exr", "b.obj")] {
         run(&[file, "--view", "left", "-o", "single.exr"]);
         assert_eq!(
-            desk.picture(several).rgb,
-            desk.picture("single.exr").rgb,
+            sandbox.picture(several).rgb,
+            sandbox.picture("single.exr").rgb,
             "{several}"
         );
     }
@@ -183,9 +190,9 @@ fn several_files_are_seen_from_one_view() {
 /// code.
 #[test]
 fn a_bad_file_among_others_is_told() {
-    let desk = desk();
-    desk.write("bad.scene.toml", "format = 1\nobjcts = []\n");
-    let run = desk.run(&[
+    let sandbox = sandbox();
+    sandbox.write("bad.scene.toml", "format = 1\nobjcts = []\n");
+    let run = sandbox.run(&[
         "a.obj",
         "bad.scene.toml",
         "gone.glb",
@@ -196,8 +203,8 @@ fn a_bad_file_among_others_is_told() {
         "1",
     ]);
     run.exits_with(3)
-        .says_like("unknown key `objcts`")
-        .says_like("error: cannot read gone.glb: no such file or folder");
+        .prints_like("unknown key `objcts`")
+        .prints_like("error: cannot read gone.glb: no such file or folder");
     assert!(
         run.stderr
             .trim_end()
@@ -206,7 +213,7 @@ fn a_bad_file_among_others_is_told() {
         run.stderr
     );
     assert_eq!(
-        desk.names(),
+        sandbox.names(),
         ["a.obj", "a.png", "b.obj", "b.png", "bad.scene.toml"]
     );
 }
@@ -214,27 +221,30 @@ fn a_bad_file_among_others_is_told() {
 /// Protects: no picture replaces a file named by a later scene of the run.
 #[test]
 fn later_scenes_keep_their_files() {
-    let desk = desk();
+    let sandbox = sandbox();
     image::GrayImage::new(4, 4)
-        .save(desk.path("0.png"))
+        .save(sandbox.path("0.png"))
         .expect("a picture");
-    let before = fs::read(desk.path("0.png")).expect("just written");
-    desk.write(
+    let before = fs::read(sandbox.path("0.png")).expect("just written");
+    sandbox.write(
         "sky.scene.toml",
         "format = 1\nimages = [{ name = \"a\", path = \"0.png\" }]\nsky.map.image = \"a\"\n",
     );
-    let run = desk.run(&["a.obj", "sky.scene.toml", "-s", "8x8", "-o", "%d.png"]);
+    let run = sandbox.run(&["a.obj", "sky.scene.toml", "-s", "8x8", "-o", "%d.png"]);
     run.exits_with(2)
-        .says("error: cannot write 0.png: this run reads it\nhelp: name another file with -o");
-    assert_eq!(fs::read(desk.path("0.png")).expect("still there"), before);
+        .prints("error: cannot write 0.png: this run reads it\nhelp: name another file with -o");
+    assert_eq!(
+        fs::read(sandbox.path("0.png")).expect("still there"),
+        before
+    );
 }
 
 /// Protects: a sheet holds all pictures of all files and is the only output unless others are
 /// requested; its pictures are those of single runs.
 #[test]
 fn a_sheet_holds_all_pictures() {
-    let desk = desk();
-    let run = desk.run(&[
+    let sandbox = sandbox();
+    let run = sandbox.run(&[
         "a.obj",
         "b.obj",
         "--views",
@@ -247,28 +257,29 @@ fn a_sheet_holds_all_pictures() {
         "s.png",
     ]);
     run.exits_with(0)
-        .says_like("wrote s.png (4 pictures, 200x100, 2 samples");
-    assert_eq!(desk.names(), ["a.obj", "b.obj", "s.png"]);
-    let sheet = desk.picture("s.png");
+        .prints_like("wrote s.png (4 pictures, 200x100, 2 samples");
+    assert_eq!(sandbox.names(), ["a.obj", "b.obj", "s.png"]);
+    let sheet = sandbox.picture("s.png");
     // Two columns of two rows, each with a line of 24 pixels below it, and 12 pixels between all of
     // them.
     assert_eq!(
         [sheet.width, sheet.height],
         [3 * 12 + 2 * 200, 3 * 12 + 2 * (100 + 24)]
     );
-    desk.run(&[
-        "b.obj",
-        "--view",
-        "front",
-        "-s",
-        "200x100",
-        "--spp",
-        "2",
-        "-o",
-        "single.png",
-    ])
-    .exits_with(0);
-    let single = desk.picture("single.png");
+    sandbox
+        .run(&[
+            "b.obj",
+            "--view",
+            "front",
+            "-s",
+            "200x100",
+            "--spp",
+            "2",
+            "-o",
+            "single.png",
+        ])
+        .exits_with(0);
+    let single = sandbox.picture("single.png");
     for (x, y) in [(0, 0), (100, 50), (199, 99), (80, 60)] {
         assert_eq!(
             sheet.pixel(12 + x, 2 * 12 + 100 + 24 + y),
@@ -285,28 +296,30 @@ fn a_sheet_holds_all_pictures() {
         })
         .count();
     assert!(ink > 50, "{ink} pixels of `a front`");
-    desk.run(&["a.obj", "--sheet", "s.exr"])
+    sandbox
+        .run(&["a.obj", "--sheet", "s.exr"])
         .exits_with(2)
-        .says("error: s.exr: a sheet is a .png");
-    desk.run(&[
-        "a.obj", "b.obj", "-s", "8x8", "--spp", "1", "--sheet", "s.png", "-o", "p%d.png",
-    ])
-    .exits_with(0);
-    assert!(desk.path("p1.png").exists());
+        .prints("error: s.exr: a sheet is a .png");
+    sandbox
+        .run(&[
+            "a.obj", "b.obj", "-s", "8x8", "--spp", "1", "--sheet", "s.png", "-o", "p%d.png",
+        ])
+        .exits_with(0);
+    assert!(sandbox.path("p1.png").exists());
 }
 
 /// Protects: an animation holds the pictures of single runs, in order and at the requested rate: an
 /// APNG to the bit.
 #[test]
 fn animations_hold_each_picture() {
-    let desk = desk();
-    desk.write(
+    let sandbox = sandbox();
+    sandbox.write(
         "c.scene.toml",
         "format = 1\nsky.constant = 1\n[[materials]]\nname = \"m\"\nmodel.physical.base_colour = [\"0.2 + 0.5*t\", 0.5, 0.1]\n\
         [[objects]]\nmaterial = \"m\"\nshape.box = { min = [0, 0, 0], max = [\"1 + t\", 1, 1] }\n",
     );
     let all = ["c.scene.toml", "-s", "24x16", "--spp", "8"];
-    let run = desk.run(
+    let run = sandbox.run(
         &[
             &all[..],
             &["--frames", "0..1:3", "-o", "f.apng", "-o", "f.gif"],
@@ -314,8 +327,8 @@ fn animations_hold_each_picture() {
         .concat(),
     );
     run.exits_with(0)
-        .says_like("wrote f.apng, f.gif (3 pictures, 24x16, 8 samples");
-    let open = |name: &str| BufReader::new(File::open(desk.path(name)).expect("a file"));
+        .prints_like("wrote f.apng, f.gif (3 pictures, 24x16, 8 samples");
+    let open = |name: &str| BufReader::new(File::open(sandbox.path(name)).expect("a file"));
     let decoder = PngDecoder::new(open("f.apng"))
         .expect("a PNG")
         .apng()
@@ -326,9 +339,10 @@ fn animations_hold_each_picture() {
         .iter()
         .zip(["0", "0.3333333333333333", "0.6666666666666666"])
     {
-        desk.run(&[&all[..], &["--at", time, "-o", "single.png"]].concat())
+        sandbox
+            .run(&[&all[..], &["--at", time, "-o", "single.png"]].concat())
             .exits_with(0);
-        let single: RgbaImage = image::open(desk.path("single.png"))
+        let single: RgbaImage = image::open(sandbox.path("single.png"))
             .expect("a picture")
             .into_rgba8();
         assert_eq!(*frame.buffer(), single, "{time}");
@@ -351,7 +365,8 @@ fn animations_hold_each_picture() {
         [33, 34, 33],
         "hundredths of a second that add up to one"
     );
-    desk.run(&["a.obj", "c.scene.toml", "-o", "f.gif", "--stats", "s.json"])
+    sandbox
+        .run(&["a.obj", "c.scene.toml", "-o", "f.gif", "--stats", "s.json"])
         .exits_with(2);
 }
 
@@ -360,7 +375,7 @@ fn animations_hold_each_picture() {
 #[cfg(unix)]
 #[test]
 fn an_interrupted_run_keeps_what_is_finished() {
-    let desk = desk();
+    let sandbox = sandbox();
     let words = [
         "a.obj",
         "b.obj",
@@ -374,12 +389,12 @@ fn an_interrupted_run_keeps_what_is_finished() {
         "-o",
         "t%03d.png",
     ];
-    let mut child = desk
+    let mut child = sandbox
         .command(&[&words[..], &["--sheet", "s.png", "-o", "t.gif"]].concat())
         .spawn()
         .expect("starts");
     let start = Instant::now();
-    while !desk.path("t001.png").exists() {
+    while !sandbox.path("t001.png").exists() {
         assert!(
             start.elapsed() < Duration::from_secs(120),
             "no picture is finished"
@@ -394,7 +409,7 @@ fn an_interrupted_run_keeps_what_is_finished() {
             .success()
     );
     assert_eq!(child.wait().expect("ends").code(), Some(130));
-    let names = desk.names();
+    let names = sandbox.names();
     let finished = names
         .iter()
         .filter(|name| name.starts_with('t') && name.ends_with("png") && !name.contains("partial"))
@@ -412,7 +427,7 @@ fn an_interrupted_run_keeps_what_is_finished() {
     let mut gif = gif::DecodeOptions::new();
     gif.set_color_output(gif::ColorOutput::Indexed);
     let mut gif = gif
-        .read_info(File::open(desk.path("t.partial.gif")).expect("a file"))
+        .read_info(File::open(sandbox.path("t.partial.gif")).expect("a file"))
         .expect("a GIF");
     let mut frames = 0;
     while gif.read_next_frame().expect("whole").is_some() {

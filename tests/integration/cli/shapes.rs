@@ -3,25 +3,26 @@
 use raywright::core::picture::Picture;
 
 use super::backgrounds::{BLOCK, block};
-use crate::support::Desk;
+use crate::support::Sandbox;
 
 /// Renders the block from its front corner, in linear values, with these flags.
 #[track_caller]
-fn render(desk: &Desk, more: &str) -> Picture {
+fn render(sandbox: &Sandbox, more: &str) -> Picture {
     let line =
         format!("render b.obj --view 30,30 -s 64x48 --spp 32 --ground none -q -o a.exr {more}");
-    desk.run(&line.split_whitespace().collect::<Vec<_>>())
+    sandbox
+        .run(&line.split_whitespace().collect::<Vec<_>>())
         .exits_with(0);
-    desk.picture("a.exr")
+    sandbox.picture("a.exr")
 }
 
 /// Protects: clay is neutral whatever the file's materials are, in `explain` and in `render`, and
 /// no other material name is known.
 #[test]
 fn clay_is_neutral() {
-    let desk = block();
+    let sandbox = block();
     let [red, clay] =
-        ["", "--material clay"].map(|more| render(&desk, &format!("--backdrop dark {more}")));
+        ["", "--material clay"].map(|more| render(&sandbox, &format!("--backdrop dark {more}")));
     let middle = |picture: &Picture| picture.pixel(32, 24).expect("a pixel");
     let ([r, g, b], [cr, cg, cb]) = (middle(&red), middle(&clay));
     assert!(r > 3.0 * g && r > 3.0 * b, "{r} {g} {b}");
@@ -29,18 +30,20 @@ fn clay_is_neutral() {
         (cr - cg).abs() < 1e-3 * cr && (cg - cb).abs() < 1e-3 * cr && cr > 0.05,
         "{cr} {cg} {cb}"
     );
-    desk.run(&["explain", "b.obj", "--material", "clay"])
+    sandbox
+        .run(&["explain", "b.obj", "--material", "clay"])
         .exits_with(0);
-    desk.run(&["render", "b.obj", "--material", "wood"])
+    sandbox
+        .run(&["render", "b.obj", "--material", "wood"])
         .exits_with(2)
-        .says_like("expected clay");
+        .prints_like("expected clay");
 }
 
 /// Protects: edges are dark only on the first surface, also with clay and denoised; a film with
 /// them is another picture; shapes without edges give a note.
 #[test]
 fn edges_are_drawn() {
-    let desk = block();
+    let sandbox = block();
     for more in [
         "",
         "--material clay",
@@ -48,22 +51,23 @@ fn edges_are_drawn() {
         "--background transparent",
     ] {
         let [plain, lines] = ["", "--wireframe"]
-            .map(|edges| render(&desk, &format!("--backdrop light {more} {edges}")));
+            .map(|edges| render(&sandbox, &format!("--backdrop light {more} {edges}")));
         let darker = |i: usize| lines.rgb[i][0] < 0.8 * plain.rgb[i][0];
         let count = (0..plain.rgb.len()).filter(|&i| darker(i)).count();
         assert!((60..600).contains(&count), "{more}: {count}");
         assert_eq!(lines.rgb[0], plain.rgb[0]);
         assert_eq!(lines.alpha, plain.alpha, "{more}");
     }
-    render(&desk, "--checkpoint plain.film");
+    render(&sandbox, "--checkpoint plain.film");
     let gone_on = "render b.obj --view 30,30 -s 64x48 --spp 32 --ground none --wireframe --resume plain.film -q -o b.png";
-    desk.run(&gone_on.split(' ').collect::<Vec<_>>())
+    sandbox
+        .run(&gone_on.split(' ').collect::<Vec<_>>())
         .exits_with(3)
-        .says_like("the wireframe differs");
+        .prints_like("the wireframe differs");
     let ball = "format = 1\nmaterials = [{ name = \"m\", model.physical = {} }]\n[[objects]]\nshape.sphere = { centre = [0, 0, 0], radius = 1 }\n\
                 material = \"m\"\n";
-    desk.write("ball.scene.toml", ball);
-    let run = desk.run(&[
+    sandbox.write("ball.scene.toml", ball);
+    let run = sandbox.run(&[
         "render",
         "ball.scene.toml",
         "--wireframe",
@@ -75,7 +79,7 @@ fn edges_are_drawn() {
         "c.png",
     ]);
     run.exits_with(0)
-        .says_like("--wireframe draws the edges of triangles");
+        .prints_like("--wireframe draws the edges of triangles");
 }
 
 /// Protects: a section keeps its side, capped with the body's own material, in views, on sheets and
@@ -83,16 +87,17 @@ fn edges_are_drawn() {
 /// applied first.
 #[test]
 fn sections_are_capped() {
-    let desk = block();
+    let sandbox = block();
     // From +x, straight at the cap: as large and as red as the original face, and deeper by the
     // length of the cut.
     let depth = |more: &str| {
         let words = format!(
             "render b.obj --eye 5,0.5,0.5 --target 0,0.5,0.5 --fov 20 -s 32x32 --spp 16 -q -o a.exr --aov depth {more}"
         );
-        desk.run(&words.split_whitespace().collect::<Vec<_>>())
+        sandbox
+            .run(&words.split_whitespace().collect::<Vec<_>>())
             .exits_with(0);
-        let picture = desk.picture("a.exr");
+        let picture = sandbox.picture("a.exr");
         let [r, g, b] = picture.pixel(16, 16).expect("a pixel");
         assert!(r > 3.0 * g && r > 3.0 * b, "{more}: {r} {g} {b}");
         f64::from(picture.layer("depth.Z").expect("a layer").samples[16 * 32 + 16])
@@ -110,28 +115,32 @@ fn sections_are_capped() {
         );
     }
     let sheet = "render b.obj --section -y=0.5 --material clay --wireframe --views iso,front -s 24x16 --spp 2 --sheet s.png -q";
-    desk.run(&sheet.split(' ').collect::<Vec<_>>())
+    sandbox
+        .run(&sheet.split(' ').collect::<Vec<_>>())
         .exits_with(0);
-    let nothing = desk.run(&["render", "b.obj", "--section", "x=-1", "-o", "n.png"]);
+    let nothing = sandbox.run(&["render", "b.obj", "--section", "x=-1", "-o", "n.png"]);
     nothing
         .exits_with(3)
-        .says_like("the section leaves nothing of it");
-    desk.write("open.obj", BLOCK.replace("f 1 4 3 2\n", ""));
-    desk.run(&[
-        "render",
-        "open.obj",
-        "--section",
-        "x=0.5",
-        "-s",
-        "8x8",
-        "--spp",
-        "1",
-    ])
-    .exits_with(0)
-    .says_like("not closed");
-    desk.run(&["render", "b.obj", "--section", "w=1"])
+        .prints_like("the section leaves nothing of it");
+    sandbox.write("open.obj", BLOCK.replace("f 1 4 3 2\n", ""));
+    sandbox
+        .run(&[
+            "render",
+            "open.obj",
+            "--section",
+            "x=0.5",
+            "-s",
+            "8x8",
+            "--spp",
+            "1",
+        ])
+        .exits_with(0)
+        .prints_like("not closed");
+    sandbox
+        .run(&["render", "b.obj", "--section", "w=1"])
         .exits_with(2)
-        .says_like("x=30%");
-    desk.run(&["info", "b.obj", "--section", "y=0.5", "--up", "z"])
+        .prints_like("x=30%");
+    sandbox
+        .run(&["info", "b.obj", "--section", "y=0.5", "--up", "z"])
         .exits_with(0);
 }

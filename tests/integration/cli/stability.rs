@@ -1,13 +1,13 @@
 //! `stability`: measurement of the hard cases.
 
-use crate::support::Desk;
+use crate::support::Sandbox;
 
 /// Protects: cases are measured in both precisions, as a table, as JSON and as a page; an unknown
 /// number is a usage error.
 #[test]
 fn cases_are_measured() {
-    let desk = Desk::new();
-    let run = desk.run(&[
+    let sandbox = Sandbox::new();
+    let run = sandbox.run(&[
         "stability",
         "--cases",
         "t15,F03,S21",
@@ -35,10 +35,10 @@ fn cases_are_measured() {
         );
     }
     assert_eq!(report["tested_only"], serde_json::json!(["S21"]));
-    let page = std::fs::read_to_string(desk.path("page.md")).expect("a page");
+    let page = std::fs::read_to_string(sandbox.path("page.md")).expect("a page");
     assert!(
         page.contains("| F03 |") && page.contains("S21: Phase functions"),
         "{page}"
     );
-    desk.run(&["stability", "--cases", "T99"]).exits_with(2);
+    sandbox.run(&["stability", "--cases", "T99"]).exits_with(2);
 }

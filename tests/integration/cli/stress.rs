@@ -7,10 +7,10 @@ use raywright::core::picture::Picture;
 use raywright::core::settings::{Sampling, Settings};
 use raywright::io::output::{Metadata, write_exr};
 use raywright::io::{Input, LoadOptions, load, presets};
-use raywright::stress::{Code, Effort, Severity, stress};
+use raywright::stress::{FindingCode, Severity, StressEffort, stress};
 use serde_json::Value;
 
-use crate::support::{Desk, Run, shared};
+use crate::support::{ProgramRun, Sandbox, shared};
 
 /// A paint of albedo above 1, a light beyond the range of every object, and a duplicated ball.
 const FAULTS: &str = r#"format = 1
@@ -46,7 +46,7 @@ shape.quad = { corner = [0.2, -0.8, 0], edge_u = [1.4, 0, 0], edge_v = [0, 1.6, 
 material = "pane"
 "#;
 
-fn json(run: &Run) -> Value {
+fn json(run: &ProgramRun) -> Value {
     serde_json::from_str(run.text()).unwrap_or_else(|e| panic!("{e}\n{}", run.stderr))
 }
 
@@ -54,10 +54,10 @@ fn json(run: &Run) -> Value {
 /// characters; only a finding of a denied severity ends with exit code 1.
 #[test]
 fn findings_are_told_in_words() {
-    let desk = Desk::new();
-    desk.write("faults.scene.toml", FAULTS);
+    let sandbox = Sandbox::new();
+    sandbox.write("faults.scene.toml", FAULTS);
     let arguments = ["stress", "faults.scene.toml", "--budget", "10min"];
-    let output = desk
+    let output = sandbox
         .command(&arguments)
         .env("COLUMNS", "60")
         .output()
@@ -85,53 +85,56 @@ fn findings_are_told_in_words() {
             && text.contains("do: "),
         "{text}"
     );
-    desk.write(
+    sandbox.write(
         "fine.scene.toml",
         FAULTS
             .replace("1.5", "0.5")
             .replace("transmission = 1", "transmission = 0"),
     );
     let fine = ["stress", "fine.scene.toml", "--budget", "10min", "-q"];
-    desk.run(&fine).exits_with(0);
-    desk.run(&[&fine[..], &["--deny", "slow-or-noisy"]].concat())
+    sandbox.run(&fine).exits_with(0);
+    sandbox
+        .run(&[&fine[..], &["--deny", "slow-or-noisy"]].concat())
         .exits_with(1)
-        .says_like("1 of 2 findings");
-    desk.write(
+        .prints_like("1 of 2 findings");
+    sandbox.write(
         "finer.scene.toml",
         FAULTS
             .replace("range = 10", "range = 1000")
             .replace("1.5", "0.5")
             .replace("transmission = 1", "transmission = 0"),
     );
-    desk.run(&[
-        "stress",
-        "finer.scene.toml",
-        "--budget",
-        "10min",
-        "-q",
-        "--deny",
-        "slow-or-noisy",
-    ])
-    .exits_with(0);
-    desk.run(&[
-        "stress",
-        "finer.scene.toml",
-        "--budget",
-        "10min",
-        "-q",
-        "--deny",
-        "harmless",
-    ])
-    .exits_with(1);
+    sandbox
+        .run(&[
+            "stress",
+            "finer.scene.toml",
+            "--budget",
+            "10min",
+            "-q",
+            "--deny",
+            "slow-or-noisy",
+        ])
+        .exits_with(0);
+    sandbox
+        .run(&[
+            "stress",
+            "finer.scene.toml",
+            "--budget",
+            "10min",
+            "-q",
+            "--deny",
+            "harmless",
+        ])
+        .exits_with(1);
 }
 
 /// Protects: what a finding counts is said after its number, numbers count from 0 throughout, and
 /// what a check had nothing to look at for is left out.
 #[test]
 fn numbers_say_what_they_count() {
-    let desk = Desk::new();
-    desk.write("faults.scene.toml", FAULTS);
-    let run = desk.run(&["stress", "faults.scene.toml", "--budget", "10min", "-q"]);
+    let sandbox = Sandbox::new();
+    sandbox.write("faults.scene.toml", FAULTS);
+    let run = sandbox.run(&["stress", "faults.scene.toml", "--budget", "10min", "-q"]);
     let text = run.text();
     for words in [
         "rays on whose way it lies went only in or only out",
@@ -151,10 +154,10 @@ fn what_reading_left_out_is_told() {
     let Some(folder) = shared("assets/malformed") else {
         return;
     };
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     let of = |model: &str| {
         let path = folder.join(model);
-        let run = desk.run(&["stress", &path.to_string_lossy(), "--budget", "10min"]);
+        let run = sandbox.run(&["stress", &path.to_string_lossy(), "--budget", "10min"]);
         (run.code, run.text().to_owned())
     };
     let (code, text) = of("geometry/nan_positions.gltf");
@@ -175,9 +178,9 @@ fn what_reading_left_out_is_told() {
 /// Protects: findings that have no mark in the picture are said to have none, in the text.
 #[test]
 fn findings_without_a_mark_are_named() {
-    let desk = Desk::new();
-    desk.write("faults.scene.toml", FAULTS);
-    let run = desk.run(&[
+    let sandbox = Sandbox::new();
+    sandbox.write("faults.scene.toml", FAULTS);
+    let run = sandbox.run(&[
         "stress",
         "faults.scene.toml",
         "--budget",
@@ -196,10 +199,10 @@ fn findings_without_a_mark_are_named() {
 /// scene.
 #[test]
 fn findings_are_told_to_programs_and_marked() {
-    let desk = Desk::new();
-    desk.write("faults.scene.toml", FAULTS);
+    let sandbox = Sandbox::new();
+    sandbox.write("faults.scene.toml", FAULTS);
     let run = || {
-        desk.run(&[
+        sandbox.run(&[
             "stress",
             "faults.scene.toml",
             "--budget",
@@ -243,17 +246,19 @@ fn findings_are_told_to_programs_and_marked() {
         (48.0..90.0).contains(&pixel[0]) && (10.0..60.0).contains(&pixel[1]),
         "{pane}"
     );
-    let marked = desk.picture("marks.png");
+    let marked = sandbox.picture("marks.png");
     let is_red = |rgb: &&[f32; 3]| rgb[0] > 0.9 && rgb[1] < 0.5;
     assert!(
         [marked.width, marked.height] == [96, 64] && marked.rgb.iter().filter(is_red).count() > 20
     );
-    desk.run(&["stress", "faults.scene.toml", "-o", "marks.exr"])
+    sandbox
+        .run(&["stress", "faults.scene.toml", "-o", "marks.exr"])
         .exits_with(2);
-    desk.write("x.png", FAULTS);
-    desk.run(&["stress", "x.png", "-o", "x.png"])
+    sandbox.write("x.png", FAULTS);
+    sandbox
+        .run(&["stress", "x.png", "-o", "x.png"])
         .exits_with(2)
-        .says_like("this run reads it");
+        .prints_like("this run reads it");
 }
 
 /// Protects: a budget that ends before the rays reports the finished and the planned number: here
@@ -268,8 +273,8 @@ fn a_budget_that_ends_is_told() {
          {{ shape.sphere = {{ centre = [0, 3, 0], radius = 0.5 }}, material = \"lamp\" }}]\n",
         [camera; 8].join(", ")
     );
-    let desk = Desk::new();
-    desk.write("room.scene.toml", room);
+    let sandbox = Sandbox::new();
+    sandbox.write("room.scene.toml", room);
     let arguments = [
         "stress",
         "room.scene.toml",
@@ -280,10 +285,10 @@ fn a_budget_that_ends_is_told() {
         "-q",
     ];
     assert_eq!(
-        json(&desk.run(&[&arguments[..], &["--json"]].concat()))["cut_short"],
+        json(&sandbox.run(&[&arguments[..], &["--json"]].concat()))["cut_short"],
         true
     );
-    let run = desk.run(&arguments);
+    let run = sandbox.run(&arguments);
     assert!(
         run.text().contains("larger --budget finds more"),
         "{}",
@@ -294,24 +299,24 @@ fn a_budget_that_ends_is_told() {
 /// Protects: a sky file with invalid texels is a finding, although loading replaces them.
 #[test]
 fn files_with_texels_that_are_no_light() {
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     let mut sky = Picture {
         rgb: (0..512).map(|i| [0.2, 0.3, 0.001 * i as f32]).collect(),
         ..Picture::new(32, 16)
     };
     sky.rgb[100] = [f32::NAN, 0.3, 0.2];
-    write_exr(&desk.path("sky.exr"), &sky, &Metadata::default()).expect("a file");
+    write_exr(&sandbox.path("sky.exr"), &sky, &Metadata::default()).expect("a file");
     let scene = FAULTS.replace(
         "sky.constant = 0.5",
         "sky.map = { image = \"sky\" }\nimages = [{ name = \"sky\", path = \"sky.exr\" }]",
     );
-    desk.write(
+    sandbox.write(
         "sky.scene.toml",
         scene
             .replace("1.5", "0.5")
             .replace("transmission = 1", "transmission = 0"),
     );
-    let found = wrong(&desk, "sky.scene.toml");
+    let found = wrong(&sandbox, "sky.scene.toml");
     let of = |found: &Value| {
         (
             found["code"].clone(),
@@ -327,8 +332,8 @@ fn files_with_texels_that_are_no_light() {
 
 /// Findings that make the picture of a scene wrong.
 #[track_caller]
-fn wrong(desk: &Desk, scene: &str) -> Vec<Value> {
-    let run = desk.run(&["stress", scene, "--budget", "10min", "--json", "-q"]);
+fn wrong(sandbox: &Sandbox, scene: &str) -> Vec<Value> {
+    let run = sandbox.run(&["stress", scene, "--budget", "10min", "--json", "-q"]);
     let report = json(&run);
     let of = |found: &&Value| found["severity"] == "picture-wrong";
     let wrong: Vec<Value> = report["findings"]
@@ -356,7 +361,7 @@ fn no_preset_is_wrong() {
         let scene = load(&Input::Preset(preset.to_owned()), &LoadOptions::default())
             .unwrap_or_else(|e| panic!("{e}"))
             .scene;
-        let own = Settings::of(&scene);
+        let own = Settings::from_scene(&scene);
         let sampling = if own.sampling.is_fixed() {
             own.sampling
         } else {
@@ -367,7 +372,7 @@ fn no_preset_is_wrong() {
             sampling,
             ..own
         };
-        let effort = Effort {
+        let effort = StressEffort {
             budget: Duration::from_secs(600),
         };
         let report =
@@ -413,7 +418,7 @@ fn no_clean_model_is_wrong() {
         "obj/common/suzanne.obj",
         "obj/tinyobj/cornell_box.obj",
     ];
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     let path = |model: &&str| -> PathBuf { folder.join(model) };
     let there: Vec<PathBuf> = models
         .iter()
@@ -423,7 +428,7 @@ fn no_clean_model_is_wrong() {
     assert!(there.len() >= 20, "{there:?}");
     for path in there {
         let name = path.to_string_lossy();
-        assert_eq!(wrong(&desk, &name), Vec::<Value>::new(), "{name}");
+        assert_eq!(wrong(&sandbox, &name), Vec::<Value>::new(), "{name}");
     }
 }
 
@@ -433,7 +438,7 @@ fn every_finding_is_explained() {
     let page =
         std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/stress.md"))
             .expect("the page");
-    let missing: Vec<&str> = Code::ALL
+    let missing: Vec<&str> = FindingCode::ALL
         .iter()
         .map(|code| code.name())
         .filter(|name| !page.contains(&format!("`{name}`")))

@@ -2,13 +2,13 @@
 
 use std::time::{Duration, SystemTime};
 
-use crate::support::Desk;
+use crate::support::Sandbox;
 
 const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
 
 /// Lines of standard output, in order.
-fn lines(desk: &Desk, args: &[&str]) -> Vec<String> {
-    let run = desk.run(&[&["thumbs", "models", "-o", "out"], args].concat());
+fn lines(sandbox: &Sandbox, args: &[&str]) -> Vec<String> {
+    let run = sandbox.run(&[&["thumbs", "models", "-o", "out"], args].concat());
     run.exits_with(0)
         .text()
         .lines()
@@ -20,8 +20,8 @@ fn lines(desk: &Desk, args: &[&str]) -> Vec<String> {
 /// none; a changed input file, a changed size and a missing picture each cause exactly one render.
 #[test]
 fn pictures_are_made_where_something_changed() {
-    let desk = Desk::new();
-    let folder = desk.path("models");
+    let sandbox = Sandbox::new();
+    let folder = sandbox.path("models");
     std::fs::create_dir_all(folder.join("deep/.hidden")).expect("folders");
     let put = |name: &str, text: &str, age: u64| {
         std::fs::write(folder.join(name), text).expect("a file");
@@ -52,31 +52,31 @@ fn pictures_are_made_where_something_changed() {
             .collect::<Vec<_>>()
     };
     assert_eq!(
-        lines(&desk, &["--size", "32"]),
+        lines(&sandbox, &["--size", "32"]),
         all(["new ", "new ", "new "])
     );
-    let picture = desk.picture("out/a.obj.png");
+    let picture = sandbox.picture("out/a.obj.png");
     assert_eq!((picture.width, picture.height), (32, 32));
     assert!(
         picture.rgb.iter().any(|[r, g, _]| *r > 2.0 * g),
         "the material's red"
     );
     assert_eq!(
-        lines(&desk, &["--size", "32"]),
+        lines(&sandbox, &["--size", "32"]),
         all(["same", "same", "same"])
     );
     put("a.mtl", "newmtl m\nKd 0.1 0.1 0.8\n", 0);
     assert_eq!(
-        lines(&desk, &["--size", "32"]),
+        lines(&sandbox, &["--size", "32"]),
         all(["same", "same", "new "])
     );
-    std::fs::remove_file(desk.path("out/deep/a.obj.png")).expect("a picture");
+    std::fs::remove_file(sandbox.path("out/deep/a.obj.png")).expect("a picture");
     assert_eq!(
-        lines(&desk, &["--size", "32"]),
+        lines(&sandbox, &["--size", "32"]),
         all(["new ", "same", "same"])
     );
     assert_eq!(
-        lines(&desk, &["--size", "48"]),
+        lines(&sandbox, &["--size", "48"]),
         all(["new ", "new ", "new "])
     );
 }
@@ -86,81 +86,86 @@ fn pictures_are_made_where_something_changed() {
 /// run; a foreign index is refused.
 #[test]
 fn what_fails_keeps_nothing_away() {
-    let desk = Desk::new();
-    std::fs::create_dir_all(desk.path("models")).expect("a folder");
-    desk.write("models/good.obj", SQUARE);
-    desk.write("models/broken.glb", "glTF");
-    let run = desk.run(&["thumbs", "models", "-o", "models/out", "--size", "16"]);
-    run.exits_with(3).says_like("broken.glb");
-    run.says_like("1 of 2 models have no picture");
+    let sandbox = Sandbox::new();
+    std::fs::create_dir_all(sandbox.path("models")).expect("a folder");
+    sandbox.write("models/good.obj", SQUARE);
+    sandbox.write("models/broken.glb", "glTF");
+    let run = sandbox.run(&["thumbs", "models", "-o", "models/out", "--size", "16"]);
+    run.exits_with(3).prints_like("broken.glb");
+    run.prints_like("1 of 2 models have no picture");
     assert_eq!(run.text(), "new  models/out/good.obj.png\n");
-    std::fs::remove_file(desk.path("models/broken.glb")).expect("the file");
-    std::fs::write(desk.path("models/out/good.obj.png"), "mine").expect("a file");
-    desk.run(&["thumbs", "models", "-o", "models/out", "--size", "16"])
+    std::fs::remove_file(sandbox.path("models/broken.glb")).expect("the file");
+    std::fs::write(sandbox.path("models/out/good.obj.png"), "mine").expect("a file");
+    sandbox
+        .run(&["thumbs", "models", "-o", "models/out", "--size", "16"])
         .exits_with(4)
-        .says_like("no picture by this program");
+        .prints_like("no picture by this program");
     assert_eq!(
-        std::fs::read(desk.path("models/out/good.obj.png")).expect("the file"),
+        std::fs::read(sandbox.path("models/out/good.obj.png")).expect("the file"),
         b"mine"
     );
-    std::fs::write(desk.path("models/out/thumbs.json"), "[]").expect("a file");
-    desk.run(&["thumbs", "models", "-o", "models/out"])
+    std::fs::write(sandbox.path("models/out/thumbs.json"), "[]").expect("a file");
+    sandbox
+        .run(&["thumbs", "models", "-o", "models/out"])
         .exits_with(3)
-        .says_like("not what thumbs writes");
-    desk.run(&["thumbs", "none", "-o", "out"]).exits_with(4);
+        .prints_like("not what thumbs writes");
+    sandbox.run(&["thumbs", "none", "-o", "out"]).exits_with(4);
 }
 
 /// Protects: a missing texture that appears, and one that disappears, renew the picture of their
 /// model.
 #[test]
 fn missing_files_that_come_are_noticed() {
-    let desk = Desk::new();
-    std::fs::create_dir_all(desk.path("models")).expect("a folder");
-    desk.write(
+    let sandbox = Sandbox::new();
+    std::fs::create_dir_all(sandbox.path("models")).expect("a folder");
+    sandbox.write(
         "models/a.obj",
         "mtllib a.mtl\nusemtl m\nvt 0 0\n".to_owned()
             + &SQUARE.replace("f 1 2 3 4", "f 1/1 2/1 3/1 4/1"),
     );
-    desk.write("models/a.mtl", "newmtl m\nKd 1 1 1\nmap_Kd red.png\n");
-    assert_eq!(lines(&desk, &["--size", "16"]), ["new  out/a.obj.png"]);
-    assert_eq!(lines(&desk, &["--size", "16"]), ["same out/a.obj.png"]);
+    sandbox.write("models/a.mtl", "newmtl m\nKd 1 1 1\nmap_Kd red.png\n");
+    assert_eq!(lines(&sandbox, &["--size", "16"]), ["new  out/a.obj.png"]);
+    assert_eq!(lines(&sandbox, &["--size", "16"]), ["same out/a.obj.png"]);
     let red = image::RgbImage::from_pixel(1, 1, image::Rgb([255, 0, 0]));
-    red.save(desk.path("models/red.png")).expect("a picture");
-    assert_eq!(lines(&desk, &["--size", "16"]), ["new  out/a.obj.png"]);
+    red.save(sandbox.path("models/red.png")).expect("a picture");
+    assert_eq!(lines(&sandbox, &["--size", "16"]), ["new  out/a.obj.png"]);
     assert!(
-        desk.picture("out/a.obj.png")
+        sandbox
+            .picture("out/a.obj.png")
             .rgb
             .iter()
             .any(|[r, g, _]| *r > 2.0 * g),
         "the texture's red"
     );
-    assert_eq!(lines(&desk, &["--size", "16"]), ["same out/a.obj.png"]);
-    std::fs::remove_file(desk.path("models/red.png")).expect("a file");
-    assert_eq!(lines(&desk, &["--size", "16"]), ["new  out/a.obj.png"]);
+    assert_eq!(lines(&sandbox, &["--size", "16"]), ["same out/a.obj.png"]);
+    std::fs::remove_file(sandbox.path("models/red.png")).expect("a file");
+    assert_eq!(lines(&sandbox, &["--size", "16"]), ["new  out/a.obj.png"]);
 }
 
 /// Protects: an all-white picture gets a lower exposure, and an empty one is a failure.
 #[test]
 fn thumbnails_show_something() {
-    let desk = Desk::new();
-    std::fs::create_dir_all(desk.path("models")).expect("a folder");
-    desk.write(
+    let sandbox = Sandbox::new();
+    std::fs::create_dir_all(sandbox.path("models")).expect("a folder");
+    sandbox.write(
         "models/bright.obj",
         "mtllib a.mtl\nusemtl m\n".to_owned() + SQUARE,
     );
-    desk.write("models/a.mtl", "newmtl m\nKd 0.5 0.5 0.5\nKe 40 30 20\n");
-    lines(&desk, &["--size", "16"]);
+    sandbox.write("models/a.mtl", "newmtl m\nKd 0.5 0.5 0.5\nKe 40 30 20\n");
+    lines(&sandbox, &["--size", "16"]);
     let codes = |[r, _, b]: [f32; 3]| r > b && r < 1.0;
     assert!(
-        desk.picture("out/bright.obj.png")
+        sandbox
+            .picture("out/bright.obj.png")
             .rgb
             .into_iter()
             .any(codes),
         "the lamp's colour"
     );
-    desk.write("models/point.obj", "v 1 1 1\nv 1 1 1\nv 1 1 1\nf 1 2 3\n");
-    desk.run(&["thumbs", "models", "-o", "out", "--size", "16"])
+    sandbox.write("models/point.obj", "v 1 1 1\nv 1 1 1\nv 1 1 1\nf 1 2 3\n");
+    sandbox
+        .run(&["thumbs", "models", "-o", "out", "--size", "16"])
         .exits_with(3)
-        .says_like("no camera ray met anything");
-    assert!(!desk.path("out/point.obj.png").exists());
+        .prints_like("no camera ray met anything");
+    assert!(!sandbox.path("out/point.obj.png").exists());
 }

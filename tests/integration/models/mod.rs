@@ -1,7 +1,7 @@
 //! Whole collections of real models, compared with other programs' pictures, twins, results by
 //! hand, and listed verdicts.
 
-mod answers;
+mod expected_images;
 mod samples;
 mod verdicts;
 
@@ -49,7 +49,7 @@ fn picture(scene: &Scene, camera: Option<Camera>, size: [u32; 2], samples: u32) 
         background: Background::Transparent,
         // The sample pictures have no indirect light.
         integrator: Integrator::Whitted,
-        ..Settings::of(scene)
+        ..Settings::from_scene(scene)
     };
     prepare(scene, &settings, &())
         .unwrap_or_else(|e| panic!("{e}"))

@@ -28,7 +28,7 @@ const SIZE: usize = 100;
 const FIELD_OF_VIEW: f64 = 45.837;
 
 /// A model with both pictures.
-struct Pair {
+struct PicturePair {
     name: String,
     camera: String,
     ours: Picture,
@@ -37,7 +37,7 @@ struct Pair {
 }
 
 /// Models with a sample picture, from the manifest.
-fn pairs(folder: &Path) -> Vec<Pair> {
+fn pairs(folder: &Path) -> Vec<PicturePair> {
     let text = std::fs::read(folder.join("Manifest.json")).expect("a manifest");
     let groups: Vec<Value> = serde_json::from_slice(&text).expect("JSON");
     let text = |value: &Value| value.as_str().unwrap_or_default().to_owned();
@@ -58,7 +58,7 @@ fn pairs(folder: &Path) -> Vec<Pair> {
             let view = looking(eye, [0.0; 3], FIELD_OF_VIEW);
             let ours = picture(&evenly_lit(&file), Some(view), [SIZE as u32; 2], 16);
             let name = text(&model["fileName"]).replace(".gltf", "");
-            pairs.push(Pair {
+            pairs.push(PicturePair {
                 name,
                 camera: format!("{eye:?}"),
                 ours,
@@ -112,9 +112,9 @@ fn seen(pixel: [f32; 3]) -> [f32; 3] {
 }
 
 /// The studio for each camera, where some sample shows it: the median of those samples.
-fn studio<'a>(pairs: impl Iterator<Item = &'a Pair>) -> Vec<Option<[f32; 3]>> {
-    let pairs: Vec<&Pair> = pairs.collect();
-    let bare = |pair: &Pair, i: usize| around(i).all(|j| alpha(&pair.ours, j) == 0.0);
+fn studio_colours<'a>(pairs: impl Iterator<Item = &'a PicturePair>) -> Vec<Option<[f32; 3]>> {
+    let pairs: Vec<&PicturePair> = pairs.collect();
+    let bare = |pair: &PicturePair, i: usize| around(i).all(|j| alpha(&pair.ours, j) == 0.0);
     let pixel = |i: usize| {
         let shown: Vec<[f32; 3]> = pairs
             .iter()
@@ -156,15 +156,15 @@ struct Agreement {
     tint: Option<f64>,
 }
 
-fn agreement(pair: &Pair, ours: &Picture, studio: &[Option<[f32; 3]>]) -> Agreement {
+fn agreement(pair: &PicturePair, ours: &Picture, studio: &[Option<[f32; 3]>]) -> Agreement {
     let theirs = &pair.theirs;
     let differs =
         |i: usize, back: [f32; 3]| (0..3).any(|c| (seen(theirs[i])[c] - back[c]).abs() > 0.08);
     // Programs differ at edges.
-    let share = |ours_shows: &dyn Fn(usize) -> bool, wanted: bool| {
+    let share = |ours_shows: &dyn Fn(usize) -> bool, expected: bool| {
         let places = (0..SIZE * SIZE).filter(|&i| around(i).all(ours_shows));
         let told: Vec<bool> = places
-            .filter_map(|i| Some(differs(i, studio[i]?) == wanted))
+            .filter_map(|i| Some(differs(i, studio[i]?) == expected))
             .collect();
         if told.is_empty() {
             1.0
@@ -274,9 +274,9 @@ fn generated_models_look_like_their_samples() {
     let pairs = pairs(&folder);
     let mut studios = BTreeMap::new();
     for pair in &pairs {
-        studios
-            .entry(&pair.camera)
-            .or_insert_with(|| studio(pairs.iter().filter(|other| other.camera == pair.camera)));
+        studios.entry(&pair.camera).or_insert_with(|| {
+            studio_colours(pairs.iter().filter(|other| other.camera == pair.camera))
+        });
     }
     let (mut wrong, mut told) = (Vec::new(), 0);
     for pair in &pairs {

@@ -11,8 +11,8 @@ use std::time::{Duration, Instant};
 
 use serde_json::{Map, Value};
 
-use super::answers::files_below;
-use crate::support::{Desk, shared};
+use super::expected_images::files_below;
+use crate::support::{Sandbox, shared};
 
 /// End of a run.
 struct Verdict {
@@ -20,11 +20,11 @@ struct Verdict {
     /// Exit code; `None`: a signal, or killed after the time limit.
     code: Option<i32>,
     seconds: f64,
-    said: String,
+    message: String,
 }
 
 /// Runs the program on a file with an address space of two gigabytes and ten seconds.
-fn verdict(desk: &Desk, name: String, file: &Path) -> Verdict {
+fn verdict(sandbox: &Sandbox, name: String, file: &Path) -> Verdict {
     let args = [
         "render",
         "--size",
@@ -37,29 +37,30 @@ fn verdict(desk: &Desk, name: String, file: &Path) -> Verdict {
         "-o",
         "seen.exr",
     ];
-    let program = desk.command::<&str>(&[]);
+    let program = sandbox.command::<&str>(&[]);
     let mut limited = Command::new("sh");
     limited
         .args(["-c", "ulimit -v 2097152; exec timeout 10 \"$0\" \"$@\""])
         .arg(program.get_program())
         .args(args)
         .arg(file);
-    limited.current_dir(desk.path("."));
+    limited.current_dir(sandbox.path("."));
     let start = Instant::now();
     let output = limited.output().expect("a shell");
-    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
     Verdict {
         name,
         code: output.status.code(),
         seconds: start.elapsed().as_secs_f64(),
-        said,
+        message,
     }
 }
 
 impl Verdict {
     /// Whether the picture of a successful run is finite.
-    fn is_finite(&self, desk: &Desk) -> bool {
-        desk.picture("seen.exr")
+    fn is_finite(&self, sandbox: &Sandbox) -> bool {
+        sandbox
+            .picture("seen.exr")
             .rgb
             .as_flattened()
             .iter()
@@ -69,7 +70,7 @@ impl Verdict {
     /// Row of the table.
     fn row(&self, folder: &Path) -> String {
         let first = self
-            .said
+            .message
             .lines()
             .find(|line| line.starts_with("error") || line.starts_with("warning"));
         let first = first
@@ -93,9 +94,9 @@ fn expectations(folder: &Path) -> Map<String, Value> {
 /// Describes the rule that a verdict violates; `None`: no violation.
 fn complaint(verdict: &Verdict, expected: Option<&Value>, whole: bool) -> Option<String> {
     let refused = matches!(verdict.code, Some(3..=5));
-    let what = match (verdict.code, expected.and_then(|e| e["expect"].as_str())) {
+    let label = match (verdict.code, expected.and_then(|e| e["expect"].as_str())) {
         (code, _) if code != Some(0) && !refused => "ended in no way that is allowed",
-        _ if verdict.said.contains("panicked") => "panicked",
+        _ if verdict.message.contains("panicked") => "panicked",
         // The list is older than the rule that a broken texture refuses no model.
         (Some(0), Some("error")) if verdict.name.ends_with("images/png_truncated.glb") => {
             return None;
@@ -103,12 +104,17 @@ fn complaint(verdict: &Verdict, expected: Option<&Value>, whole: bool) -> Option
         (Some(0), Some("error")) => "must be refused",
         (Some(_), Some("ok")) if refused => "must render",
         (Some(_), None) if refused && whole => "must render",
-        _ if refused && !verdict.said.lines().any(|line| line.starts_with("error: ")) => {
+        _ if refused
+            && !verdict
+                .message
+                .lines()
+                .any(|line| line.starts_with("error: ")) =>
+        {
             "refused without a message"
         }
         _ => return None,
     };
-    Some(format!("{}: {what}\n{}", verdict.name, verdict.said))
+    Some(format!("{}: {label}\n{}", verdict.name, verdict.message))
 }
 
 /// Protects: every model of the assets renders, every malformed file gets its listed verdict, and
@@ -118,7 +124,7 @@ fn every_file_gets_its_verdict() {
     let Some(root) = shared("assets") else { return };
     let expected = expectations(&root.join("malformed"));
     let validator = expectations(&root.join("malformed/khronos-validator"));
-    let (desk, mut wrong, mut count) = (Desk::new(), Vec::new(), 0);
+    let (sandbox, mut wrong, mut count) = (Sandbox::new(), Vec::new(), 0);
     for folder in ["gltf", "obj", "malformed"] {
         let models = |path: &Path| {
             let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase());
@@ -137,7 +143,7 @@ fn every_file_gets_its_verdict() {
                 .expect("below")
                 .to_string_lossy()
                 .into_owned();
-            let verdict = verdict(&desk, name.clone(), &file);
+            let verdict = verdict(&sandbox, name.clone(), &file);
             eprintln!("{}", verdict.row(&root));
             let short = name.trim_start_matches("malformed/");
             // Files that are not deliberately broken render.
@@ -147,10 +153,10 @@ fn every_file_gets_its_verdict() {
             // The file's buffer is a placeholder that is used nevertheless.
             let valid = own.is_some_and(|own| own["errors"] == 0)
                 && !short.ends_with("unused_objects.gltf");
-            if valid && verdict.code != Some(0) && !verdict.said.contains("no such file") {
-                wrong.push(format!("{name} is valid\n{}", verdict.said));
+            if valid && verdict.code != Some(0) && !verdict.message.contains("no such file") {
+                wrong.push(format!("{name} is valid\n{}", verdict.message));
             }
-            if verdict.code == Some(0) && !verdict.is_finite(&desk) {
+            if verdict.code == Some(0) && !verdict.is_finite(&sandbox) {
                 wrong.push(format!("{name}: a pixel is no number"));
             }
             assert!(

@@ -66,7 +66,7 @@ fn difference(
         sampling: Sampling::General(64),
         max_depth: 12,
         background: Background::Transparent,
-        ..Settings::of(&scene)
+        ..Settings::from_scene(&scene)
     };
     let picture = prepare(&scene, &settings, &())
         .unwrap_or_else(|e| panic!("{e}"))

@@ -75,8 +75,8 @@ fn a_single_wrong_rule_is_seen() {
     else {
         return;
     };
-    type Mistake = (&'static str, fn(&mut Scene));
-    let mistakes: [Mistake; 8] = [
+    type KinderpainterMistake = (&'static str, fn(&mut Scene));
+    let mistakes: [KinderpainterMistake; 8] = [
         ("nothing at the end of the bounce", |s| {
             s.classic.depth_limit = DepthLimit::Drop
         }),
@@ -123,7 +123,7 @@ fn a_single_wrong_rule_is_seen() {
             s.textures[0].colour_space = ColourSpace::Srgb
         }),
     ];
-    for (what, change) in mistakes {
+    for (label, change) in mistakes {
         let off = SETS.map(|(name, b, _)| {
             let mut scene = scene("kinderpainter", 0.0, &[("b", b)]);
             change(&mut scene);
@@ -139,13 +139,13 @@ fn a_single_wrong_rule_is_seen() {
             )
         });
         eprintln!(
-            "{what}: {:.3} % and {:.3} % of stable pixels",
+            "{label}: {:.3} % and {:.3} % of stable pixels",
             off[0] * 100.0,
             off[1] * 100.0
         );
         assert!(
             off.iter().any(|&share| share > 0.0002),
-            "{what} is not seen"
+            "{label} is not seen"
         );
     }
 }

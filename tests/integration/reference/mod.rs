@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use raywright::core::display::Display;
 use raywright::core::picture::Picture;
 use raywright::core::scene::{Classic, Model, ToneMap, TransferCurve};
-use raywright::core::{Rendered, Scene, Settings, prepare};
+use raywright::core::{RenderOutput, Scene, Settings, prepare};
 use raywright::io::output::{Metadata, read_picture, write_png};
 use raywright::io::{Input, Limits, LoadOptions, Overrides, load};
 
@@ -26,7 +26,7 @@ pub fn read(path: &Path) -> Picture {
 /// Loads a preset at a time with parameters.
 pub fn scene(preset: &str, at: f64, set: &[(&str, f64)]) -> Scene {
     let overrides = Overrides {
-        at: Some(at),
+        time: Some(at),
         set: set.iter().map(|(n, v)| ((*n).to_owned(), *v)).collect(),
     };
     let options = LoadOptions {
@@ -44,13 +44,13 @@ pub fn render(
     at: f64,
     set: &[(&str, f64)],
     adjust: impl Fn(&mut Settings),
-) -> Rendered {
+) -> RenderOutput {
     render_scene(&scene(preset, at, set), adjust)
 }
 
 /// Renders a scene through the library.
-pub fn render_scene(scene: &Scene, adjust: impl Fn(&mut Settings)) -> Rendered {
-    let mut settings = Settings::of(scene);
+pub fn render_scene(scene: &Scene, adjust: impl Fn(&mut Settings)) -> RenderOutput {
+    let mut settings = Settings::from_scene(scene);
     adjust(&mut settings);
     prepare(scene, &settings, &())
         .unwrap_or_else(|e| panic!("{e}"))
@@ -89,18 +89,18 @@ pub fn stable_mask(folder: &Path) -> Vec<bool> {
 /// Asserts that at most this share of the stable pixels differs by more than 1/255; prints the
 /// share.
 #[track_caller]
-pub fn hold_stable(what: &str, ours: &Picture, theirs: &Picture, stable: &[bool], allowed: f64) {
+pub fn hold_stable(label: &str, ours: &Picture, theirs: &Picture, stable: &[bool], allowed: f64) {
     let share = share_beyond(ours, theirs, 1.0 / 255.0, |i| stable[i]);
     let all = share_beyond(ours, theirs, 1.0 / 255.0, |_| true);
     eprintln!(
-        "{what}: {:.4} % of stable pixels off by > 1/255, {:.4} % of all",
+        "{label}: {:.4} % of stable pixels off by > 1/255, {:.4} % of all",
         share * 100.0,
         all * 100.0
     );
     if share > allowed {
-        let kept = keep(what, ours, theirs);
+        let kept = keep(label, ours, theirs);
         panic!(
-            "{what}: {:.4} % of the stable pixels are off by more than 1/255; see {}",
+            "{label}: {:.4} % of the stable pixels are off by more than 1/255; see {}",
             share * 100.0,
             kept.display()
         );
@@ -108,10 +108,10 @@ pub fn hold_stable(what: &str, ours: &Picture, theirs: &Picture, stable: &[bool]
 }
 
 /// Saves the pictures of a failed comparison, and their difference enlarged 50 times.
-pub fn keep(what: &str, ours: &Picture, theirs: &Picture) -> PathBuf {
+pub fn keep(label: &str, ours: &Picture, theirs: &Picture) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR"))
         .join("reference")
-        .join(what.replace([' ', '/'], "-"));
+        .join(label.replace([' ', '/'], "-"));
     std::fs::create_dir_all(&folder).expect("a folder for the pictures");
     let mut difference = ours.clone();
     for (pixel, other) in difference.rgb.iter_mut().zip(&theirs.rgb) {

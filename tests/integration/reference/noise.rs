@@ -95,8 +95,8 @@ fn a_single_wrong_rule_is_seen() {
     let Some(folder) = shared("reference/noise").filter(|_| carried("noise")) else {
         return;
     };
-    type Mistake = (&'static str, fn(&mut Scene));
-    let mistakes: [Mistake; 6] = [
+    type NoiseMistake = (&'static str, fn(&mut Scene));
+    let mistakes: [NoiseMistake; 6] = [
         ("one pattern on the ball", |s| {
             edit(&mut classic(s, "ball").colour, "0.4*(", "0.0*(")
         }),
@@ -116,7 +116,7 @@ fn a_single_wrong_rule_is_seen() {
             classic(s, "ball").shadow = None
         }),
     ];
-    for (what, change) in mistakes {
+    for (label, change) in mistakes {
         let off = VIEWS.map(|(name, t, [x, y], size)| {
             let mut scene = scene("noise", t, &[("mouse_x", x), ("mouse_y", y)]);
             change(&mut scene);
@@ -132,13 +132,13 @@ fn a_single_wrong_rule_is_seen() {
             )
         });
         eprintln!(
-            "{what}: {:.3} % and {:.3} % of stable pixels",
+            "{label}: {:.3} % and {:.3} % of stable pixels",
             off[0] * 100.0,
             off[1] * 100.0
         );
         assert!(
             off.iter().any(|&share| share > 0.0005),
-            "{what} is not seen"
+            "{label} is not seen"
         );
     }
 }

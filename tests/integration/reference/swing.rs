@@ -21,7 +21,7 @@ fn interior(ids: &[f32], width: u32, height: u32) -> Vec<bool> {
 
 /// Asserts that interiors agree in colour, and that every pixel shows an object that the reference
 /// shows there or in a neighbouring pixel.
-fn check(what: &str, ours: &Picture, theirs: &Picture, ids: &[f32]) {
+fn check(label: &str, ours: &Picture, theirs: &Picture, ids: &[f32]) {
     let inside = interior(ids, ours.width, ours.height);
     let mut worst = 0.0_f32;
     for i in (0..inside.len()).filter(|&i| inside[i]) {
@@ -34,18 +34,18 @@ fn check(what: &str, ours: &Picture, theirs: &Picture, ids: &[f32]) {
         .filter(|&i| seen[i] != ids[i])
         .collect::<Vec<_>>();
     eprintln!(
-        "{what}: interiors within {worst:.1e}, {} of {} pixels show another object",
+        "{label}: interiors within {worst:.1e}, {} of {} pixels show another object",
         wrong.len(),
         seen.len()
     );
     assert!(
         worst <= 1e-3,
-        "{what}: a pixel inside an object is off by {worst}"
+        "{label}: a pixel inside an object is off by {worst}"
     );
     let far = wrong.iter().filter(|&&i| inside[i]).count();
     assert_eq!(
         far, 0,
-        "{what}: pixels show another object and are more than one pixel from a silhouette"
+        "{label}: pixels show another object and are more than one pixel from a silhouette"
     );
 }
 

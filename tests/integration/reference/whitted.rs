@@ -32,10 +32,10 @@ fn within((tight, loose): (f64, f64)) -> bool {
     tight <= 0.0005 && loose <= 0.015
 }
 
-fn check(what: &str, ours: &Picture, theirs: &Picture, stable: &dyn Fn(usize) -> bool) {
+fn check(label: &str, ours: &Picture, theirs: &Picture, stable: &dyn Fn(usize) -> bool) {
     let found = shares(ours, theirs, stable);
     let text = format!(
-        "{what}: {:.4} % of stable pixels off by > 1/255, {:.3} % of all by > 8/255",
+        "{label}: {:.4} % of stable pixels off by > 1/255, {:.3} % of all by > 8/255",
         found.0 * 100.0,
         found.1 * 100.0
     );
@@ -157,8 +157,8 @@ fn a_single_wrong_rule_is_seen() {
     let Some(folder) = shared("reference/whitted").filter(|_| carried("whitted")) else {
         return;
     };
-    type Mistake = (&'static str, fn(&mut Scene));
-    let mistakes: [Mistake; 5] = [
+    type WhittedMistake = (&'static str, fn(&mut Scene));
+    let mistakes: [WhittedMistake; 5] = [
         ("the product of the occluders", |s| {
             s.classic.shadow = ShadowRule::Product
         }),
@@ -222,7 +222,7 @@ fn a_single_wrong_rule_is_seen() {
             change(&mut scene);
             let settings = Settings {
                 size,
-                ..Settings::of(&scene)
+                ..Settings::from_scene(&scene)
             };
             prepare(&scene, &settings, &())
                 .unwrap_or_else(|e| panic!("{e}"))

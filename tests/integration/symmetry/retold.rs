@@ -3,17 +3,17 @@
 
 use std::sync::Arc;
 
-use raywright::bvh::stability::judge::Random;
+use raywright::bvh::stability::judge::CaseRng;
 use raywright::core::scene::{Mesh, MeshData, MeshSource, Model, Object, Scene, ShadowRule, Shape};
 
 use super::twins::Symmetry;
 
 /// Returns an equivalent scene, for symmetries that apply to any scene.
 pub fn retold(symmetry: Symmetry, mut scene: Scene, seed: u64) -> Scene {
-    let random = &mut Random::new(seed, 3);
+    let rng = &mut CaseRng::new(seed, 3);
     match symmetry {
-        Symmetry::Reordered => reorder(&mut scene, random),
-        Symmetry::Shuffled => each_mesh(&mut scene, |indices| shuffle(indices, random)),
+        Symmetry::Reordered => reorder(&mut scene, rng),
+        Symmetry::Shuffled => each_mesh(&mut scene, |indices| shuffle(indices, rng)),
         Symmetry::Split => split(&mut scene),
         Symmetry::Copied => copy(&mut scene),
         _ => {}
@@ -21,9 +21,9 @@ pub fn retold(symmetry: Symmetry, mut scene: Scene, seed: u64) -> Scene {
     scene
 }
 
-fn shuffle<T>(list: &mut [T], random: &mut Random) {
+fn shuffle<T>(list: &mut [T], rng: &mut CaseRng) {
     for last in (1..list.len()).rev() {
-        list.swap(last, random.bits() as usize % (last + 1));
+        list.swap(last, rng.bits() as usize % (last + 1));
     }
 }
 
@@ -53,7 +53,7 @@ fn is_body(model: &Model) -> bool {
 }
 
 /// Permutes the objects that do not emit, unless the scene's shadows depend on their order.
-fn reorder(scene: &mut Scene, random: &mut Random) {
+fn reorder(scene: &mut Scene, rng: &mut CaseRng) {
     if scene.classic.shadow == ShadowRule::FirstInOrder {
         return;
     }
@@ -61,7 +61,7 @@ fn reorder(scene: &mut Scene, random: &mut Random) {
         .filter(|&i| !shines(scene, &scene.objects[i]))
         .collect();
     let mut dealt: Vec<Object> = places.iter().map(|&i| scene.objects[i].clone()).collect();
-    shuffle(&mut dealt, random);
+    shuffle(&mut dealt, rng);
     for (place, object) in places.into_iter().zip(dealt) {
         scene.objects[place] = object;
     }

@@ -7,21 +7,21 @@ use raywright::core::settings::{Aov, PrecisionChoice};
 use raywright::core::{Scene, Settings, prepare};
 use raywright::io::{Input, LoadOptions, Overrides, load};
 
-use crate::support::Desk;
+use crate::support::Sandbox;
 
 const SCENE: &str = include_str!("scales.scene.toml");
 
 /// The scene with lengths times 2ᵏ.
-fn scaled(desk: &Desk, k: i32) -> Scene {
+fn scaled(sandbox: &Sandbox, k: i32) -> Scene {
     let overrides = Overrides {
-        at: None,
+        time: None,
         set: vec![("s".to_owned(), 2.0_f64.powi(k))],
     };
     let options = LoadOptions {
         overrides,
         ..LoadOptions::default()
     };
-    load(&Input::Path(desk.path("scales.scene.toml")), &options)
+    load(&Input::Path(sandbox.path("scales.scene.toml")), &options)
         .unwrap_or_else(|e| panic!("2^{k}: {e}"))
         .scene
 }
@@ -31,7 +31,7 @@ fn picture(scene: &Scene, precision: PrecisionChoice) -> Picture {
     let settings = Settings {
         precision,
         aovs,
-        ..Settings::of(scene)
+        ..Settings::from_scene(scene)
     };
     prepare(scene, &settings, &())
         .unwrap_or_else(|e| panic!("{e}"))
@@ -59,9 +59,9 @@ fn different(a: &Picture, b: &Picture, unit: f32) -> usize {
 }
 
 fn hold(precision: PrecisionChoice) {
-    let desk = Desk::new();
-    desk.write("scales.scene.toml", SCENE);
-    let first = picture(&scaled(&desk, 0), precision);
+    let sandbox = Sandbox::new();
+    sandbox.write("scales.scene.toml", SCENE);
+    let first = picture(&scaled(&sandbox, 0), precision);
     assert!(
         first.rgb.iter().flatten().all(|x| x.is_finite()),
         "{precision:?}: the picture has numbers that are none"
@@ -73,7 +73,7 @@ fn hold(precision: PrecisionChoice) {
                 k,
                 different(
                     &first,
-                    &picture(&scaled(&desk, k), precision),
+                    &picture(&scaled(&sandbox, k), precision),
                     2.0_f32.powi(k),
                 ),
             )

@@ -4,28 +4,28 @@
 use core::fmt;
 
 use glam::DVec3;
-use raywright::bvh::stability::judge::Random;
+use raywright::bvh::stability::judge::CaseRng;
 use raywright::core::picture::Picture;
 use raywright::core::scene::{Object, Pattern, Scene, Shape};
 use raywright::core::settings::{Aov, PrecisionChoice, Sampling};
 use raywright::core::{Settings, prepare};
 
 use super::retold::retold;
-use super::worlds::{Contents, Layout, world};
+use super::worlds::{WorldContents, WorldLayout, world};
 
 /// Width and height of a picture, whose mirrored columns have exactly opposite coordinates.
 pub const SIZE: [u32; 2] = [64, 48];
 
 /// Accepted difference of two pictures.
 #[derive(Clone, Copy, Debug)]
-struct Bound {
+struct DistanceBound {
     /// Largest tolerated difference of a pixel, in any unit of the picture.
     tolerance: f32,
     /// Share of the pixels that may differ by more.
     share: f64,
 }
 
-impl Bound {
+impl DistanceBound {
     /// Equality in every bit.
     const EXACT: Self = Self {
         tolerance: 0.0,
@@ -78,14 +78,16 @@ impl Symmetry {
     /// Accepted difference for a scene. With exchanged axes products are summed in another order.
     /// Rays are transformed to the space of a shared mesh, whereas an unshared mesh is transformed
     /// to world space and then rounded; without a transform both agree.
-    fn bound(self, scene: &Scene) -> Bound {
+    fn bound(self, scene: &Scene) -> DistanceBound {
         let is_moved = |object: &Object| {
             matches!(object.shape, Shape::Mesh(_)) && !object.transform.is_empty()
         };
         match self {
-            Self::Mirrored | Self::Turned => Bound::ROUNDED,
-            Self::Split | Self::Copied if scene.objects.iter().any(is_moved) => Bound::ROUNDED,
-            _ => Bound::EXACT,
+            Self::Mirrored | Self::Turned => DistanceBound::ROUNDED,
+            Self::Split | Self::Copied if scene.objects.iter().any(is_moved) => {
+                DistanceBound::ROUNDED
+            }
+            _ => DistanceBound::EXACT,
         }
     }
 
@@ -96,43 +98,43 @@ impl Symmetry {
     }
 
     /// A generated scene in two descriptions.
-    fn of_world(self, seed: u64) -> [Shown; 2] {
-        let random = &mut Random::new(seed, 2);
+    fn of_world(self, seed: u64) -> [TwinScene; 2] {
+        let rng = &mut CaseRng::new(seed, 2);
         let contents = if self.turns() {
-            Contents::Turnable
+            WorldContents::Turnable
         } else {
-            Contents::All
+            WorldContents::All
         };
         // From a millionth to a thousand million metres.
-        let unit = 2.0_f64.powi(random.between(-20.0, 30.0) as i32);
-        let own = Layout {
+        let unit = 2.0_f64.powi(rng.uniform(-20.0, 30.0) as i32);
+        let own = WorldLayout {
             unit,
-            ..Layout::default()
+            ..WorldLayout::default()
         };
-        let shown = |layout: Layout| Shown {
+        let shown = |layout: WorldLayout| TwinScene {
             unit: layout.unit,
             flipped: layout.signs.x < 0.0,
-            ..Shown::of(world(seed, contents, &layout))
+            ..TwinScene::of(world(seed, contents, &layout))
         };
         let other = match self {
-            Self::Scaled => Layout {
-                unit: unit * 2.0_f64.powi(random.pick(&[-7, -2, 3, 10])),
+            Self::Scaled => WorldLayout {
+                unit: unit * 2.0_f64.powi(rng.choose(&[-7, -2, 3, 10])),
                 ..own
             },
-            Self::Mirrored => Layout {
+            Self::Mirrored => WorldLayout {
                 signs: DVec3::new(-1.0, 1.0, 1.0),
                 ..own
             },
-            Self::Turned => Layout {
-                axes: random.pick(&[[1, 2, 0], [2, 0, 1]]),
+            Self::Turned => WorldLayout {
+                axes: rng.choose(&[[1, 2, 0], [2, 0, 1]]),
                 ..own
             },
             Self::Moved => {
-                let far = unit * DVec3::new(random.pick(&[-1.0, 1.0]) * 65536.0, 0.0, 131_072.0);
-                let by = unit * DVec3::new(random.pick(&[-1.0, 1.0]) * 1_048_576.0, 0.0, 524_288.0);
+                let far = unit * DVec3::new(rng.choose(&[-1.0, 1.0]) * 65536.0, 0.0, 131_072.0);
+                let by = unit * DVec3::new(rng.choose(&[-1.0, 1.0]) * 1_048_576.0, 0.0, 524_288.0);
                 return [
-                    shown(Layout { offset: far, ..own }),
-                    shown(Layout {
+                    shown(WorldLayout { offset: far, ..own }),
+                    shown(WorldLayout {
                         offset: far + by,
                         ..own
                     }),
@@ -141,8 +143,8 @@ impl Symmetry {
             _ => {
                 let scene = world(seed, contents, &own);
                 return [
-                    Shown::of(scene.clone()),
-                    Shown::of(retold(self, scene, seed)),
+                    TwinScene::of(scene.clone()),
+                    TwinScene::of(retold(self, scene, seed)),
                 ];
             }
         };
@@ -151,7 +153,7 @@ impl Symmetry {
 }
 
 /// A scene with the interpretation of its picture.
-struct Shown {
+struct TwinScene {
     scene: Scene,
     /// Unit of depths in metres.
     unit: f64,
@@ -159,7 +161,7 @@ struct Shown {
     flipped: bool,
 }
 
-impl Shown {
+impl TwinScene {
     fn of(scene: Scene) -> Self {
         Self {
             scene,
@@ -171,9 +173,9 @@ impl Shown {
 
 /// Distance of two pictures.
 #[derive(Clone, Debug)]
-pub struct Apart {
+pub struct PictureDistance {
     /// Description of the comparison.
-    pub what: String,
+    pub label: String,
     /// Share of the pixels that differ by more than the tolerance.
     pub share: f64,
     /// The largest difference.
@@ -184,20 +186,20 @@ pub struct Apart {
     pub holds: bool,
 }
 
-impl fmt::Display for Apart {
+impl fmt::Display for PictureDistance {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let first = self.first.as_deref().unwrap_or("nowhere");
         write!(
             f,
             "{}: {:.2} % of the pixels are apart, by up to {:e}; {first}",
-            self.what,
+            self.label,
             100.0 * self.share,
             self.worst
         )
     }
 }
 
-fn picture(shown: &Shown, symmetry: Symmetry, precision: PrecisionChoice) -> Picture {
+fn picture(shown: &TwinScene, symmetry: Symmetry, precision: PrecisionChoice) -> Picture {
     let scene = &shown.scene;
     let few = scene.render.pattern.is_none().then_some(2);
     let sampling = if symmetry.turns() {
@@ -212,7 +214,7 @@ fn picture(shown: &Shown, symmetry: Symmetry, precision: PrecisionChoice) -> Pic
         aovs,
         sampling,
         max_depth: 5,
-        ..Settings::of(scene)
+        ..Settings::from_scene(scene)
     };
     prepare(scene, &settings, &())
         .unwrap_or_else(|e| panic!("{e}"))
@@ -221,7 +223,7 @@ fn picture(shown: &Shown, symmetry: Symmetry, precision: PrecisionChoice) -> Pic
 }
 
 /// All channels of a pixel, with depths in the scene's unit.
-fn channels(picture: &Picture, shown: &Shown, at: usize) -> Vec<f32> {
+fn channels(picture: &Picture, shown: &TwinScene, at: usize) -> Vec<f32> {
     let [width, column] = [picture.width as usize, at % picture.width as usize];
     let at = if shown.flipped {
         at - column + (width - 1 - column)
@@ -245,11 +247,11 @@ fn channels(picture: &Picture, shown: &Shown, at: usize) -> Vec<f32> {
 
 /// Compares the pictures of two descriptions of a scene.
 fn compare(
-    what: String,
+    label: String,
     symmetry: Symmetry,
-    [a, b]: &[Shown; 2],
+    [a, b]: &[TwinScene; 2],
     precision: PrecisionChoice,
-) -> Apart {
+) -> PictureDistance {
     let (pictures, bound) = (
         [
             picture(a, symmetry, precision),
@@ -271,11 +273,11 @@ fn compare(
                 (x - y).abs().max(f32::MIN_POSITIVE)
             }
         });
-        let off = off.fold(0.0, |most, off| {
-            if off > most || off.is_nan() {
+        let off = off.fold(0.0, |maximum, off| {
+            if off > maximum || off.is_nan() {
                 off
             } else {
-                most
+                maximum
             }
         });
         let is_apart = off > bound.tolerance || off.is_nan();
@@ -289,8 +291,8 @@ fn compare(
     let is_sound = pictures
         .iter()
         .all(|picture| picture.rgb.iter().flatten().all(|x| x.is_finite()));
-    Apart {
-        what,
+    PictureDistance {
+        label,
         share,
         worst,
         first,
@@ -299,7 +301,7 @@ fn compare(
 }
 
 /// Compares a random scene, given by a seed.
-pub fn of_world(symmetry: Symmetry, seed: u64, precision: PrecisionChoice) -> Apart {
+pub fn of_world(symmetry: Symmetry, seed: u64, precision: PrecisionChoice) -> PictureDistance {
     compare(
         format!("{symmetry:?}, {precision:?}, seed {seed}"),
         symmetry,
@@ -315,12 +317,12 @@ pub fn of_scene(
     symmetry: Symmetry,
     seed: u64,
     precision: PrecisionChoice,
-) -> Apart {
+) -> PictureDistance {
     let other = retold(symmetry, scene.clone(), seed);
     compare(
         format!("{symmetry:?}, {precision:?}, {name}, seed {seed}"),
         symmetry,
-        &[scene.clone(), other].map(Shown::of),
+        &[scene.clone(), other].map(TwinScene::of),
         precision,
     )
 }

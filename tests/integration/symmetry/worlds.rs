@@ -3,13 +3,13 @@
 //! of two and addition of whole units are exact.
 
 use glam::DVec3;
-use raywright::bvh::stability::judge::Random;
+use raywright::bvh::stability::judge::CaseRng;
 use raywright::core::Scene;
 use serde_json::{Value, json};
 
 /// Position, scale and axes of a scene.
 #[derive(Clone, Copy, Debug)]
-pub struct Layout {
+pub struct WorldLayout {
     /// Length of its unit in metres.
     pub unit: f64,
     /// Position of its origin in metres.
@@ -20,7 +20,7 @@ pub struct Layout {
     pub signs: DVec3,
 }
 
-impl Default for Layout {
+impl Default for WorldLayout {
     fn default() -> Self {
         Self {
             unit: 1.0,
@@ -31,7 +31,7 @@ impl Default for Layout {
     }
 }
 
-impl Layout {
+impl WorldLayout {
     /// Maps a direction.
     fn turned(&self, v: DVec3) -> DVec3 {
         self.signs * DVec3::from(self.axes.map(|axis| v[axis]))
@@ -82,7 +82,7 @@ impl Layout {
 
 /// Kinds of items in a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Contents {
+pub enum WorldContents {
     /// All kinds.
     All,
     /// Only items without a vertical direction: no shape about y, no gradient, no pattern of
@@ -91,16 +91,16 @@ pub enum Contents {
 }
 
 /// Generates the numbers of a scene from its seed.
-struct Maker<'a> {
-    random: Random,
-    layout: &'a Layout,
-    contents: Contents,
+struct WorldMaker<'a> {
+    rng: CaseRng,
+    layout: &'a WorldLayout,
+    contents: WorldContents,
 }
 
-impl Maker<'_> {
+impl WorldMaker<'_> {
     /// A number in a range, a multiple of a 1024th.
     fn step(&mut self, low: f64, high: f64) -> f64 {
-        (self.random.between(low, high) * 1024.0).round() / 1024.0
+        (self.rng.uniform(low, high) * 1024.0).round() / 1024.0
     }
     fn place(&mut self, reach: f64) -> DVec3 {
         DVec3::new(
@@ -121,14 +121,14 @@ impl Maker<'_> {
         self.vector(0.5) + DVec3::new(0.75, 1.0, 0.625)
     }
     fn colour(&mut self) -> [f64; 3] {
-        [(); 3].map(|()| self.random.between(0.1, 0.9))
+        [(); 3].map(|()| self.rng.uniform(0.1, 0.9))
     }
     fn chance(&mut self, of: f64) -> bool {
-        self.random.unit() < of
+        self.rng.unit() < of
     }
 
     /// A shape of a kind at a position.
-    fn shape(&mut self, kind: usize, place: DVec3, layout: &Layout) -> Value {
+    fn shape(&mut self, kind: usize, place: DVec3, layout: &WorldLayout) -> Value {
         let (size, axis) = (self.step(0.25, 0.75), self.axis());
         let (length, at) = (layout.unit * size, layout.point(place));
         let metres = |share: f64| length * share;
@@ -183,13 +183,13 @@ impl Maker<'_> {
 
     /// An object, untransformed or under a map that stretches, shears and may reflect.
     fn object(&mut self, materials: usize, meshes: &mut Vec<Value>) -> Value {
-        let kinds = if self.contents == Contents::All {
+        let kinds = if self.contents == WorldContents::All {
             11
         } else {
             9
         };
         let (place, layout) = (self.place(3.5), *self.layout);
-        let material = format!("m{}", self.random.bits() as usize % materials);
+        let material = format!("m{}", self.rng.bits() as usize % materials);
         let is_mesh = self.chance(0.35);
         // The first mesh lies at zero and is shared by several transforms.
         let is_mapped = self.chance(0.4) || is_mesh && meshes.is_empty();
@@ -210,7 +210,7 @@ impl Maker<'_> {
             }
             json!({ "mesh": name })
         } else {
-            let kind = self.random.bits() as usize % kinds;
+            let kind = self.rng.bits() as usize % kinds;
             self.shape(kind, there, &from)
         };
         let transform = if is_mapped {
@@ -224,7 +224,7 @@ impl Maker<'_> {
     }
 
     /// A closed irregular mesh of eighty faces, with or without vertex normals.
-    fn mesh(&mut self, name: &str, place: DVec3, layout: &Layout) -> Value {
+    fn mesh(&mut self, name: &str, place: DVec3, layout: &WorldLayout) -> Value {
         let ball = raywright::bvh::stability::triangles::icosphere(1);
         let size = self.step(0.375, 0.75);
         let bend = |p: DVec3| (p * size * 1024.0).round() / 1024.0;
@@ -254,7 +254,7 @@ impl Maker<'_> {
     /// A material; classic ones use no random samples.
     fn material(&mut self, name: String, is_classic: bool) -> Value {
         let colour = self.colour();
-        let kind = self.random.bits() % 9;
+        let kind = self.rng.bits() % 9;
         let unit = self.layout.unit;
         let model = match kind {
             _ if is_classic && kind < 2 => {
@@ -263,7 +263,7 @@ impl Maker<'_> {
             _ if is_classic && kind == 2 => {
                 json!({ "colour": colour, "diffuse": 0.2, "transmission": { "ior": 1.5 } })
             }
-            3 if is_classic && self.contents == Contents::All => {
+            3 if is_classic && self.contents == WorldContents::All => {
                 json!({ "colour": { "checker": { "even": colour, "odd": [0.1, 0.2, 0.3], "size": 0.5 * unit } }, "diffuse": 1 })
             }
             _ if is_classic => {
@@ -323,11 +323,11 @@ impl Maker<'_> {
         let target = self.vector(0.5) + DVec3::Y;
         let pose = json!({ "look_at": { "eye": layout.point(eye), "target": layout.point(target), "up": layout.direction(DVec3::Y) } });
         let pinhole = json!({ "vertical_fov": 42 });
-        let kind = self.random.bits() % 4;
+        let kind = self.rng.bits() % 4;
         let projection = match kind {
             0 => json!({ "orthographic": { "height": 7.0 * unit } }),
             // Positions on a lens are sampled randomly.
-            1 if self.contents == Contents::All => {
+            1 if self.contents == WorldContents::All => {
                 json!({ "thin_lens": { "pinhole": pinhole, "aperture_radius": 0.125 * unit, "focus_distance": 8.0 * unit } })
             }
             _ => json!({ "pinhole": pinhole }),
@@ -337,9 +337,9 @@ impl Maker<'_> {
 }
 
 /// The scene of a seed in a layout; equal scenes for all layouts.
-pub fn world(seed: u64, contents: Contents, layout: &Layout) -> Scene {
-    let mut maker = Maker {
-        random: Random::new(seed, 1),
+pub fn world(seed: u64, contents: WorldContents, layout: &WorldLayout) -> Scene {
+    let mut maker = WorldMaker {
+        rng: CaseRng::new(seed, 1),
         layout,
         contents,
     };
@@ -348,7 +348,7 @@ pub fn world(seed: u64, contents: Contents, layout: &Layout) -> Scene {
         .map(|i| maker.material(format!("m{i}"), is_classic))
         .collect();
     let mut meshes = Vec::new();
-    let count = 8 + maker.random.bits() as usize % 8;
+    let count = 8 + maker.rng.bits() as usize % 8;
     let mut objects: Vec<Value> = (0..count)
         .map(|_| maker.object(materials.len(), &mut meshes))
         .collect();
@@ -363,11 +363,11 @@ pub fn world(seed: u64, contents: Contents, layout: &Layout) -> Scene {
     materials.push(json!({ "name": "ground", "model": ground }));
     if !is_classic {
         let place = maker.place(2.0) + DVec3::Y * 3.5;
-        let kind = maker.random.pick(&[0, 1, 2, 3, 8]);
+        let kind = maker.rng.choose(&[0, 1, 2, 3, 8]);
         objects.push(json!({ "shape": maker.shape(kind, place, layout), "material": "lamp" }));
         materials.push(json!({ "name": "lamp", "model": { "physical": { "base_colour": [0, 0, 0], "emission": [6, 5, 4] } } }));
     }
-    let gradient = contents == Contents::All && maker.chance(0.5);
+    let gradient = contents == WorldContents::All && maker.chance(0.5);
     let sky = if gradient {
         json!({ "gradient": { "bottom": [0.2, 0.2, 0.25], "top": [0.3, 0.4, 0.6] } })
     } else {

@@ -5,18 +5,18 @@ use std::ffi::{CString, c_char, c_void};
 use glam::{Affine3A, Vec3};
 use raywright_bvh::Ray;
 
-use super::Answer;
+use super::InstanceHit;
 
-type Handle = *mut c_void;
-type Query = unsafe extern "C" fn(Handle, Handle, Handle);
+type RtcHandle = *mut c_void;
+type RtcQuery = unsafe extern "C" fn(RtcHandle, RtcHandle, RtcHandle);
 
 unsafe extern "C" {
-    fn dlopen(file: *const c_char, flags: i32) -> Handle;
-    fn dlsym(library: Handle, name: *const c_char) -> Handle;
+    fn dlopen(file: *const c_char, flags: i32) -> RtcHandle;
+    fn dlsym(library: RtcHandle, name: *const c_char) -> RtcHandle;
 }
 
 #[repr(C, align(16))]
-struct RayIn {
+struct RtcRay {
     origin: [f32; 3],
     near: f32,
     direction: [f32; 3],
@@ -28,8 +28,8 @@ struct RayIn {
 }
 
 #[repr(C, align(16))]
-struct RayHit {
-    ray: RayIn,
+struct RtcRayHit {
+    ray: RtcRay,
     normal: [f32; 3],
     u: f32,
     v: f32,
@@ -45,22 +45,22 @@ struct RayHit {
 struct Arguments {
     flags: u32,
     features: u32,
-    pointers: [Handle; 3],
+    pointers: [RtcHandle; 3],
     rest: [u64; 2],
 }
 
 /// A scene of instances.
 pub struct Embree {
-    scene: Handle,
-    closest: Query,
-    any: Query,
+    scene: RtcHandle,
+    closest: RtcQuery,
+    any: RtcQuery,
 }
 
 /// A function of the library.
 ///
 /// # Safety
 /// `F` is the type of the function.
-unsafe fn function<F: Copy>(library: Handle, name: &str) -> F {
+unsafe fn function<F: Copy>(library: RtcHandle, name: &str) -> F {
     let text = CString::new(name).unwrap_or_default();
     // SAFETY: the library is open, and the caller guarantees the type of the function.
     unsafe {
@@ -83,21 +83,27 @@ impl Embree {
         unsafe {
             let library = dlopen(text.as_ptr(), 2);
             assert!(!library.is_null(), "{file} can't be loaded");
-            let new_scene: unsafe extern "C" fn(Handle) -> Handle =
+            let new_scene: unsafe extern "C" fn(RtcHandle) -> RtcHandle =
                 function(library, "rtcNewScene");
-            let new_geometry: unsafe extern "C" fn(Handle, u32) -> Handle =
+            let new_geometry: unsafe extern "C" fn(RtcHandle, u32) -> RtcHandle =
                 function(library, "rtcNewGeometry");
-            let new_buffer: unsafe extern "C" fn(Handle, u32, u32, u32, usize, usize) -> *mut u8 =
-                function(library, "rtcSetNewGeometryBuffer");
-            let show: unsafe extern "C" fn(Handle, Handle) =
+            let new_buffer: unsafe extern "C" fn(
+                RtcHandle,
+                u32,
+                u32,
+                u32,
+                usize,
+                usize,
+            ) -> *mut u8 = function(library, "rtcSetNewGeometryBuffer");
+            let show: unsafe extern "C" fn(RtcHandle, RtcHandle) =
                 function(library, "rtcSetGeometryInstancedScene");
-            let place: unsafe extern "C" fn(Handle, u32, u32, *const f32) =
+            let place: unsafe extern "C" fn(RtcHandle, u32, u32, *const f32) =
                 function(library, "rtcSetGeometryTransform");
-            let commit: unsafe extern "C" fn(Handle) = function(library, "rtcCommitGeometry");
-            let attach: unsafe extern "C" fn(Handle, Handle) -> u32 =
+            let commit: unsafe extern "C" fn(RtcHandle) = function(library, "rtcCommitGeometry");
+            let attach: unsafe extern "C" fn(RtcHandle, RtcHandle) -> u32 =
                 function(library, "rtcAttachGeometry");
-            let commit_scene: unsafe extern "C" fn(Handle) = function(library, "rtcCommitScene");
-            let device = function::<unsafe extern "C" fn(*const c_char) -> Handle>(
+            let commit_scene: unsafe extern "C" fn(RtcHandle) = function(library, "rtcCommitScene");
+            let device = function::<unsafe extern "C" fn(*const c_char) -> RtcHandle>(
                 library,
                 "rtcNewDevice",
             )(c"threads=1".as_ptr());
@@ -123,7 +129,7 @@ impl Embree {
                 attach(scene, instance);
             }
             commit_scene(scene);
-            let error = function::<unsafe extern "C" fn(Handle) -> i32>(
+            let error = function::<unsafe extern "C" fn(RtcHandle) -> i32>(
                 library,
                 "rtcGetDeviceError",
             )(device);
@@ -136,10 +142,10 @@ impl Embree {
         }
     }
 
-    pub fn ask(&self, ray: &Ray<f32>, any: bool) -> Answer {
+    pub fn ask(&self, ray: &Ray<f32>, any: bool) -> InstanceHit {
         const NONE: u32 = u32::MAX;
         let (origin, direction) = (ray.origin.to_array(), ray.direction.to_array());
-        let ray = RayIn {
+        let ray = RtcRay {
             origin,
             near: 0.0,
             direction,
@@ -149,7 +155,7 @@ impl Embree {
             id: 0,
             flags: 0,
         };
-        let mut asked = RayHit {
+        let mut requested = RtcRayHit {
             ray,
             normal: [0.0; 3],
             u: 0.0,
@@ -171,15 +177,17 @@ impl Embree {
         unsafe {
             query(
                 self.scene,
-                (&raw mut asked).cast(),
+                (&raw mut requested).cast(),
                 (&raw mut arguments).cast(),
             )
         };
         match () {
-            () if any => (asked.ray.far < 0.0).then_some((0.0, 0, 0)),
-            () => {
-                (asked.geometry != NONE).then_some((asked.ray.far, asked.instance, asked.primitive))
-            }
+            () if any => (requested.ray.far < 0.0).then_some((0.0, 0, 0)),
+            () => (requested.geometry != NONE).then_some((
+                requested.ray.far,
+                requested.instance,
+                requested.primitive,
+            )),
         }
     }
 }

@@ -15,7 +15,7 @@ fn words(file: &str) -> Vec<[u8; 4]> {
 /// corner and three u32 per triangle, little endian.
 pub fn mesh(file: &str) -> Vec<[Vec3; 3]> {
     let words = words(file);
-    let whole = |at: usize| u32::from_le_bytes(words[at]) as usize;
+    let whole = |position: usize| u32::from_le_bytes(words[position]) as usize;
     let (corners, triangles) = (whole(0), whole(1));
     let corner = |i: usize| {
         Vec3::from_array([0, 1, 2].map(|axis| f32::from_le_bytes(words[2 + 3 * i + axis])))

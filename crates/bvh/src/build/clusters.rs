@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use super::curve::cell_extent;
 use super::piles::piled;
 use super::reinsertion::reinsert;
-use super::{BuildQuality, Stop};
+use super::{BuildQuality, StopCheck};
 use crate::aabb::{PIECE, PaddedBox};
 use crate::binary::BinaryNode;
 
@@ -25,14 +25,14 @@ const TOPS: usize = 64;
 
 /// Parameters of `obvhs` for a build quality.
 #[derive(Clone, Copy)]
-struct Means {
+struct ClusteringOptions {
     /// Whether clustering examines 14 neighbours on either side, instead of 6.
     far: bool,
     /// Fractions of nodes to reinsert, before and after the collapse to leaves.
     moved: [f32; 2],
 }
 
-impl Means {
+impl ClusteringOptions {
     /// Measured: `../../../../benches/runs`.
     fn new(quality: BuildQuality) -> Self {
         match quality {
@@ -74,19 +74,24 @@ impl Clusters {
 /// Input and parameters of a clustering.
 pub(super) struct Clustering<'a> {
     boxes: &'a [PaddedBox],
-    means: Means,
+    means: ClusteringOptions,
     /// Greatest size of a subtree that becomes one leaf.
     leaf: u32,
     /// Most boxes of a piece.
     most: usize,
     /// Power of two by which boxes are scaled, so that no surface area leaves the range of f32.
     scale: f32,
-    stop: Stop<'a>,
+    stop: StopCheck<'a>,
 }
 
 impl<'a> Clustering<'a> {
     /// A clustering whose subtrees of at most `leaf` boxes become leaves.
-    pub fn new(boxes: &'a [PaddedBox], quality: BuildQuality, leaf: usize, stop: Stop<'a>) -> Self {
+    pub fn new(
+        boxes: &'a [PaddedBox],
+        quality: BuildQuality,
+        leaf: usize,
+        stop: StopCheck<'a>,
+    ) -> Self {
         let around = boxes
             .par_iter()
             .with_min_len(PIECE)
@@ -98,7 +103,7 @@ impl<'a> Clustering<'a> {
         let exponent = 30 - (extent.log2() as i32).clamp(-96, 156);
         Self {
             boxes,
-            means: Means::new(quality),
+            means: ClusteringOptions::new(quality),
             leaf: leaf as u32,
             most: MOST,
             scale: 2.0_f32.powi(exponent),
@@ -121,13 +126,14 @@ impl<'a> Clustering<'a> {
         self.joined(pieces, size)
     }
 
-    fn aabb(&self, place: u32) -> Aabb {
-        let PaddedBox { min, max } = self.boxes[place as usize];
+    fn aabb(&self, index: u32) -> Aabb {
+        let PaddedBox { min, max } = self.boxes[index as usize];
         Aabb::new((min * self.scale).into(), (max * self.scale).into())
     }
 
     fn piece(&self, order: &mut [u32]) -> Option<Clusters> {
-        let leaf = |(at, &place): (usize, &u32)| Bvh2Node::new(self.aabb(place), 1, at as u32);
+        let leaf =
+            |(position, &index): (usize, &u32)| Bvh2Node::new(self.aabb(index), 1, position as u32);
         let leaves = piled(&order.iter().enumerate().map(leaf).collect::<Vec<_>>());
         let Clusters {
             mut tree,
@@ -209,10 +215,10 @@ impl<'a> Clustering<'a> {
                 Bvh2Node::new(*node.aabb(), node.prim_count, node.first_index + by)
             }));
         }
-        for at in 0..joined {
-            let node = tree.nodes[at];
+        for position in 0..joined {
+            let node = tree.nodes[position];
             if node.is_leaf() {
-                tree.nodes[at] =
+                tree.nodes[position] =
                     tree.nodes[(bases[node.prim_count as usize - 1] + node.first_index) as usize];
             }
         }
@@ -224,7 +230,7 @@ impl<'a> Clustering<'a> {
 /// nodes. Children come after their parents.
 fn waits(tree: &Bvh2) -> u64 {
     let (mut passes, mut waits) = (vec![0_u32; tree.nodes.len()], 0);
-    for (at, node) in tree
+    for (position, node) in tree
         .nodes
         .iter()
         .enumerate()
@@ -232,8 +238,8 @@ fn waits(tree: &Bvh2) -> u64 {
         .filter(|(_, node)| !node.is_leaf())
     {
         let [left, right] = [0, 1].map(|side| passes[node.first_index as usize + side]);
-        passes[at] = left.max(right) + 1;
-        waits += u64::from(2 * passes[at] - left - right);
+        passes[position] = left.max(right) + 1;
+        waits += u64::from(2 * passes[position] - left - right);
     }
     waits
 }
@@ -284,15 +290,15 @@ mod tests {
     }
 
     /// A tree in a form for comparison.
-    type Told = (Vec<(u32, u32)>, Vec<u32>, u64);
+    type TreeSignature = (Vec<(u32, u32)>, Vec<u32>, u64);
 
     fn run(
         boxes: &[PaddedBox],
         quality: BuildQuality,
         shared: usize,
-        most: usize,
+        maximum: usize,
         threads: usize,
-    ) -> Told {
+    ) -> TreeSignature {
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
             .build()
@@ -300,7 +306,7 @@ mod tests {
         pool.install(|| {
             let (mut order, _) = curve::order(boxes);
             let clusters = Clustering {
-                most,
+                most: maximum,
                 ..Clustering::new(boxes, quality, shared, &|| false)
             }
             .run(&mut order)
@@ -322,17 +328,20 @@ mod tests {
     #[test]
     fn trees_are_the_same_for_any_number_of_threads() {
         let boxes = boxes(30_000);
-        for (quality, shared, most) in [
+        for (quality, shared, maximum) in [
             (BuildQuality::High, 4, MOST),
             (BuildQuality::Medium, 1, 4096),
             (BuildQuality::Fast, 8, 500),
         ] {
-            let one = run(&boxes, quality, shared, most, 1);
-            assert!(one == run(&boxes, quality, shared, most, 4), "{quality:?}");
+            let one = run(&boxes, quality, shared, maximum, 1);
+            assert!(
+                one == run(&boxes, quality, shared, maximum, 4),
+                "{quality:?}"
+            );
             let (nodes, order, _) = one;
-            let (mut met, mut waiting) = (Vec::new(), vec![0]);
-            while let Some(at) = waiting.pop() {
-                let (first, count) = nodes[at as usize];
+            let (mut hit_primitives, mut waiting) = (Vec::new(), vec![0]);
+            while let Some(index) = waiting.pop() {
+                let (first, count) = nodes[index as usize];
                 if count == 0 {
                     waiting.extend([first, first + 1]);
                     continue;
@@ -342,10 +351,13 @@ mod tests {
                     own.len() <= shared || own.len() >= 16,
                     "{quality:?}: {own:?}"
                 );
-                met.extend_from_slice(own);
+                hit_primitives.extend_from_slice(own);
             }
-            met.sort_unstable();
-            assert!(met.into_iter().eq(0..boxes.len() as u32), "{quality:?}");
+            hit_primitives.sort_unstable();
+            assert!(
+                hit_primitives.into_iter().eq(0..boxes.len() as u32),
+                "{quality:?}"
+            );
         }
     }
 
@@ -359,15 +371,15 @@ mod tests {
             .filter(|(i, _)| !i.is_multiple_of(50))
             .map(|(_, own)| own)
             .collect();
-        let cost = |most: usize| {
+        let cost = |maximum: usize| {
             let (mut order, _) = curve::order(&boxes);
             let clustering = Clustering {
-                most,
+                most: maximum,
                 ..Clustering::new(&boxes, BuildQuality::Medium, 1, &|| false)
             };
             let tree = clustering.run(&mut order).unwrap().tree;
             let (mut cost, mut waiting) = (0.0, vec![0]);
-            while let Some(node) = waiting.pop().map(|at: u32| tree.nodes[at as usize]) {
+            while let Some(node) = waiting.pop().map(|index: u32| tree.nodes[index as usize]) {
                 cost += f64::from(node.aabb().half_area())
                     / f64::from(tree.nodes[0].aabb().half_area());
                 waiting.extend(

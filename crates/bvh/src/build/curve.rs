@@ -18,7 +18,7 @@ const FLAT: f64 = 0.45;
 
 /// A box on the curve.
 #[derive(Clone, Copy)]
-struct Place {
+struct CurvePosition {
     code: u64,
     index: u32,
 }
@@ -27,7 +27,7 @@ struct Place {
 pub(super) fn order(boxes: &[PaddedBox]) -> (Vec<u32>, u64) {
     let mut places: Vec<_> = (0..boxes.len() as u32)
         .into_par_iter()
-        .map(|index| Place { code: 0, index })
+        .map(|index| CurvePosition { code: 0, index })
         .collect();
     let looks = sort(&mut places, boxes);
     (places.par_iter().map(|place| place.index).collect(), looks)
@@ -46,9 +46,9 @@ fn centre(bounds: &PaddedBox) -> DVec3 {
 
 /// Sorts boxes along the curve through the box of all centres, and recursively those in the same
 /// cell. Boxes with the same centre are sorted by size.
-fn sort(places: &mut [Place], boxes: &[PaddedBox]) -> u64 {
-    let bounds = |place: &Place| &boxes[place.index as usize];
-    let centre = |place: &Place| centre(bounds(place));
+fn sort(places: &mut [CurvePosition], boxes: &[PaddedBox]) -> u64 {
+    let bounds = |place: &CurvePosition| &boxes[place.index as usize];
+    let centre = |place: &CurvePosition| centre(bounds(place));
     let none = [DVec3::INFINITY, DVec3::NEG_INFINITY];
     let both = |[a, b]: [DVec3; 2], [c, d]: [DVec3; 2]| [a.min(c), b.max(d)];
     let [low, high] = places
@@ -58,7 +58,7 @@ fn sort(places: &mut [Place], boxes: &[PaddedBox]) -> u64 {
         .reduce(|| none, both);
     let looks = places.len() as u64;
     if low == high {
-        let size = |place: &Place| {
+        let size = |place: &CurvePosition| {
             (bounds(place).max.as_dvec3() - bounds(place).min.as_dvec3()).element_sum()
         };
         places.par_sort_unstable_by(|a, b| size(a).total_cmp(&size(b)).then(a.index.cmp(&b.index)));

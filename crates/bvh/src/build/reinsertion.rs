@@ -59,7 +59,7 @@ fn affordable(tree: &Bvh2, share: f32) -> (f32, u64) {
 fn steps(tree: &Bvh2, node: usize) -> u64 {
     const MOST: u64 = 4096;
     let area = |aabb: &Aabb| aabb.half_area();
-    let own = *tree.nodes[node].aabb();
+    let bounds = *tree.nodes[node].aabb();
     let parent = tree.parents[node] as usize;
     let (mut best, mut steps, mut won) = (0.0, 0, area(tree.nodes[parent].aabb()));
     let mut sibling = Bvh2Node::get_sibling_id(node);
@@ -68,16 +68,16 @@ fn steps(tree: &Bvh2, node: usize) -> u64 {
     let mut waiting = Vec::new();
     loop {
         waiting.push((won, sibling));
-        while let Some((won, place)) = waiting.pop() {
+        while let Some((won, index)) = waiting.pop() {
             steps += 1;
             if steps >= MOST {
                 return steps;
             }
-            if won - area(&own) <= best {
+            if won - area(&bounds) <= best {
                 continue;
             }
-            let there = &tree.nodes[place];
-            let left = won - area(&there.aabb().union(&own));
+            let there = &tree.nodes[index];
+            let left = won - area(&there.aabb().union(&bounds));
             best = left.max(best);
             if !there.is_leaf() {
                 let (below, first) = (left + area(there.aabb()), there.first_index as usize);

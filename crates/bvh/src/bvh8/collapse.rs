@@ -8,13 +8,13 @@ mod costs;
 use arrayvec::ArrayVec;
 use rayon::prelude::*;
 
-use super::{Bvh8, Child, MAX_DEPTH, Node, WIDTH};
+use super::{Bvh8, Bvh8Node, ChildRef, MAX_DEPTH, WIDTH};
 use crate::aabb::{PaddedBox, half_area};
 use crate::binary::Binary;
 use crate::build::{LeafKind, LeafKindOf};
-use crate::bvh8::row::{Row, RowKind};
+use crate::bvh8::row::{PrimitiveRow, RowKind};
 use crate::bvh8::triangle8::{LeafHeader, Triangle8};
-use crate::memory::{filled, huge_page_vec};
+use crate::memory::{huge_page_vec, huge_page_vec_of};
 use costs::{AS_INNER, AS_LEAF, Costs, FEWER, shares, solve, weight};
 
 /// A block with fewer primitives is merged with a neighbour if both fit into one block and the
@@ -22,19 +22,19 @@ use costs::{AS_INNER, AS_LEAF, Costs, FEWER, shares, solve, weight};
 const SPARSE: usize = 5;
 
 /// Future content of a lane.
-enum LaneContent {
+enum LaneRef {
     Inner(u32),
     Other(u32),
     Several(LeafKind, ArrayVec<u32, WIDTH>),
 }
 
 /// A lane of a node under construction.
-struct Lane {
+struct PlannedLane {
     bounds: PaddedBox,
-    content: LaneContent,
+    content: LaneRef,
 }
 
-type NodeLanes = ArrayVec<Lane, WIDTH>;
+type NodeLanes = ArrayVec<PlannedLane, WIDTH>;
 
 struct Collapse<'a> {
     binary: &'a Binary,
@@ -44,18 +44,18 @@ struct Collapse<'a> {
 /// A finished part of the tree with its own numbering from zero, and the subtrees still missing
 /// below it.
 #[derive(Default)]
-struct Piece {
-    nodes: Vec<Node>,
-    facts: Vec<LeafHeader>,
-    rows: Vec<Row>,
+struct CollapsedSubtree {
+    nodes: Vec<Bvh8Node>,
+    leaf_headers: Vec<LeafHeader>,
+    rows: Vec<PrimitiveRow>,
     order: Vec<u32>,
     deepest: u32,
-    jobs: Vec<Job>,
+    jobs: Vec<SubtreeJob>,
 }
 
 /// A subtree that another piece will hold: the node and lane that refer to it, its root in the
 /// binary tree, and its level.
-struct Job {
+struct SubtreeJob {
     slot: usize,
     lane: usize,
     root: u32,
@@ -82,13 +82,13 @@ impl Collapse<'_> {
             lanes -= 1;
         }
         match pick[lanes - 1] {
-            AS_LEAF => out.push(Lane {
+            AS_LEAF => out.push(PlannedLane {
                 bounds,
                 content: self.leaf(node),
             }),
-            AS_INNER if lanes == 1 => out.push(Lane {
+            AS_INNER if lanes == 1 => out.push(PlannedLane {
                 bounds,
-                content: LaneContent::Inner(node),
+                content: LaneRef::Inner(node),
             }),
             _ => self.divide(self.binary.nodes[node as usize].first, lanes, out),
         }
@@ -102,16 +102,18 @@ impl Collapse<'_> {
         self.open(left + 1, lanes - to_left, out);
     }
 
-    fn leaf(&self, node: u32) -> LaneContent {
-        let Costs { alike, company, .. } = self.costs[node as usize];
+    fn leaf(&self, node: u32) -> LaneRef {
+        let Costs {
+            alike, leaf_kind, ..
+        } = self.costs[node as usize];
         if usize::from(alike) > WIDTH {
-            return LaneContent::Other(
+            return LaneRef::Other(
                 self.binary.order[self.binary.nodes[node as usize].first as usize],
             );
         }
         let mut places = ArrayVec::new();
         self.places(node, &mut places);
-        LaneContent::Several(company, places)
+        LaneRef::Several(leaf_kind, places)
     }
 
     /// Appends the primitives of a small subtree.
@@ -128,10 +130,10 @@ impl Collapse<'_> {
 
     /// The tree below an inner node, without subtrees rooted at nodes from `tops` on; `None` if it
     /// is too deep.
-    fn piece(&self, root: u32, depth: u32, tops: usize) -> Option<Piece> {
-        let mut piece = Piece {
-            nodes: vec![Node::EMPTY],
-            ..Piece::default()
+    fn piece(&self, root: u32, depth: u32, tops: usize) -> Option<CollapsedSubtree> {
+        let mut piece = CollapsedSubtree {
+            nodes: vec![Bvh8Node::EMPTY],
+            ..CollapsedSubtree::default()
         };
         let mut work = vec![(0_usize, root, depth)];
         while let Some((slot, root, depth)) = work.pop() {
@@ -145,34 +147,39 @@ impl Collapse<'_> {
             join_sparse(&mut lanes);
             // Any-hit rays visit lanes from last to first, so the lanes that end them soonest come
             // last.
-            let of = |lane: &Lane| {
+            let value_of = |lane: &PlannedLane| {
                 (
-                    !matches!(lane.content, LaneContent::Inner(_)),
+                    !matches!(lane.content, LaneRef::Inner(_)),
                     half_area(&lane.bounds),
                 )
             };
-            lanes.sort_by(|a, b| of(a).0.cmp(&of(b).0).then(of(a).1.total_cmp(&of(b).1)));
-            for (lane, Lane { bounds, content }) in lanes.into_iter().enumerate() {
+            lanes.sort_by(|a, b| {
+                value_of(a)
+                    .0
+                    .cmp(&value_of(b).0)
+                    .then(value_of(a).1.total_cmp(&value_of(b).1))
+            });
+            for (lane, PlannedLane { bounds, content }) in lanes.into_iter().enumerate() {
                 let child = match content {
-                    LaneContent::Inner(node) if node as usize >= tops => {
-                        piece.jobs.push(Job {
+                    LaneRef::Inner(node) if node as usize >= tops => {
+                        piece.jobs.push(SubtreeJob {
                             slot,
                             lane,
                             root: node,
                             depth: depth + 1,
                         });
-                        Child::NONE
+                        ChildRef::NONE
                     }
-                    LaneContent::Inner(node) => {
+                    LaneRef::Inner(node) => {
                         work.push((piece.nodes.len(), node, depth + 1));
-                        piece.nodes.push(Node::EMPTY);
-                        Child::new(Child::INNER, piece.nodes.len() - 1)
+                        piece.nodes.push(Bvh8Node::EMPTY);
+                        ChildRef::new(ChildRef::INNER, piece.nodes.len() - 1)
                     }
-                    LaneContent::Other(place) => {
-                        piece.order.push(place);
-                        Child::new(Child::OTHER, piece.order.len() - 1)
+                    LaneRef::Other(index) => {
+                        piece.order.push(index);
+                        ChildRef::new(ChildRef::OTHER, piece.order.len() - 1)
                     }
-                    LaneContent::Several(company, places) => piece.leaf(company, &places),
+                    LaneRef::Several(leaf_kind, places) => piece.leaf(leaf_kind, &places),
                 };
                 piece.nodes[slot].set(lane, &bounds, child);
             }
@@ -182,21 +189,22 @@ impl Collapse<'_> {
     }
 }
 
-impl Piece {
+impl CollapsedSubtree {
     /// Makes a leaf of primitives of one kind.
-    fn leaf(&mut self, company: LeafKind, places: &[u32]) -> Child {
+    fn leaf(&mut self, leaf_kind: LeafKind, places: &[u32]) -> ChildRef {
         let (first, count) = (self.order.len(), places.len());
         self.order.extend_from_slice(places);
-        match company {
+        match leaf_kind {
             LeafKind::Spheres if count > 1 => {
-                self.rows.push(Row::room(RowKind::Spheres, first, count));
-                Child::new(Child::ROW, self.rows.len() - 1)
+                self.rows
+                    .push(PrimitiveRow::room(RowKind::Spheres, first, count));
+                ChildRef::new(ChildRef::ROW, self.rows.len() - 1)
             }
             LeafKind::Triangles => {
-                self.facts.push(LeafHeader::new(first, count));
-                Child::new(Child::BLOCK, self.facts.len() - 1)
+                self.leaf_headers.push(LeafHeader::new(first, count));
+                ChildRef::new(ChildRef::BLOCK, self.leaf_headers.len() - 1)
             }
-            _ => Child::new(Child::OTHER, first),
+            _ => ChildRef::new(ChildRef::OTHER, first),
         }
     }
 }
@@ -208,14 +216,14 @@ impl Bvh8 {
     /// inner node.
     pub(crate) fn collapse(
         binary: &Binary,
-        company: LeafKindOf<'_>,
+        leaf_kind: LeafKindOf<'_>,
     ) -> Option<(Self, Vec<u32>, u32)> {
         if binary.nodes.first().is_none_or(|root| root.count > 0) {
             return None;
         }
         let collapse = Collapse {
             binary,
-            costs: solve(binary, company),
+            costs: solve(binary, leaf_kind),
         };
         let top = collapse.piece(0, 1, binary.tops())?;
         let pieces: Vec<_> = top
@@ -225,49 +233,55 @@ impl Bvh8 {
             .collect();
         let pieces = pieces.into_iter().collect::<Option<Vec<_>>>()?;
         drop(collapse);
-        let total =
-            |count: fn(&Piece) -> usize| count(&top) + pieces.iter().map(count).sum::<usize>();
+        let total = |count: fn(&CollapsedSubtree) -> usize| {
+            count(&top) + pieces.iter().map(count).sum::<usize>()
+        };
         let [nodes, blocks] = [
             total(|piece| piece.nodes.len()),
-            total(|piece| piece.facts.len()),
+            total(|piece| piece.leaf_headers.len()),
         ];
         let mut bvh = Self {
             nodes: huge_page_vec(nodes),
-            facts: huge_page_vec(blocks),
+            leaf_headers: huge_page_vec(blocks),
             rows: top.rows,
             ..Self::default()
         };
         bvh.nodes.extend(top.nodes);
-        bvh.facts.extend(top.facts);
+        bvh.leaf_headers.extend(top.leaf_headers);
         let (mut order, mut deepest) = (huge_page_vec(binary.order.len()), top.deepest);
         order.extend(top.order);
         for (job, piece) in top.jobs.iter().zip(pieces) {
             let bases = [
                 bvh.nodes.len(),
-                bvh.facts.len(),
+                bvh.leaf_headers.len(),
                 order.len(),
                 bvh.rows.len(),
             ];
-            let bases @ [_, _, place, ..] = bases.map(|base| base as u32);
-            bvh.nodes[job.slot].children[job.lane] = Child::new(Child::INNER, bvh.nodes.len());
-            let moved = |mut source: Node| {
+            let bases @ [_, _, index, ..] = bases.map(|base| base as u32);
+            bvh.nodes[job.slot].children[job.lane] =
+                ChildRef::new(ChildRef::INNER, bvh.nodes.len());
+            let moved = |mut source: Bvh8Node| {
                 source.children = source.children.map(|child| child.moved(bases));
                 source
             };
             bvh.nodes.extend(piece.nodes.into_iter().map(moved));
-            bvh.facts
-                .extend(piece.facts.into_iter().map(|facts| LeafHeader {
-                    first: facts.first + place,
-                    ..facts
-                }));
+            bvh.leaf_headers.extend(
+                piece
+                    .leaf_headers
+                    .into_iter()
+                    .map(|leaf_header| LeafHeader {
+                        first: leaf_header.first + index,
+                        ..leaf_header
+                    }),
+            );
             bvh.rows.extend(piece.rows);
             bvh.rows[bases[3] as usize..]
                 .iter_mut()
-                .for_each(|row| row.facts.first += place);
+                .for_each(|row| row.leaf_header.first += index);
             order.extend(piece.order);
             deepest = deepest.max(piece.deepest);
         }
-        bvh.blocks = filled(bvh.facts.len(), Triangle8::EMPTY);
+        bvh.blocks = huge_page_vec_of(bvh.leaf_headers.len(), Triangle8::EMPTY);
         Some((bvh, order, deepest))
     }
 }
@@ -275,38 +289,38 @@ impl Bvh8 {
 /// Merges sparse blocks of a node if the merged block costs rays less than both.
 fn join_sparse(lanes: &mut NodeLanes) {
     while let Some((into, from)) = pair(lanes) {
-        let Lane {
+        let PlannedLane {
             bounds,
-            content: LaneContent::Several(_, places),
+            content: LaneRef::Several(_, places),
         } = lanes.remove(from)
         else {
             break;
         };
         let into = &mut lanes[into - usize::from(from < into)];
         into.bounds = into.bounds.union(&bounds);
-        if let LaneContent::Several(_, own) = &mut into.content {
+        if let LaneRef::Several(_, own) = &mut into.content {
             own.extend(places);
         }
     }
 }
 
 /// Two blocks that fit into one, the second being sparse: the pair whose box grows least.
-fn pair(lanes: &[Lane]) -> Option<(usize, usize)> {
+fn pair(lanes: &[PlannedLane]) -> Option<(usize, usize)> {
     let count = |lane: usize| match &lanes[lane].content {
-        LaneContent::Several(company, places) => Some((*company, places.len())),
+        LaneRef::Several(leaf_kind, places) => Some((*leaf_kind, places.len())),
         _ => None,
     };
     let spent = |lane: usize| {
-        let (company, own) = count(lane)?;
-        Some(half_area(&lanes[lane].bounds) * weight(company, own as u8))
+        let (leaf_kind, own) = count(lane)?;
+        Some(half_area(&lanes[lane].bounds) * weight(leaf_kind, own as u8))
     };
     // Only if it costs rays less: a block of two opposite walls would be tested by every ray in the
     // room.
-    let pays = |a: usize, b: usize, company: LeafKind, together: usize| {
+    let pays = |a: usize, b: usize, leaf_kind: LeafKind, together: usize| {
         let area = half_area(&lanes[a].bounds.union(&lanes[b].bounds));
         spent(a)
             .zip(spent(b))
-            .is_some_and(|(a, b)| area * weight(company, together as u8) < a + b)
+            .is_some_and(|(a, b)| area * weight(leaf_kind, together as u8) < a + b)
     };
     let growth = |&(a, b): &(usize, usize)| {
         let [a, b] = [&lanes[a].bounds, &lanes[b].bounds];
@@ -317,8 +331,11 @@ fn pair(lanes: &[Lane]) -> Option<(usize, usize)> {
     }
     let pairs = (0..lanes.len()).flat_map(|b| (0..lanes.len()).map(move |a| (a, b)));
     let fit = pairs.filter(|&(a, b)| {
-        let fits = |((own, into), (other, from))| {
-            own == other && from < SPARSE && into + from <= WIDTH && pays(a, b, own, into + from)
+        let fits = |((own_leaf_kind, into), (other, from))| {
+            own_leaf_kind == other
+                && from < SPARSE
+                && into + from <= WIDTH
+                && pays(a, b, own_leaf_kind, into + from)
         };
         a != b && count(a).zip(count(b)).is_some_and(fits)
     });
@@ -349,9 +366,10 @@ mod tests {
         )
         .expect("not stopped");
         let order = built.order.expect("a tree");
-        let own =
-            |facts: &LeafHeader| order[facts.first as usize..][..usize::from(facts.count)].to_vec();
-        built.bvh.facts.iter().map(own).collect()
+        let own = |leaf_header: &LeafHeader| {
+            order[leaf_header.first as usize..][..usize::from(leaf_header.count)].to_vec()
+        };
+        built.bvh.leaf_headers.iter().map(own).collect()
     }
 
     /// Protects: two opposite walls of a room share no block, which every ray in the room would

@@ -66,17 +66,17 @@ const UNDERFLOW: f32 = 512.0 * f32::MIN_POSITIVE;
 
 /// Lanes that the filter leaves, one bit each, and intermediate results for [`certain`].
 #[derive(Clone, Copy)]
-pub(super) struct Candidates<S: Simd> {
+pub(super) struct FilterCandidates<S: Simd> {
     pub lanes: u32,
     least: S::Floats,
     greatest: S::Floats,
     determinant: S::Floats,
     distance: S::Floats,
-    errors: Bounds<S>,
+    errors: ErrorBounds<S>,
 }
 
 #[inline(always)]
-pub(super) fn spread<S: Simd>(s: S, v: [f32; 3]) -> [S::Floats; 3] {
+pub(super) fn splat_vector<S: Simd>(s: S, v: [f32; 3]) -> [S::Floats; 3] {
     [s.splat(v[0]), s.splat(v[1]), s.splat(v[2])]
 }
 
@@ -100,18 +100,18 @@ pub(super) fn sub3<S: Simd>(s: S, a: [S::Floats; 3], b: [S::Floats; 3]) -> [S::F
 }
 
 #[inline(always)]
-pub(super) fn corner<S: Simd>(s: S, block: &Triangle8, place: usize) -> [S::Floats; 3] {
+pub(super) fn corner<S: Simd>(s: S, block: &Triangle8, index: usize) -> [S::Floats; 3] {
     [
-        s.load(&block.corners[0][place]),
-        s.load(&block.corners[1][place]),
-        s.load(&block.corners[2][place]),
+        s.load(&block.corners[0][index]),
+        s.load(&block.corners[1][index]),
+        s.load(&block.corners[2][index]),
     ]
 }
 
 /// Error bounds as above: of weights, of determinants, of distances times determinants, and of both
 /// comparisons with the range.
 #[derive(Clone, Copy)]
-pub(super) struct Bounds<S: Simd> {
+pub(super) struct ErrorBounds<S: Simd> {
     pub weight: S::Floats,
     pub determinant: S::Floats,
     pub distance: S::Floats,
@@ -119,7 +119,7 @@ pub(super) struct Bounds<S: Simd> {
     pub beyond: S::Floats,
 }
 
-impl<S: Simd> Bounds<S> {
+impl<S: Simd> ErrorBounds<S> {
     /// Error bounds for triangles, from their first corners relative to the origin and their
     /// longest edges.
     #[inline(always)]
@@ -153,19 +153,19 @@ pub(super) fn candidates<S: Simd>(
     ray: &LeafRay,
     block: &Triangle8,
     far: f32,
-) -> Candidates<S> {
+) -> FilterCandidates<S> {
     let a = corner(s, block, 0);
     let (ab, ac) = (
         sub3(s, corner(s, block, 1), a),
         sub3(s, corner(s, block, 2), a),
     );
-    let from = sub3(s, a, spread(s, ray.origin));
-    let direction = spread(s, ray.direction);
+    let from = sub3(s, a, splat_vector(s, ray.origin));
+    let direction = splat_vector(s, ray.direction);
     let (across, normal) = (cross(s, from, direction), cross(s, ab, ac));
     let u = dot(s, ac, across);
     let v = s.negate(dot(s, ab, across));
     let along = dot(s, normal, direction);
-    let bounds = Bounds::new(s, ray, from, &block.longest, far);
+    let bounds = ErrorBounds::new(s, ray, from, &block.longest, far);
     undecided(
         s,
         [u, v, along],
@@ -182,8 +182,8 @@ pub(super) fn undecided<S: Simd>(
     [u, v, along]: [S::Floats; 3],
     distance: S::Floats,
     [near, far]: [S::Floats; 2],
-    errors: Bounds<S>,
-) -> Candidates<S> {
+    errors: ErrorBounds<S>,
+) -> FilterCandidates<S> {
     let w = s.sub(s.sub(along, u), v);
     let (least, greatest) = (s.min(s.min(u, v), w), s.max(s.max(u, v), w));
     let missed = s.less(least, s.negate(errors.weight)) & s.less(errors.weight, greatest);
@@ -193,7 +193,7 @@ pub(super) fn undecided<S: Simd>(
     let beyond = s.less(s.mul_add(far, determinant, errors.beyond), distance);
     let told = s.less(s.mul(errors.determinant, s.splat(TOLD)), determinant);
     let lanes = !(missed | (before | beyond) & told) & 0xff;
-    Candidates {
+    FilterCandidates {
         lanes,
         least,
         greatest,
@@ -205,9 +205,9 @@ pub(super) fn undecided<S: Simd>(
 
 /// Those of the remaining lanes that the exact test certainly hits within the range.
 #[inline(always)]
-pub(super) fn certain<S: Simd>(s: S, found: &Candidates<S>, near: f32, far: f32) -> u32 {
+pub(super) fn certain<S: Simd>(s: S, found: &FilterCandidates<S>, near: f32, far: f32) -> u32 {
     const SLACK: f32 = 1e-6;
-    let Candidates {
+    let FilterCandidates {
         lanes,
         least,
         greatest,

@@ -10,10 +10,10 @@
 )]
 
 use super::Bvh8;
-use super::Child;
+use super::ChildRef;
 use super::leaf::{blocks, rows, spheres, triangles};
 use super::packet::{self, PacketResult, PacketState, PacketVisitor};
-use super::projected_ray::{ProjectedRay, Unsure};
+use super::projected_ray::{ProjectedRay, UncertainSign};
 use super::query::{HitVisitor, Mode, TraversalMode, TraversalQuery};
 use super::traversal_ray::{LeafRay, TraversalRay};
 use super::traversal_simd::TraversalSimd;
@@ -41,20 +41,20 @@ impl Kernel {
     pub fn available() -> Vec<Self> {
         let all = [Self::Portable, Self::Avx2, Self::Avx512];
         all.into_iter()
-            .filter(|&kernel| Chosen::new(kernel).is_some())
+            .filter(|&kernel| ChosenKernel::new(kernel).is_some())
             .collect()
     }
 }
 
 /// A kernel that this processor can run.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Chosen {
+pub(super) enum ChosenKernel {
     Portable(Portable),
     Avx2(Avx2),
     Avx512(Avx512),
 }
 
-impl Chosen {
+impl ChosenKernel {
     pub fn new(kernel: Kernel) -> Option<Self> {
         match kernel {
             Kernel::Portable => Some(Self::Portable(Portable)),
@@ -65,7 +65,7 @@ impl Chosen {
 }
 
 /// The fastest kernel that this processor can run.
-impl Default for Chosen {
+impl Default for ChosenKernel {
     fn default() -> Self {
         [Kernel::Avx512, Kernel::Avx2]
             .into_iter()
@@ -97,9 +97,9 @@ macro_rules! with {
                 let $token = Portable;
                 by_mode!($query, $mapped, true, $mode => $call)
             }
-            Chosen::Portable($token) => by_mode!($query, $mapped, false, $mode => $call),
-            Chosen::Avx2($token) => by_mode!($query, $mapped, false, $mode => $call),
-            Chosen::Avx512($token) => by_mode!($query, $mapped, false, $mode => $call),
+            ChosenKernel::Portable($token) => by_mode!($query, $mapped, false, $mode => $call),
+            ChosenKernel::Avx2($token) => by_mode!($query, $mapped, false, $mode => $call),
+            ChosenKernel::Avx512($token) => by_mode!($query, $mapped, false, $mode => $call),
         }
     };
 }
@@ -157,44 +157,44 @@ impl Bvh8 {
         if self.blocks.is_empty() && self.others.is_empty() {
             return false;
         }
-        let aim = TraversalRay::new([ox, oy, oz], [dx, dy, dz], near).aim;
-        with!(self.kernel, query, false, s, M => s.blocks::<M>(self, &aim, query, visitor))
+        let leaf_ray = TraversalRay::new([ox, oy, oz], [dx, dy, dz], near).leaf_ray;
+        with!(self.kernel, query, false, s, M => s.blocks::<M>(self, &leaf_ray, query, visitor))
     }
 
     /// [`Self::visit`] for a ray in an instance's space, which f32 does not represent exactly.
-    /// `setup` is the result of [`TraversalRay::mapped`].
+    /// `traversal_ray` is the result of [`TraversalRay::mapped`].
     #[inline(never)]
     pub(crate) fn visit_mapped(
         &self,
-        setup: &TraversalRay,
+        traversal_ray: &TraversalRay,
         query: &mut TraversalQuery<'_>,
         visitor: &mut dyn HitVisitor,
     ) -> bool {
         if self.always > 0 || self.nodes.is_empty() {
-            return self.visit_flat_mapped(setup, query, visitor);
+            return self.visit_flat_mapped(traversal_ray, query, visitor);
         }
-        with!(self.kernel, query, true, s, M => s.walk_mapped::<M>(self, setup, query, visitor))
+        with!(self.kernel, query, true, s, M => s.walk_mapped::<M>(self, traversal_ray, query, visitor))
     }
 
     /// [`Self::visit_mapped`] for a structure with primitives outside nodes.
     #[inline(never)]
     fn visit_flat_mapped(
         &self,
-        setup: &TraversalRay,
+        traversal_ray: &TraversalRay,
         query: &mut TraversalQuery<'_>,
         visitor: &mut dyn HitVisitor,
     ) -> bool {
         if self.always > 0 {
-            let line = *query.prepared();
-            if with!(self.kernel, query, true, s, M => s.rows_mapped::<M>(self, &line, query, visitor))
+            let prepared_ray = *query.prepared();
+            if with!(self.kernel, query, true, s, M => s.rows_mapped::<M>(self, &prepared_ray, query, visitor))
             {
                 return true;
             }
         }
         if !self.nodes.is_empty() {
-            return with!(self.kernel, query, true, s, M => s.walk_mapped::<M>(self, setup, query, visitor));
+            return with!(self.kernel, query, true, s, M => s.walk_mapped::<M>(self, traversal_ray, query, visitor));
         }
-        with!(self.kernel, query, true, s, M => s.blocks::<M>(self, &setup.aim, query, visitor))
+        with!(self.kernel, query, true, s, M => s.blocks::<M>(self, &traversal_ray.leaf_ray, query, visitor))
     }
 
     /// [`Self::visit`] for a world-space ray that reaches an instance of this tree; `None` if the
@@ -218,13 +218,13 @@ impl Bvh8 {
     #[inline(never)]
     pub(crate) fn visit_packet(
         &self,
-        pencil: &mut PacketState,
+        packet_state: &mut PacketState,
         meets: &mut dyn PacketVisitor,
     ) -> PacketResult {
         match self.kernel {
-            Chosen::Portable(s) => s.pencil(self, pencil, meets),
-            Chosen::Avx2(s) => s.pencil(self, pencil, meets),
-            Chosen::Avx512(s) => s.pencil(self, pencil, meets),
+            ChosenKernel::Portable(s) => s.traverse_packet(self, packet_state, meets),
+            ChosenKernel::Avx2(s) => s.traverse_packet(self, packet_state, meets),
+            ChosenKernel::Avx512(s) => s.traverse_packet(self, packet_state, meets),
         }
     }
 }
@@ -262,8 +262,8 @@ macro_rules! traversals {
                 s, bvh: &Bvh8, ox: f32, oy: f32, oz: f32, dx: f32, dy: f32, dz: f32, near: f32, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor
             ) { traverse::<_, M>(s, bvh, &TraversalRay::new([ox, oy, oz], [dx, dy, dz], near), query, visitor) } -> bool;
             /// The traversal by a ray in an instance's space.
-            pub(super) fn walk_mapped<M: TraversalMode>(s, bvh: &Bvh8, setup: &TraversalRay, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor) {
-                traverse::<_, M>(s, bvh, setup, query, visitor)
+            pub(super) fn walk_mapped<M: TraversalMode>(s, bvh: &Bvh8, traversal_ray: &TraversalRay, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor) {
+                traverse::<_, M>(s, bvh, traversal_ray, query, visitor)
             } -> bool;
             /// The traversal by a world-space ray under an instance's map; `None` if f32 is too
             /// imprecise.
@@ -275,11 +275,11 @@ macro_rules! traversals {
                 s, bvh: &Bvh8, ox: f32, oy: f32, oz: f32, dx: f32, dy: f32, dz: f32, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor
             ) { rows::<_, M>(s, bvh, &PreparedRay::in_world([ox, oy, oz], [dx, dy, dz]), query, visitor) } -> bool;
             /// These rows, by a ray in an instance's space.
-            pub(super) fn rows_mapped<M: TraversalMode>(s, bvh: &Bvh8, line: &PreparedRay, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor) { rows::<_, M>(s, bvh, line, query, visitor) } -> bool;
+            pub(super) fn rows_mapped<M: TraversalMode>(s, bvh: &Bvh8, prepared_ray: &PreparedRay, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor) { rows::<_, M>(s, bvh, prepared_ray, query, visitor) } -> bool;
             /// Blocks and single primitives, for a structure without nodes.
-            pub(super) fn blocks<M: TraversalMode>(s, bvh: &Bvh8, aim: &LeafRay, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor) { blocks::<_, M>(s, bvh, aim, query, visitor) } -> bool;
+            pub(super) fn blocks<M: TraversalMode>(s, bvh: &Bvh8, leaf_ray: &LeafRay, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor) { blocks::<_, M>(s, bvh, leaf_ray, query, visitor) } -> bool;
             /// The traversal by a packet.
-            pub(super) fn pencil(s, bvh: &Bvh8, pencil: &mut PacketState, meets: &mut dyn PacketVisitor) {
+            pub(super) fn traverse_packet(s, bvh: &Bvh8, pencil: &mut PacketState, meets: &mut dyn PacketVisitor) {
                 packet::walk(s, bvh, pencil, meets)
             } -> PacketResult;
         }
@@ -291,7 +291,7 @@ macro_rules! traversals {
 macro_rules! leaves {
     ($token:ident, $compiled:meta, $crossing:expr) => {
         #[inline(always)]
-        fn crossing(self, block: &Triangle8, lane: usize, sight: &ProjectedRay) -> Result<Option<TriangleHit>, Unsure> {
+        fn crossing(self, block: &Triangle8, lane: usize, sight: &ProjectedRay) -> Result<Option<TriangleHit>, UncertainSign> {
             #[allow(unused_unsafe, reason = "what every processor has is safe to call")]
             // SAFETY: `self` exists, so the processor has what the function needs.
             unsafe {
@@ -299,11 +299,11 @@ macro_rules! leaves {
             }
         }
         entries! { $token, $compiled:
-            fn settle<M: TraversalMode>(s, bvh: &Bvh8, number: usize, lanes: u32, aim: &LeafRay, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor) {
-                triangles::<_, M>(s, bvh, number, lanes, aim, query, visitor)
+            fn settle<M: TraversalMode>(s, bvh: &Bvh8, number: usize, lanes: u32, leaf_ray: &LeafRay, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor) {
+                triangles::<_, M>(s, bvh, number, lanes, leaf_ray, query, visitor)
             } -> bool;
-            fn spheres<M: TraversalMode>(s, bvh: &Bvh8, leaf: Child, aim: &LeafRay, line: &mut Option<PreparedRay>, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor) {
-                spheres::<_, M>(s, bvh, leaf, aim, line, query, visitor)
+            fn spheres<M: TraversalMode>(s, bvh: &Bvh8, leaf: ChildRef, leaf_ray: &LeafRay, prepared_ray: &mut Option<PreparedRay>, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor) {
+                spheres::<_, M>(s, bvh, leaf, leaf_ray, prepared_ray, query, visitor)
             } -> bool;
         }
     };
@@ -317,7 +317,7 @@ impl Portable {
 }
 
 impl TraversalSimd for Portable {
-    leaves!(Portable, cfg(all()), |_, _, _| Err(Unsure));
+    leaves!(Portable, cfg(all()), |_, _, _| Err(UncertainSign));
 }
 
 #[cfg(target_arch = "x86_64")]

@@ -5,13 +5,13 @@
 
 use super::filter;
 use super::optimisation_barrier::in_memory;
-use super::projected_ray::{ProjectedRay, Unsure};
+use super::projected_ray::{ProjectedRay, UncertainSign};
 use super::query::{HitVisitor, TraversalMode, TraversalQuery};
-use super::row::Row;
+use super::row::PrimitiveRow;
 use super::traversal_ray::{LeafRay, TraversalRay};
 use super::traversal_simd::TraversalSimd;
 use super::triangle8::Triangle8;
-use super::{Bvh8, Child, Lanes};
+use super::{Bvh8, ChildRef, Lanes};
 use crate::math::simd::Simd;
 use crate::shapes::{PreparedRay, TriangleHit};
 
@@ -22,18 +22,18 @@ pub(super) fn candidates<S: Simd, M: TraversalMode>(
     s: S,
     bvh: &Bvh8,
     number: usize,
-    aim: &LeafRay,
+    leaf_ray: &LeafRay,
     [far, last]: [f32; 2],
     query: &mut TraversalQuery<'_>,
 ) -> Option<u32> {
-    query.count_leaf::<M>(|| bvh.facts[number].count);
-    let found = filter::candidates(s, aim, &bvh.blocks[number], last);
+    query.count_leaf::<M>(|| bvh.leaf_headers[number].count);
+    let found = filter::candidates(s, leaf_ray, &bvh.blocks[number], last);
     if found.lanes == 0 {
         return Some(0);
     }
-    let [wanted, ends] = query.lanes::<M>(&bvh.facts[number]);
-    let over = M::ANY && ends & filter::certain(s, &found, aim.near, far) != 0;
-    (!over).then_some(found.lanes & wanted)
+    let [requested, ends] = query.lanes::<M>(&bvh.leaf_headers[number]);
+    let over = M::ANY && ends & filter::certain(s, &found, leaf_ray.near, far) != 0;
+    (!over).then_some(found.lanes & requested)
 }
 
 /// The exact test of some triangles of a block.
@@ -43,21 +43,23 @@ pub(super) fn triangles<S: TraversalSimd, M: TraversalMode>(
     bvh: &Bvh8,
     number: usize,
     lanes: u32,
-    aim: &LeafRay,
+    leaf_ray: &LeafRay,
     query: &mut TraversalQuery<'_>,
     visitor: &mut dyn HitVisitor,
 ) -> bool {
-    let sight = if M::MAPPED {
+    let projected_ray = if M::MAPPED {
         ProjectedRay::of(query.prepared())
     } else {
-        ProjectedRay::new(aim.origin, aim.direction)
+        ProjectedRay::new(leaf_ray.origin, leaf_ray.direction)
     };
-    let (triangles, facts) = (&bvh.blocks[number], &bvh.facts[number]);
+    let (triangles, leaf_header) = (&bvh.blocks[number], &bvh.leaf_headers[number]);
     for lane in Lanes(lanes) {
-        let met = s
-            .crossing(triangles, lane, in_memory(&sight))
-            .unwrap_or_else(|Unsure| alone(triangles, lane, query));
-        if met.is_some_and(|met| query.triangle::<M>(facts, lane, &met, visitor)) {
+        let triangle_hit = s
+            .crossing(triangles, lane, in_memory(&projected_ray))
+            .unwrap_or_else(|UncertainSign| alone(triangles, lane, query));
+        if triangle_hit.is_some_and(|triangle_hit| {
+            query.triangle::<M>(leaf_header, lane, &triangle_hit, visitor)
+        }) {
             return true;
         }
     }
@@ -77,14 +79,14 @@ fn alone(block: &Triangle8, lane: usize, query: &mut TraversalQuery<'_>) -> Opti
 #[inline(always)]
 fn row<S: Simd, M: TraversalMode>(
     s: S,
-    row: &Row,
-    line: &PreparedRay,
+    row: &PrimitiveRow,
+    prepared_ray: &PreparedRay,
     query: &mut TraversalQuery<'_>,
     visitor: &mut dyn HitVisitor,
 ) -> bool {
-    query.count_leaf::<M>(|| row.facts.count);
-    let found = row.hits(s, line, query.range, query.culls);
-    found.hits != 0 && query.row::<M>(&row.facts, &found.stored(s), visitor)
+    query.count_leaf::<M>(|| row.leaf_header.count);
+    let row_hits = row.hits(s, prepared_ray, query.range, query.culls);
+    row_hits.hits != 0 && query.row::<M>(&row.leaf_header, &row_hits.stored(s), visitor)
 }
 
 /// A leaf of spheres.
@@ -92,24 +94,24 @@ fn row<S: Simd, M: TraversalMode>(
 pub(super) fn spheres<S: Simd, M: TraversalMode>(
     s: S,
     bvh: &Bvh8,
-    leaf: Child,
-    aim: &LeafRay,
-    line: &mut Option<PreparedRay>,
+    leaf: ChildRef,
+    leaf_ray: &LeafRay,
+    prepared_ray: &mut Option<PreparedRay>,
     query: &mut TraversalQuery<'_>,
     visitor: &mut dyn HitVisitor,
 ) -> bool {
     // Prepared for the first row that the ray reaches.
-    let line = line.get_or_insert_with(|| {
+    let prepared_ray = prepared_ray.get_or_insert_with(|| {
         if M::MAPPED {
             *query.prepared()
         } else {
-            PreparedRay::in_world(aim.origin, aim.direction)
+            PreparedRay::in_world(leaf_ray.origin, leaf_ray.direction)
         }
     });
     row::<S, M>(
         s,
         &bvh.rows[bvh.always + leaf.index()],
-        line,
+        prepared_ray,
         query,
         visitor,
     )
@@ -120,13 +122,13 @@ pub(super) fn spheres<S: Simd, M: TraversalMode>(
 pub(super) fn rows<S: Simd, M: TraversalMode>(
     s: S,
     bvh: &Bvh8,
-    line: &PreparedRay,
+    prepared_ray: &PreparedRay,
     query: &mut TraversalQuery<'_>,
     visitor: &mut dyn HitVisitor,
 ) -> bool {
     bvh.rows[..bvh.always]
         .iter()
-        .any(|one| row::<S, M>(s, one, line, query, visitor))
+        .any(|one| row::<S, M>(s, one, prepared_ray, query, visitor))
 }
 
 /// All blocks, then all single primitives, for a structure without nodes.
@@ -134,18 +136,27 @@ pub(super) fn rows<S: Simd, M: TraversalMode>(
 pub(super) fn blocks<S: TraversalSimd, M: TraversalMode>(
     s: S,
     bvh: &Bvh8,
-    aim: &LeafRay,
+    leaf_ray: &LeafRay,
     query: &mut TraversalQuery<'_>,
     visitor: &mut dyn HitVisitor,
 ) -> bool {
     for number in 0..bvh.blocks.len() {
         let far = query.far::<M>();
-        match candidates::<S, M>(s, bvh, number, aim, [far, TraversalRay::last(far)], query) {
+        match candidates::<S, M>(
+            s,
+            bvh,
+            number,
+            leaf_ray,
+            [far, TraversalRay::last(far)],
+            query,
+        ) {
             None => return true,
             Some(0) => {}
-            Some(lanes) if s.settle::<M>(bvh, number, lanes, aim, query, visitor) => return true,
+            Some(lanes) if s.settle::<M>(bvh, number, lanes, leaf_ray, query, visitor) => {
+                return true;
+            }
             Some(_) => {}
         }
     }
-    bvh.others.clone().any(|place| visitor.other(query, place))
+    bvh.others.clone().any(|index| visitor.other(query, index))
 }

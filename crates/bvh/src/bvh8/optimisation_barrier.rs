@@ -9,7 +9,7 @@
 /// four adjacent scalars into a vector. The packing costs as many instructions as it saves, and a
 /// reader of one scalar waits for all.
 #[inline(always)]
-pub(crate) fn opaque(value: f32) -> f32 {
+pub(crate) fn optimisation_barrier(value: f32) -> f32 {
     #[cfg(target_arch = "x86_64")]
     {
         let mut value = value;

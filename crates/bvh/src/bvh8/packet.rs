@@ -21,13 +21,13 @@ mod triangles;
 
 use glam::Vec3;
 
-use self::bundle::Bundle;
+use self::bundle::RayBundle;
 use self::triangles::{Rays8, block};
-use super::row::{RaysF64, Row};
+use super::row::{PrimitiveRow, RaysF64};
 use super::stack::Stack;
 use super::traversal_ray::TraversalRay;
 use super::traversal_simd::TraversalSimd;
-use super::{Bvh8, Child, Lanes, WIDTH};
+use super::{Bvh8, ChildRef, Lanes, WIDTH};
 use crate::math::simd::Simd;
 use crate::ray::Ray;
 
@@ -139,14 +139,14 @@ impl PacketState {
     fn spans(&self) -> Option<[[f32; 3]; 2]> {
         let mut spans = [[0.0; 3]; 2];
         for (axis, directions) in self.directions.iter().enumerate() {
-            let (mut least, mut greatest) = (f32::INFINITY, f32::NEG_INFINITY);
+            let (mut minimum, mut greatest) = (f32::INFINITY, f32::NEG_INFINITY);
             for &d in directions {
-                least = if d < least { d } else { least };
+                minimum = if d < minimum { d } else { minimum };
                 greatest = if d > greatest { d } else { greatest };
             }
             (spans[0][axis], spans[1][axis]) = match () {
-                () if least > LEAST => (least, greatest),
-                () if greatest < -LEAST => (greatest, least),
+                () if minimum > LEAST => (minimum, greatest),
+                () if greatest < -LEAST => (greatest, minimum),
                 () => return None,
             };
         }
@@ -159,7 +159,7 @@ pub(crate) trait PacketVisitor {
     /// Whether the first slot comes before the second in the order of ties.
     fn lower(&self, slot: u32, than: u32) -> bool;
     /// Tests a primitive that has no packet test.
-    fn other(&mut self, place: usize, pencil: &mut PacketState);
+    fn other(&mut self, index: usize, packet_state: &mut PacketState);
 }
 
 /// Outcome of a packet traversal.
@@ -183,12 +183,12 @@ const MOST_LEAVES: u32 = 32;
 pub(super) fn walk<S: TraversalSimd>(
     s: S,
     bvh: &Bvh8,
-    pencil: &mut PacketState,
+    packet_state: &mut PacketState,
     meets: &mut dyn PacketVisitor,
 ) -> PacketResult {
     let has_boxes = !(bvh.nodes.is_empty() && bvh.blocks.is_empty());
     let bundle = if has_boxes {
-        Bundle::new(s, pencil)
+        RayBundle::new(s, packet_state)
     } else {
         None
     };
@@ -196,55 +196,63 @@ pub(super) fn walk<S: TraversalSimd>(
         return PacketResult::Unfit;
     }
     if bvh.always > 0 {
-        rows_of_lanes(s, &bvh.rows[..bvh.always], pencil, meets);
+        rows_of_lanes(s, &bvh.rows[..bvh.always], packet_state, meets);
     }
     if let Some(bundle) = bundle {
         let mut exact = None;
         if bvh.nodes.is_empty() {
             for number in 0..bvh.blocks.len() {
-                block(s, bvh, number, &bundle, pencil, &mut exact, meets);
+                block(s, bvh, number, &bundle, packet_state, &mut exact, meets);
             }
-        } else if !down(s, bvh, &bundle, pencil, &mut exact, meets) {
+        } else if !down(s, bvh, &bundle, packet_state, &mut exact, meets) {
             return PacketResult::Parted;
         }
     }
     bvh.others
         .clone()
-        .for_each(|place| meets.other(place, pencil));
+        .for_each(|index| meets.other(index, packet_state));
     PacketResult::Whole
 }
 
 /// Tests rows of spheres or planes against eight rays at a time.
 #[inline(always)]
-fn rows_of_lanes<S: Simd>(s: S, rows: &[Row], pencil: &mut PacketState, meets: &dyn PacketVisitor) {
-    let origin = Vec3::from(pencil.origin).as_dvec3();
+fn rows_of_lanes<S: Simd>(
+    s: S,
+    rows: &[PrimitiveRow],
+    packet_state: &mut PacketState,
+    meets: &dyn PacketVisitor,
+) {
+    let origin = Vec3::from(packet_state.origin).as_dvec3();
     for group in 0..GROUPS {
         let first = group * WIDTH;
-        if first >= pencil.count {
+        if first >= packet_state.count {
             return;
         }
         let row = |axis: usize| -> [f32; WIDTH] {
-            core::array::from_fn(|lane| pencil.directions[axis][first + lane])
+            core::array::from_fn(|lane| packet_state.directions[axis][first + lane])
         };
-        let lines = RaysF64::new(s, origin, [&row(0), &row(1), &row(2)], pencil.culls);
+        let lines = RaysF64::new(s, origin, [&row(0), &row(1), &row(2)], packet_state.culls);
         for row in rows {
-            for lane in 0..usize::from(row.facts.count) {
-                let far: [f32; WIDTH] = core::array::from_fn(|lane| pencil.far[first + lane]);
-                let found = row.lane(s, lane, &lines, pencil.near, s.load(&far));
-                if found.hits == 0 {
+            for lane in 0..usize::from(row.leaf_header.count) {
+                let far: [f32; WIDTH] = core::array::from_fn(|lane| packet_state.far[first + lane]);
+                let row_hits = row.lane(s, lane, &lines, packet_state.near, s.load(&far));
+                if row_hits.hits == 0 {
                     continue;
                 }
-                let roots = found.stored(s);
-                for ray in Lanes(found.hits) {
-                    let v = if roots.leaving >> ray & 1 == 0 {
+                let quadratic_row_hits = row_hits.stored(s);
+                for ray in Lanes(row_hits.hits) {
+                    let v = if quadratic_row_hits.leaving >> ray & 1 == 0 {
                         0.0
                     } else {
                         1.0
                     };
-                    let slots = [row.facts.first + lane as u32, u32::MAX];
-                    pencil.consider(first + ray, [roots.t[ray], 0.0, v], slots, |a, b| {
-                        meets.lower(a, b)
-                    });
+                    let slots = [row.leaf_header.first + lane as u32, u32::MAX];
+                    packet_state.consider(
+                        first + ray,
+                        [quadratic_row_hits.t[ray], 0.0, v],
+                        slots,
+                        |a, b| meets.lower(a, b),
+                    );
                 }
             }
         }
@@ -253,9 +261,9 @@ fn rows_of_lanes<S: Simd>(s: S, rows: &[Row], pencil: &mut PacketState, meets: &
 
 /// The greatest accepted distance of all rays, for box tests.
 #[inline(always)]
-fn greatest_far(pencil: &PacketState) -> f32 {
+fn greatest_far(packet_state: &PacketState) -> f32 {
     let mut far = f32::NEG_INFINITY;
-    for &one in &pencil.far {
+    for &one in &packet_state.far {
         far = if one > far { one } else { far };
     }
     TraversalRay::last(far)
@@ -266,13 +274,13 @@ fn greatest_far(pencil: &PacketState) -> f32 {
 fn down<S: TraversalSimd>(
     s: S,
     bvh: &Bvh8,
-    bundle: &Bundle<S>,
-    pencil: &mut PacketState,
+    bundle: &RayBundle<S>,
+    packet_state: &mut PacketState,
     exact: &mut Option<[Rays8; GROUPS]>,
     meets: &mut dyn PacketVisitor,
 ) -> bool {
-    let (mut far, mut leaves) = (greatest_far(pencil), 0);
-    let (mut stack, mut top, mut current) = (Stack::new(), 0, Child(0));
+    let (mut far, mut leaves) = (greatest_far(packet_state), 0);
+    let (mut stack, mut top, mut current) = (Stack::new(), 0, ChildRef(0));
     loop {
         if !current.is_leaf() {
             let node = &bvh.nodes[current.node()];
@@ -284,22 +292,22 @@ fn down<S: TraversalSimd>(
                 }
                 top = s.push_sorted(&mut stack, top, &node.children, entry, entered);
             }
-        } else if current != Child::NONE {
+        } else if current != ChildRef::NONE {
             leaves += 1;
             if leaves > MOST_LEAVES {
                 return false;
             }
             match () {
                 () if current.is_block() => {
-                    block(s, bvh, current.index(), bundle, pencil, exact, meets)
+                    block(s, bvh, current.index(), bundle, packet_state, exact, meets)
                 }
                 () if current.is_row() => {
                     let row = bvh.always + current.index();
-                    rows_of_lanes(s, &bvh.rows[row..=row], pencil, meets);
+                    rows_of_lanes(s, &bvh.rows[row..=row], packet_state, meets);
                 }
-                () => meets.other(current.index(), pencil),
+                () => meets.other(current.index(), packet_state),
             }
-            far = greatest_far(pencil);
+            far = greatest_far(packet_state);
         }
         // SAFETY: every entry below the top was written.
         let Some(next) = (unsafe { stack.pop(&mut top, far) }) else {

@@ -21,7 +21,7 @@ pub(crate) struct ProjectedRay {
 
 /// Rounding could change the sign of an edge function, or the triangle is edge-on: the
 /// single-triangle test decides.
-pub(super) struct Unsure;
+pub(super) struct UncertainSign;
 
 /// The entries for an axis and the two axes after it, cyclically.
 #[inline(always)]
@@ -39,11 +39,11 @@ impl ProjectedRay {
 
     /// The same values from a prepared ray.
     #[inline(always)]
-    pub fn of(probe: &PreparedRay) -> Self {
+    pub fn of(prepared_ray: &PreparedRay) -> Self {
         Self::with(
-            probe.origin.to_array(),
-            probe.direction,
-            probe.inverse_length_squared,
+            prepared_ray.origin.to_array(),
+            prepared_ray.direction,
+            prepared_ray.inverse_length_squared,
         )
     }
 

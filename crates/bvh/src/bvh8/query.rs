@@ -50,7 +50,7 @@ pub(crate) trait HitVisitor {
     /// A primitive in lanes was hit within the range.
     fn hit(&mut self, query: &mut TraversalQuery<'_>, slot: u32, t: f32, u: f32, v: f32) -> bool;
     /// A primitive outside lanes is to be tested.
-    fn other(&mut self, query: &mut TraversalQuery<'_>, place: usize) -> bool;
+    fn other(&mut self, query: &mut TraversalQuery<'_>, index: usize) -> bool;
 }
 
 /// A query as data.
@@ -115,9 +115,9 @@ impl TraversalQuery<'_> {
     /// Lanes of a leaf that the query considers, and lanes whose hit within the range always ends
     /// the traversal.
     #[inline(always)]
-    fn wanted<M: TraversalMode>(facts: &LeafHeader) -> [u8; 2] {
+    fn wanted<M: TraversalMode>(leaf_header: &LeafHeader) -> [u8; 2] {
         if M::ANY && !M::MAPPED {
-            [facts.opaque | facts.asks, facts.opaque]
+            [leaf_header.opaque | leaf_header.asks, leaf_header.opaque]
         } else {
             [u8::MAX, 0]
         }
@@ -125,12 +125,12 @@ impl TraversalQuery<'_> {
 
     /// These masks for a block, before the side of the hit is known.
     #[inline(always)]
-    pub(super) fn lanes<M: TraversalMode>(&self, facts: &LeafHeader) -> [u32; 2] {
-        let [wanted, ends] = Self::wanted::<M>(facts);
+    pub(super) fn lanes<M: TraversalMode>(&self, leaf_header: &LeafHeader) -> [u32; 2] {
+        let [requested, ends] = Self::wanted::<M>(leaf_header);
         [
-            wanted.into(),
+            requested.into(),
             if M::ANY {
-                (ends & !(facts.outside_alone(self.culls) | facts.inside)).into()
+                (ends & !(leaf_header.outside_alone(self.culls) | leaf_header.inside)).into()
             } else {
                 0
             },
@@ -141,18 +141,19 @@ impl TraversalQuery<'_> {
     #[inline(always)]
     pub(super) fn triangle<M: TraversalMode>(
         &mut self,
-        facts: &LeafHeader,
+        leaf_header: &LeafHeader,
         lane: usize,
         hit: &TriangleHit,
         visitor: &mut dyn HitVisitor,
     ) -> bool {
-        if !(facts.accepts(lane, hit.from_outside, self.culls) && self.range.contains(hit.t)) {
+        if !(leaf_header.accepts(lane, hit.from_outside, self.culls) && self.range.contains(hit.t))
+        {
             return false;
         }
-        let ends = Self::wanted::<M>(facts)[1] >> lane & 1 != 0;
+        let ends = Self::wanted::<M>(leaf_header)[1] >> lane & 1 != 0;
         ends || visitor.hit(
             self,
-            facts.first + lane as u32,
+            leaf_header.first + lane as u32,
             hit.t,
             hit.weights[0],
             hit.weights[1],
@@ -163,19 +164,25 @@ impl TraversalQuery<'_> {
     #[inline(always)]
     pub(super) fn row<M: TraversalMode>(
         &mut self,
-        facts: &LeafHeader,
-        roots: &RowHits<[f32; WIDTH]>,
+        leaf_header: &LeafHeader,
+        row_hits: &RowHits<[f32; WIDTH]>,
         visitor: &mut dyn HitVisitor,
     ) -> bool {
-        let [wanted, ends] = Self::wanted::<M>(facts);
-        roots.hits & u32::from(ends) != 0
-            || Lanes(roots.hits & u32::from(wanted)).any(|lane| {
-                let v = if roots.leaving >> lane & 1 == 0 {
+        let [requested, ends] = Self::wanted::<M>(leaf_header);
+        row_hits.hits & u32::from(ends) != 0
+            || Lanes(row_hits.hits & u32::from(requested)).any(|lane| {
+                let v = if row_hits.leaving >> lane & 1 == 0 {
                     0.0
                 } else {
                     1.0
                 };
-                visitor.hit(self, facts.first + lane as u32, roots.t[lane], 0.0, v)
+                visitor.hit(
+                    self,
+                    leaf_header.first + lane as u32,
+                    row_hits.t[lane],
+                    0.0,
+                    v,
+                )
             })
     }
 }

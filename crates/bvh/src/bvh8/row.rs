@@ -14,9 +14,9 @@ use crate::shapes::{FAR, PreparedRay, Shape, ShapeHit, Sphere};
 /// Up to eight spheres or planes. Unused lanes are NaN and never hit.
 #[repr(C, align(64))]
 #[derive(Clone, Debug)]
-pub(crate) struct Row {
+pub(crate) struct PrimitiveRow {
     kind: RowKind,
-    pub facts: LeafHeader,
+    pub leaf_header: LeafHeader,
     /// Centres of spheres or points of planes: `places[axis][lane]`.
     places: [[f32; WIDTH]; 3],
     /// Radii of spheres, repeated for each axis, or normals of planes.
@@ -51,7 +51,7 @@ impl<T: Copy> RowHits<T> {
     }
 }
 
-impl Row {
+impl PrimitiveRow {
     /// A row of spheres by centre and radius, or of planes by point and normal. Their slots are
     /// consecutive from `first` on.
     pub fn new(
@@ -60,12 +60,12 @@ impl Row {
         own: impl Iterator<Item = ([Vec3; 2], Visibility)>,
     ) -> Self {
         let mut row = Self::room(kind, first, 0);
-        for (lane, ([place, rest], visibility)) in own.take(WIDTH).enumerate() {
+        for (lane, ([position, rest], visibility)) in own.take(WIDTH).enumerate() {
             for axis in 0..3 {
-                (row.places[axis][lane], row.rest[axis][lane]) = (place[axis], rest[axis]);
+                (row.places[axis][lane], row.rest[axis][lane]) = (position[axis], rest[axis]);
             }
-            row.facts.set(lane, visibility);
-            row.facts.count += 1;
+            row.leaf_header.set(lane, visibility);
+            row.leaf_header.count += 1;
         }
         row
     }
@@ -74,7 +74,7 @@ impl Row {
     pub(super) fn room(kind: RowKind, first: usize, count: usize) -> Self {
         Self {
             kind,
-            facts: LeafHeader::new(first, count),
+            leaf_header: LeafHeader::new(first, count),
             places: [[f32::NAN; WIDTH]; 3],
             rest: [[f32::NAN; WIDTH]; 3],
         }
@@ -85,21 +85,21 @@ impl Row {
     pub(super) fn hits<S: Simd>(
         &self,
         s: S,
-        probe: &PreparedRay,
+        prepared_ray: &PreparedRay,
         range: Interval<f32>,
         culls: bool,
     ) -> RowHits<S::Floats> {
         let rays = RayLanes {
-            origin: splat3_f64(s, probe.origin),
-            direction: splat3_f64(s, probe.direction),
-            length_squared: s.splat_f64(probe.length_squared),
-            shortened: s.splat_f64(probe.shortened),
-            inverse_length_squared: s.splat_f64(probe.inverse_length_squared),
+            origin: splat3_f64(s, prepared_ray.origin),
+            direction: splat3_f64(s, prepared_ray.direction),
+            length_squared: s.splat_f64(prepared_ray.length_squared),
+            shortened: s.splat_f64(prepared_ray.shortened),
+            inverse_length_squared: s.splat_f64(prepared_ray.inverse_length_squared),
         };
         let ends = [s.splat(range.min), s.splat(Real::next_down(range.max))];
         let sides = [
-            self.facts.outside_alone(culls).into(),
-            self.facts.inside.into(),
+            self.leaf_header.outside_alone(culls).into(),
+            self.leaf_header.inside.into(),
         ];
         // Written out: a closure would not be compiled for the surrounding function's instructions.
         let places = [
@@ -108,11 +108,11 @@ impl Row {
             s.widen(&self.places[2]),
         ];
         // Copied: a captured reference would force the ray into memory for the rare case.
-        let ([x, y, z], probe) = (&self.rest, *probe);
+        let ([x, y, z], prepared_ray) = (&self.rest, *prepared_ray);
         match self.kind {
             RowKind::Spheres => spheres(s, places, s.widen(x), &rays, ends, sides, move |lane| {
                 self.sphere(lane)
-                    .intersect(&probe, range, self.side(lane, culls))
+                    .intersect(&prepared_ray, range, self.side(lane, culls))
             }),
             RowKind::Planes => planes(
                 s,
@@ -136,17 +136,17 @@ impl Row {
         far: S::Floats,
     ) -> RowHits<S::Floats> {
         let lane = lane & (WIDTH - 1);
-        let of = |rows: &[[f32; WIDTH]; 3]| {
+        let value_of = |rows: &[[f32; WIDTH]; 3]| {
             Vec3::new(rows[0][lane], rows[1][lane], rows[2][lane]).as_dvec3()
         };
         let only = |side: u8| if side >> lane & 1 == 0 { 0 } else { 0xff };
         let sides = [
-            only(self.facts.outside_alone(lines.culls)),
-            only(self.facts.inside),
+            only(self.leaf_header.outside_alone(lines.culls)),
+            only(self.leaf_header.inside),
         ];
         let (places, rest, ends) = (
-            splat3_f64(s, of(&self.places)),
-            of(&self.rest),
+            splat3_f64(s, value_of(&self.places)),
+            value_of(&self.rest),
             [s.splat(near), far],
         );
         match self.kind {
@@ -163,7 +163,7 @@ impl Row {
                         max: s.to_array(far)[ray].next_up(),
                     };
                     self.sphere(lane).intersect(
-                        &lines.probe(ray),
+                        &lines.prepared_ray(ray),
                         range,
                         self.side(lane, lines.culls),
                     )
@@ -183,8 +183,8 @@ impl Row {
 
     fn side(&self, lane: usize, culls: bool) -> Side {
         match 1 << lane {
-            bit if self.facts.outside_alone(culls) & bit != 0 => Side::Outside,
-            bit if self.facts.inside & bit != 0 => Side::Inside,
+            bit if self.leaf_header.outside_alone(culls) & bit != 0 => Side::Outside,
+            bit if self.leaf_header.inside & bit != 0 => Side::Inside,
             _ => Side::Both,
         }
     }
@@ -233,14 +233,15 @@ fn spheres<S: Simd>(
         };
     }
     let discriminant = s.sub_f64(squared, s.mul_f64(outside, rays.length_squared));
-    let met = s.at_least_f64(discriminant, zero);
+    let hit_lanes = s.at_least_f64(discriminant, zero);
     let root = s.sqrt_f64(discriminant);
     // −0 − b negates every number, zero included.
     let turned = s.sub_f64(s.splat_f64(-0.0), b);
     let near = s.narrow(s.mul_f64(s.sub_f64(turned, root), rays.inverse_length_squared));
     let far = s.narrow(s.mul_f64(s.sub_f64(root, b), rays.inverse_length_squared));
-    let entering = met & s.less(first, near) & s.at_most(near, last) & !inside_alone;
-    let leaving = met & s.less(first, far) & s.at_most(far, last) & !outside_alone & !entering;
+    let entering = hit_lanes & s.less(first, near) & s.at_most(near, last) & !inside_alone;
+    let leaving =
+        hit_lanes & s.less(first, far) & s.at_most(far, last) & !outside_alone & !entering;
     let hits = RowHits {
         hits: entering | leaving,
         leaving,
@@ -263,19 +264,19 @@ fn spheres<S: Simd>(
 #[inline(never)]
 fn one_by_one(
     lanes: u32,
-    mut roots: RowHits<[f32; WIDTH]>,
+    mut row_hits: RowHits<[f32; WIDTH]>,
     alone: impl Fn(usize) -> Option<ShapeHit<f32>>,
 ) -> RowHits<[f32; WIDTH]> {
     for lane in Lanes(lanes) {
         let bit = 1 << lane;
-        (roots.hits, roots.leaving) = (roots.hits & !bit, roots.leaving & !bit);
+        (row_hits.hits, row_hits.leaving) = (row_hits.hits & !bit, row_hits.leaving & !bit);
         if let Some(hit) = alone(lane) {
-            roots.hits |= bit;
-            roots.leaving |= if hit.leaves() { bit } else { 0 };
-            roots.t[lane] = hit.t;
+            row_hits.hits |= bit;
+            row_hits.leaving |= if hit.leaves() { bit } else { 0 };
+            row_hits.t[lane] = hit.t;
         }
     }
-    roots
+    row_hits
 }
 
 /// Intersects rays with planes, lane by lane, as [`spheres`].
@@ -335,7 +336,7 @@ impl<S: Simd> RaysF64<S> {
         }
     }
 
-    fn probe(&self, ray: usize) -> PreparedRay {
+    fn prepared_ray(&self, ray: usize) -> PreparedRay {
         let d = Vec3::new(self.rows[0][ray], self.rows[1][ray], self.rows[2][ray]);
         PreparedRay::of(Ray::<f32>::new(self.origin.as_vec3(), d), false)
     }

@@ -6,23 +6,23 @@
 
 use core::mem::MaybeUninit;
 
-use super::{Child, Lanes, STACK, WIDTH};
+use super::{ChildRef, Lanes, STACK, WIDTH};
 
 /// A child, with its entry distance in the upper half. Nonnegative distances have the same order as
 /// integers. With negative distances the order differs, which costs time but no correctness.
 #[derive(Clone, Copy)]
 #[repr(transparent)]
-pub(super) struct Waiting(pub u64);
+pub(super) struct StackEntry(pub u64);
 
-impl Waiting {
+impl StackEntry {
     #[inline(always)]
-    pub fn new(child: Child, entry: f32) -> Self {
+    pub fn new(child: ChildRef, entry: f32) -> Self {
         Self(u64::from(entry.to_bits()) << 32 | u64::from(child.0))
     }
 
     #[inline(always)]
-    pub fn child(self) -> Child {
-        Child(self.0 as u32)
+    pub fn child(self) -> ChildRef {
+        ChildRef(self.0 as u32)
     }
 
     #[inline(always)]
@@ -33,7 +33,7 @@ impl Waiting {
 
 /// Storage of the stack. The traversal keeps the number of entries in a register: stored beside the
 /// entries, every step would wait for memory.
-pub(super) struct Stack([MaybeUninit<Waiting>; STACK]);
+pub(super) struct Stack([MaybeUninit<StackEntry>; STACK]);
 
 impl Stack {
     #[inline(always)]
@@ -43,8 +43,8 @@ impl Stack {
 
     /// Writes an entry.
     #[inline(always)]
-    pub fn set(&mut self, place: usize, waiting: Waiting) {
-        self.0[place].write(waiting);
+    pub fn set(&mut self, index: usize, waiting: StackEntry) {
+        self.0[index].write(waiting);
     }
 
     /// Pops entries until one is entered before `last`; `None` if no such entry is left.
@@ -52,7 +52,7 @@ impl Stack {
     /// # Safety
     /// Every entry below the top was written.
     #[inline(always)]
-    pub unsafe fn pop(&self, top: &mut usize, last: f32) -> Option<Child> {
+    pub unsafe fn pop(&self, top: &mut usize, last: f32) -> Option<ChildRef> {
         while *top > 0 {
             *top -= 1;
             // SAFETY: the caller guarantees that every entry below the top was written.
@@ -66,8 +66,8 @@ impl Stack {
 
     /// Storage for the eight entries of a node, possibly uninitialised.
     #[inline(always)]
-    pub fn eight(&mut self, place: usize) -> &mut [MaybeUninit<Waiting>; WIDTH] {
-        let Some(eight) = self.0[place..].first_chunk_mut() else {
+    pub fn eight(&mut self, index: usize) -> &mut [MaybeUninit<StackEntry>; WIDTH] {
+        let Some(eight) = self.0[index..].first_chunk_mut() else {
             panic!("the builder keeps to the depth")
         };
         eight
@@ -79,13 +79,13 @@ impl Stack {
     pub fn push_sorted(
         &mut self,
         base: usize,
-        children: &[Child; WIDTH],
+        children: &[ChildRef; WIDTH],
         entries: &[f32; WIDTH],
         mask: u32,
     ) -> usize {
         let (room, mut count) = (self.eight(base), 0);
         for lane in Lanes(mask) {
-            let waiting = Waiting::new(children[lane], entries[lane]);
+            let waiting = StackEntry::new(children[lane], entries[lane]);
             let mut hole = count;
             while hole > 0 {
                 // SAFETY: `hole` is at most `count`, below which every entry was written.
@@ -107,7 +107,7 @@ impl Stack {
     /// # Safety
     /// Both entries were written.
     #[inline(always)]
-    pub unsafe fn last_two(&self, top: usize) -> [Child; 2] {
+    pub unsafe fn last_two(&self, top: usize) -> [ChildRef; 2] {
         let Some(two) = self.0[..top].last_chunk::<2>() else {
             panic!("two are waiting")
         };

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::optimisation_barrier::opaque;
+use super::optimisation_barrier::optimisation_barrier;
 use super::triangle8::LARGE;
 use crate::aabb::{Aabb, BoundingSphere};
 use crate::instance::RoughInverse;
@@ -24,8 +24,8 @@ const ROUNDED: f32 = 1.000_01;
 /// A ray as the kernels use it, all in f32.
 #[derive(Clone, Copy)]
 pub(crate) struct TraversalRay {
-    pub slopes: BoxRay,
-    pub aim: LeafRay,
+    pub box_ray: BoxRay,
+    pub leaf_ray: LeafRay,
 }
 
 /// A world-space ray mapped to an instance's space in f32.
@@ -92,31 +92,31 @@ fn least_of(v: [f32; 3]) -> f32 {
 impl TraversalRay {
     #[inline(always)]
     pub fn new(origin: [f32; 3], direction: [f32; 3], near: f32) -> Self {
-        let inverse = direction.map(|d| opaque(1.0 / d));
+        let inverse = direction.map(|d| optimisation_barrier(1.0 / d));
         let squared =
             direction[0] * direction[0] + direction[1] * direction[1] + direction[2] * direction[2];
         // An upper bound of the length, whether above or below one, without a square root:
         // directions have unit length up to rounding.
-        let length = opaque(greater(squared, 1.0)) * ROUNDED;
+        let length = optimisation_barrier(greater(squared, 1.0)) * ROUNDED;
         let sane =
             squared < LONG * LONG && squared > 4.0 / (LONG * LONG) && greatest_of(origin) < LARGE;
-        let slopes = BoxRay {
+        let box_ray = BoxRay {
             inverse,
-            widened: inverse.map(|i| opaque(i * (1.0 + 8.0 * U))),
+            widened: inverse.map(|i| optimisation_barrier(i * (1.0 + 8.0 * U))),
             early: [0.0; 3],
             late: [greater(-near, 0.0) * (16.0 * U); 3],
             side: direction.map(|d| (d.to_bits() >> 31) as usize),
         };
-        let aim = LeafRay {
+        let leaf_ray = LeafRay {
             origin,
             direction,
             near,
-            reach: opaque(if sane { 1e-30 } else { f32::INFINITY }),
-            weight: opaque(50.0 * U * length),
-            determinant: opaque(14.0 * U * length),
-            distance: opaque(2.0 * ROUNDED * least_of(inverse)),
+            reach: optimisation_barrier(if sane { 1e-30 } else { f32::INFINITY }),
+            weight: optimisation_barrier(50.0 * U * length),
+            determinant: optimisation_barrier(14.0 * U * length),
+            distance: optimisation_barrier(2.0 * ROUNDED * least_of(inverse)),
         };
-        Self { slopes, aim }
+        Self { box_ray, leaf_ray }
     }
 
     /// Creates the ray from a ray in an instance's space, given in f64 and of any length. The ray
@@ -147,13 +147,13 @@ impl TraversalRay {
             + (origin.abs() + (direction * rebase.start).abs()) * (8.0 * f64::from(W))
             + farthest * (2.0 * LEAST);
         let near = greater(rebase.rebased(near).next_down(), 0.0);
-        let setup = Self::new(
+        let traversal_ray = Self::new(
             moved.as_vec3().to_array(),
             scaled.as_vec3().to_array(),
             near,
         );
         (
-            setup.widened(wrong.as_vec3().to_array(), wrong.element_sum() as f32),
+            traversal_ray.widened(wrong.as_vec3().to_array(), wrong.element_sum() as f32),
             rebase,
         )
     }
@@ -199,16 +199,16 @@ impl TraversalRay {
             o[2] + d[2] * start,
         ];
         let direction = d.map(|d| greater(d.abs(), LEAST as f32).copysign(d));
-        let setup = Self::new(moved, direction, greater((near - start).next_down(), 0.0))
+        let traversal_ray = Self::new(moved, direction, greater((near - start).next_down(), 0.0))
             .widened([wrong; 3], 3.0 * wrong);
-        let determinant = setup.aim.determinant + 6.0 * direction_error;
+        let determinant = traversal_ray.leaf_ray.determinant + 6.0 * direction_error;
         RoughRay::Meets(
             Self {
-                aim: LeafRay {
+                leaf_ray: LeafRay {
                     determinant,
-                    ..setup.aim
+                    ..traversal_ray.leaf_ray
                 },
-                ..setup
+                ..traversal_ray
             },
             start,
         )
@@ -218,20 +218,20 @@ impl TraversalRay {
     /// total.
     #[inline(always)]
     fn widened(self, wrong: [f32; 3], all: f32) -> Self {
-        let Self { slopes, aim } = self;
+        let Self { box_ray, leaf_ray } = self;
         let early: [f32; 3] =
-            core::array::from_fn(|axis| wrong[axis] * 2.01 * slopes.inverse[axis].abs());
-        let slopes = BoxRay {
-            widened: slopes.inverse.map(|i| i * (1.0 + 16.0 * U)),
+            core::array::from_fn(|axis| wrong[axis] * 2.01 * box_ray.inverse[axis].abs());
+        let box_ray = BoxRay {
+            widened: box_ray.inverse.map(|i| i * (1.0 + 16.0 * U)),
             early,
-            late: early.map(|early| early + slopes.late[0]),
-            ..slopes
+            late: early.map(|early| early + box_ray.late[0]),
+            ..box_ray
         };
         Self {
-            slopes,
-            aim: LeafRay {
-                reach: aim.reach + all * (0.1 * ROUNDED / U),
-                ..aim
+            box_ray,
+            leaf_ray: LeafRay {
+                reach: leaf_ray.reach + all * (0.1 * ROUNDED / U),
+                ..leaf_ray
             },
         }
     }

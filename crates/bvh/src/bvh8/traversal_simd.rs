@@ -1,12 +1,12 @@
 //! Traversal operations of an instruction set besides [`Simd`]: the stack, the exact test of single
 //! lanes, and leaf tests as separate functions.
 
-use super::projected_ray::{ProjectedRay, Unsure};
+use super::projected_ray::{ProjectedRay, UncertainSign};
 use super::query::{HitVisitor, TraversalMode, TraversalQuery};
-use super::stack::{Stack, Waiting};
+use super::stack::{Stack, StackEntry};
 use super::traversal_ray::LeafRay;
 use super::triangle8::Triangle8;
-use super::{Bvh8, Child, Lanes, WIDTH};
+use super::{Bvh8, ChildRef, Lanes, WIDTH};
 use crate::math::simd::Simd;
 use crate::shapes::{PreparedRay, TriangleHit};
 
@@ -14,15 +14,20 @@ use crate::shapes::{PreparedRay, TriangleHit};
 pub(super) trait TraversalSimd: Simd {
     /// Stack entries of both children in a mask of two bits.
     #[inline(always)]
-    fn two(self, children: &[Child; WIDTH], entries: Self::Floats, mask: u32) -> [Waiting; 2] {
+    fn two(
+        self,
+        children: &[ChildRef; WIDTH],
+        entries: Self::Floats,
+        mask: u32,
+    ) -> [StackEntry; 2] {
         let entries = self.to_array(entries);
         let (a, b) = (
             mask.trailing_zeros() as usize & 7,
             (mask & mask.wrapping_sub(1)).trailing_zeros() as usize & 7,
         );
         [
-            Waiting::new(children[a], entries[a]),
-            Waiting::new(children[b], entries[b]),
+            StackEntry::new(children[a], entries[a]),
+            StackEntry::new(children[b], entries[b]),
         ]
     }
     /// Writes the children of a mask from `top` on, in any order. Returns the new top.
@@ -31,13 +36,13 @@ pub(super) trait TraversalSimd: Simd {
         self,
         stack: &mut Stack,
         mut top: usize,
-        children: &[Child; WIDTH],
+        children: &[ChildRef; WIDTH],
         entries: Self::Floats,
         mask: u32,
     ) -> usize {
         let entries = self.to_array(entries);
         for lane in Lanes(mask) {
-            stack.set(top, Waiting::new(children[lane], entries[lane]));
+            stack.set(top, StackEntry::new(children[lane], entries[lane]));
             top += 1;
         }
         top
@@ -48,7 +53,7 @@ pub(super) trait TraversalSimd: Simd {
         self,
         stack: &mut Stack,
         base: usize,
-        children: &[Child; WIDTH],
+        children: &[ChildRef; WIDTH],
         entries: Self::Floats,
         mask: u32,
     ) -> usize {
@@ -59,8 +64,8 @@ pub(super) trait TraversalSimd: Simd {
         self,
         block: &Triangle8,
         lane: usize,
-        sight: &ProjectedRay,
-    ) -> Result<Option<TriangleHit>, Unsure>;
+        projected_ray: &ProjectedRay,
+    ) -> Result<Option<TriangleHit>, UncertainSign>;
     /// [`super::leaf::triangles`], compiled for this instruction set. A separate function, so that
     /// it does not take registers of the traversal.
     fn settle<M: TraversalMode>(
@@ -68,7 +73,7 @@ pub(super) trait TraversalSimd: Simd {
         bvh: &Bvh8,
         number: usize,
         lanes: u32,
-        aim: &LeafRay,
+        leaf_ray: &LeafRay,
         query: &mut TraversalQuery<'_>,
         visitor: &mut dyn HitVisitor,
     ) -> bool;
@@ -76,9 +81,9 @@ pub(super) trait TraversalSimd: Simd {
     fn spheres<M: TraversalMode>(
         self,
         bvh: &Bvh8,
-        leaf: Child,
-        aim: &LeafRay,
-        line: &mut Option<PreparedRay>,
+        leaf: ChildRef,
+        leaf_ray: &LeafRay,
+        prepared_ray: &mut Option<PreparedRay>,
         query: &mut TraversalQuery<'_>,
         visitor: &mut dyn HitVisitor,
     ) -> bool;
@@ -135,7 +140,7 @@ mod tests {
     /// D along the edge, u × D = 1 and k a small integer, ends at k u + m D and an origin at (k +
     /// 2⁻²⁰ r) u + n D have edge functions of 2⁻²⁰ r times an integer.
     fn long(state: &mut u64) -> ([Vec3; 3], Vec3) {
-        let mut below = |most: u64| (next(state) % most) as i64;
+        let mut below = |maximum: u64| (next(state) % maximum) as i64;
         let (d, u) = loop {
             let d = [below(1 << 16) - (1 << 15), below(1 << 16) - (1 << 15)];
             // Extended Euclidean algorithm: the remainder is s·d₀ + t·d₁.
@@ -194,26 +199,31 @@ mod tests {
             let alone = block
                 .triangle(round % WIDTH)
                 .crossing(&PreparedRay::new(Ray::<f32>::new(origin, direction)));
-            let sight = ProjectedRay::new(origin.to_array(), direction.to_array());
-            let Ok(met) = avx2.crossing(&block, round % WIDTH, &sight) else {
+            let projected_ray = ProjectedRay::new(origin.to_array(), direction.to_array());
+            let Ok(triangle_hit) = avx2.crossing(&block, round % WIDTH, &projected_ray) else {
                 left += 1;
                 continue;
             };
-            let bits = |met: TriangleHit| {
+            let bits = |triangle_hit: TriangleHit| {
                 (
-                    [met.t, met.weights[0], met.weights[1]].map(f32::to_bits),
-                    met.from_outside,
+                    [
+                        triangle_hit.t,
+                        triangle_hit.weights[0],
+                        triangle_hit.weights[1],
+                    ]
+                    .map(f32::to_bits),
+                    triangle_hit.from_outside,
                 )
             };
             assert_eq!(
-                met.map(bits),
+                triangle_hit.map(bits),
                 alone
                     .as_ref()
                     .map(|crossing| bits(TriangleHit::from(crossing))),
                 "{block:?}, {direction}"
             );
-            hits += u32::from(met.is_some());
-            missed += u32::from(met.is_none());
+            hits += u32::from(triangle_hit.is_some());
+            missed += u32::from(triangle_hit.is_none());
         }
         assert!(
             hits > 1000 && missed > 1000 && left > 1000,

@@ -9,14 +9,14 @@
 
 use core::marker::PhantomData;
 
-use super::filter::spread;
+use super::filter::splat_vector;
 use super::leaf::candidates;
 use super::optimisation_barrier::in_memory;
 use super::query::{HitVisitor, TraversalMode, TraversalQuery};
-use super::stack::{Stack, Waiting};
+use super::stack::{Stack, StackEntry};
 use super::traversal_ray::{RayReparametrisation, RoughRay, TraversalRay};
 use super::traversal_simd::TraversalSimd;
-use super::{Bvh8, Child, Node, WIDTH};
+use super::{Bvh8, Bvh8Node, ChildRef, WIDTH};
 use crate::aabb::BoundingSphere;
 use crate::instance::RoughInverse;
 use crate::math::simd::Simd;
@@ -57,32 +57,32 @@ struct Slabs<S: Simd, M> {
 
 impl<S: Simd, M: TraversalMode> Slabs<S, M> {
     #[inline(always)]
-    fn new(s: S, setup: &TraversalRay) -> Self {
-        let TraversalRay { slopes, aim } = setup;
-        let [ox, oy, oz] = aim.origin;
+    fn new(s: S, traversal_ray: &TraversalRay) -> Self {
+        let TraversalRay { box_ray, leaf_ray } = traversal_ray;
+        let [ox, oy, oz] = leaf_ray.origin;
         Self {
-            minus_origin: spread(s, [-ox, -oy, -oz]),
-            inverse: spread(s, slopes.inverse),
-            widened: spread(s, slopes.widened),
-            early: spread(s, slopes.early),
-            late: spread(s, slopes.late),
-            near: s.splat(aim.near),
+            minus_origin: splat_vector(s, [-ox, -oy, -oz]),
+            inverse: splat_vector(s, box_ray.inverse),
+            widened: splat_vector(s, box_ray.widened),
+            early: splat_vector(s, box_ray.early),
+            late: splat_vector(s, box_ray.late),
+            near: s.splat(leaf_ray.near),
             mode: PhantomData,
         }
     }
 
-    /// From the origin to a node's planes from index `place` on.
+    /// From the origin to a node's planes from index `index` on.
     #[inline(always)]
-    fn offset(&self, s: S, node: &Node, axis: usize, place: usize) -> S::Floats {
+    fn offset(&self, s: S, node: &Bvh8Node, axis: usize, index: usize) -> S::Floats {
         s.add(
             self.minus_origin[axis],
-            s.load_from(&node.planes[axis], place),
+            s.load_from(&node.planes[axis], index),
         )
     }
 
     #[inline(always)]
-    fn entry(&self, s: S, node: &Node, axis: usize, place: usize) -> S::Floats {
-        let offset = self.offset(s, node, axis, place);
+    fn entry(&self, s: S, node: &Bvh8Node, axis: usize, index: usize) -> S::Floats {
+        let offset = self.offset(s, node, axis, index);
         if M::MAPPED {
             s.mul_sub(offset, self.inverse[axis], self.early[axis])
         } else {
@@ -91,16 +91,16 @@ impl<S: Simd, M: TraversalMode> Slabs<S, M> {
     }
 
     #[inline(always)]
-    fn exit(&self, s: S, node: &Node, axis: usize, place: usize) -> S::Floats {
+    fn exit(&self, s: S, node: &Bvh8Node, axis: usize, index: usize) -> S::Floats {
         let late = self.late[if M::MAPPED { axis } else { 0 }];
-        s.mul_add(self.offset(s, node, axis, place), self.widened[axis], late)
+        s.mul_add(self.offset(s, node, axis, index), self.widened[axis], late)
     }
 }
 
 /// Prefetches a child that waits while its nearer sibling is visited: a whole node, or most of a
 /// block.
 #[inline(always)]
-fn fetch(bvh: &Bvh8, child: Child) {
+fn fetch(bvh: &Bvh8, child: ChildRef) {
     let lines =
         |start: *const u8| (0..4).for_each(|line| prefetch_line(start.wrapping_add(64 * line)));
     if !child.is_leaf() {
@@ -121,16 +121,17 @@ pub(super) fn traverse_instance<S: TraversalSimd, M: TraversalMode>(
     query: &mut TraversalQuery<'_>,
     visitor: &mut dyn HitVisitor,
 ) -> Option<bool> {
-    let (setup, start) = match TraversalRay::roughly_mapped(inverse, ray, query.range.min, bounds) {
-        RoughRay::Misses => return Some(false),
-        RoughRay::Meets(setup, start) => (setup, start),
-        RoughRay::TooRough => return None,
-    };
+    let (traversal_ray, start) =
+        match TraversalRay::roughly_mapped(inverse, ray, query.range.min, bounds) {
+            RoughRay::Misses => return Some(false),
+            RoughRay::Meets(traversal_ray, start) => (traversal_ray, start),
+            RoughRay::TooRough => return None,
+        };
     query.rebase = RayReparametrisation {
         start: start.into(),
         scale: 1.0,
     };
-    Some(traverse::<S, M>(s, bvh, &setup, query, visitor))
+    Some(traverse::<S, M>(s, bvh, &traversal_ray, query, visitor))
 }
 
 /// Traverses the tree. Returns whether a hit ended the traversal.
@@ -138,18 +139,18 @@ pub(super) fn traverse_instance<S: TraversalSimd, M: TraversalMode>(
 pub(super) fn traverse<S: TraversalSimd, M: TraversalMode>(
     s: S,
     bvh: &Bvh8,
-    setup: &TraversalRay,
+    traversal_ray: &TraversalRay,
     query: &mut TraversalQuery<'_>,
     visitor: &mut dyn HitVisitor,
 ) -> bool {
-    let slabs = Slabs::<S, M>::new(s, setup);
-    // Offsets into a node's planes, see [`Node`].
-    let [sx, sy, sz] = setup.slopes.side.map(|side| (side & 1) * WIDTH);
+    let slabs = Slabs::<S, M>::new(s, traversal_ray);
+    // Offsets into a node's planes, see [`Bvh8Node`].
+    let [sx, sy, sz] = traversal_ray.box_ray.side.map(|side| (side & 1) * WIDTH);
     // Only the leaf part is copied to memory; the slopes stay in registers.
-    let aim = setup.aim;
+    let leaf_ray = traversal_ray.leaf_ray;
     let mut far = RayEnd::new(s, query.far::<M>());
-    let (mut stack, mut line) = (Stack::new(), None);
-    let (mut top, mut current) = (0, Child(0));
+    let (mut stack, mut prepared_ray) = (Stack::new(), None);
+    let (mut top, mut current) = (0, ChildRef(0));
     loop {
         // Descends to a leaf with candidates. This loop contains no call, so the ray keeps its
         // registers.
@@ -177,11 +178,11 @@ pub(super) fn traverse<S: TraversalSimd, M: TraversalMode>(
                 } else {
                     if entered.count_ones() == 2 {
                         let [a, b] = s.two(&node.children, entry, entered);
-                        stack.set(top, Waiting(a.0.max(b.0)));
+                        stack.set(top, StackEntry(a.0.max(b.0)));
                         top += 1;
-                        current = Child(a.0.min(b.0) as u32);
+                        current = ChildRef(a.0.min(b.0) as u32);
                         // Only the farther child is prefetched; the nearer is read next.
-                        fetch(bvh, Child(a.0.max(b.0) as u32));
+                        fetch(bvh, ChildRef(a.0.max(b.0) as u32));
                         continue;
                     }
                     top = if M::ANY {
@@ -199,12 +200,12 @@ pub(super) fn traverse<S: TraversalSimd, M: TraversalMode>(
                 // The tree's pointers are reloaded for each block: the traversal has no registers
                 // left for them.
                 let bvh = in_memory(bvh);
-                prefetch_line(bvh.facts.as_ptr().wrapping_add(current.index()));
+                prefetch_line(bvh.leaf_headers.as_ptr().wrapping_add(current.index()));
                 match candidates::<S, M>(
                     s,
                     bvh,
                     current.index(),
-                    in_memory(&aim),
+                    in_memory(&leaf_ray),
                     [far.value, far.last],
                     query,
                 ) {
@@ -212,7 +213,7 @@ pub(super) fn traverse<S: TraversalSimd, M: TraversalMode>(
                     Some(0) => {}
                     Some(lanes) => break lanes,
                 }
-            } else if current != Child::NONE {
+            } else if current != ChildRef::NONE {
                 break 0;
             }
             // SAFETY: every entry below the top was written.
@@ -222,9 +223,11 @@ pub(super) fn traverse<S: TraversalSimd, M: TraversalMode>(
             current = next;
         };
         let over = match left {
-            0 if current.is_row() => s.spheres::<M>(bvh, current, &aim, &mut line, query, visitor),
+            0 if current.is_row() => {
+                s.spheres::<M>(bvh, current, &leaf_ray, &mut prepared_ray, query, visitor)
+            }
             0 => visitor.other(query, current.index()),
-            lanes => s.settle::<M>(bvh, current.index(), lanes, &aim, query, visitor),
+            lanes => s.settle::<M>(bvh, current.index(), lanes, &leaf_ray, query, visitor),
         };
         if over {
             return true;

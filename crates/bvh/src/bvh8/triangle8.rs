@@ -30,9 +30,9 @@ impl Triangle8 {
 
     /// Stores a triangle in a lane.
     pub fn set(&mut self, lane: usize, vertices: [Vec3; 3]) {
-        for (corner, place) in vertices.into_iter().enumerate() {
+        for (corner, position) in vertices.into_iter().enumerate() {
             for axis in 0..3 {
-                self.corners[axis][corner][lane] = place[axis];
+                self.corners[axis][corner][lane] = position[axis];
             }
         }
         let [a, b, c] = vertices.map(|p| p.as_dvec3());

@@ -18,13 +18,13 @@ use core::arch::x86_64::*;
 
 use super::kernel::{entries, leaves};
 use super::leaf::{spheres, triangles};
-use super::projected_ray::{ProjectedRay, Unsure};
+use super::projected_ray::{ProjectedRay, UncertainSign};
 use super::query::{HitVisitor, TraversalMode, TraversalQuery};
-use super::stack::{Stack, Waiting};
+use super::stack::{Stack, StackEntry};
 use super::traversal_ray::LeafRay;
 use super::traversal_simd::TraversalSimd;
 use super::triangle8::Triangle8;
-use super::{Bvh8, Child, WIDTH};
+use super::{Bvh8, ChildRef, WIDTH};
 use crate::math::simd::{Avx2, Avx512, Simd};
 use crate::shapes::{PreparedRay, TriangleHit};
 
@@ -46,13 +46,13 @@ impl TraversalSimd for Avx512 {
     );
 
     #[inline(always)]
-    fn two(self, children: &[Child; WIDTH], entries: __m256, mask: u32) -> [Waiting; 2] {
+    fn two(self, children: &[ChildRef; WIDTH], entries: __m256, mask: u32) -> [StackEntry; 2] {
         // SAFETY: `self` proves that the processor has AVX-512F and VL and AVX2.
         unsafe {
             let first = _mm256_castsi256_si128(pack(children, entries, mask)[0]);
             [
-                Waiting(_mm_cvtsi128_si64(first) as u64),
-                Waiting(_mm_extract_epi64::<1>(first) as u64),
+                StackEntry(_mm_cvtsi128_si64(first) as u64),
+                StackEntry(_mm_extract_epi64::<1>(first) as u64),
             ]
         }
     }
@@ -61,12 +61,12 @@ impl TraversalSimd for Avx512 {
         self,
         stack: &mut Stack,
         top: usize,
-        children: &[Child; WIDTH],
+        children: &[ChildRef; WIDTH],
         entries: __m256,
         mask: u32,
     ) -> usize {
         let room = stack.eight(top);
-        // SAFETY: `self` proves that the processor has AVX-512F and VL and AVX2. `Waiting` is a
+        // SAFETY: `self` proves that the processor has AVX-512F and VL and AVX2. `StackEntry` is a
         // transparent u64. The slice has room for eight entries, all of which are written, four at
         // a time.
         unsafe {
@@ -88,7 +88,7 @@ impl TraversalSimd for Avx512 {
         self,
         stack: &mut Stack,
         base: usize,
-        children: &[Child; WIDTH],
+        children: &[ChildRef; WIDTH],
         entries: __m256,
         mask: u32,
     ) -> usize {
@@ -96,7 +96,7 @@ impl TraversalSimd for Avx512 {
             return stack.push_sorted(base, children, &self.to_array(entries), mask);
         }
         let room = stack.eight(base);
-        // SAFETY: `self` proves that the processor has AVX-512F and VL and AVX2. `Waiting` is a
+        // SAFETY: `self` proves that the processor has AVX-512F and VL and AVX2. `StackEntry` is a
         // transparent u64. The slice has room for eight entries, the first four of which are
         // written.
         unsafe {
@@ -131,7 +131,7 @@ fn ordered<const LESSER: u8>(four: __m256i, partners: __m256i) -> __m256i {
 /// their clock for wider vectors.
 #[inline]
 #[target_feature(enable = "avx512f,avx512vl,avx2")]
-fn pack(children: &[Child; WIDTH], entries: __m256, mask: u32) -> [__m256i; 2] {
+fn pack(children: &[ChildRef; WIDTH], entries: __m256, mask: u32) -> [__m256i; 2] {
     // SAFETY: eight children are read, each a transparent u32, at any alignment.
     let children = unsafe { _mm256_loadu_si256(children.as_ptr().cast()) };
     let children = _mm256_maskz_compress_epi32(mask as u8, children);

@@ -15,10 +15,10 @@ impl DoubleDouble {
     /// a·b, exactly.
     #[inline(always)]
     pub fn product(a: f64, b: f64) -> Self {
-        let most = a * b;
+        let maximum = a * b;
         Self {
-            most,
-            rest: a.mul_add(b, -most),
+            most: maximum,
+            rest: a.mul_add(b, -maximum),
         }
     }
 
@@ -31,8 +31,11 @@ impl DoubleDouble {
 
 impl From<f64> for DoubleDouble {
     #[inline(always)]
-    fn from(most: f64) -> Self {
-        Self { most, rest: 0.0 }
+    fn from(maximum: f64) -> Self {
+        Self {
+            most: maximum,
+            rest: 0.0,
+        }
     }
 }
 
@@ -44,10 +47,10 @@ impl Add for DoubleDouble {
         let total = self.most + other.most;
         let part = total - self.most;
         let rest = (self.most - (total - part)) + (other.most - part) + (self.rest + other.rest);
-        let most = total + rest;
+        let maximum = total + rest;
         Self {
-            most,
-            rest: rest - (most - total),
+            most: maximum,
+            rest: rest - (maximum - total),
         }
     }
 }

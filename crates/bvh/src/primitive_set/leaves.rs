@@ -6,20 +6,20 @@ use core::ops::Range;
 
 use super::PrimitiveSet;
 use crate::build::LeafKind;
-use crate::bvh8::{Bvh8, Row, RowKind, WIDTH};
+use crate::bvh8::{Bvh8, PrimitiveRow, RowKind, WIDTH};
 use crate::scalar::{Real, Vector};
 use crate::shapes::{AnyShape, Triangle};
-use crate::slot::{Kind, Slot};
+use crate::slot::{PrimitiveKind, Slot};
 
 impl<R: Real> PrimitiveSet<R> {
     /// Leaf kind of a primitive. Cuboids gain nothing from lanes: the node test already intersects
     /// eight of their boxes, and nearly every cuboid that passes is hit.
-    pub(crate) fn company(&self, slot: &Slot) -> LeafKind {
+    pub(crate) fn leaf_kind(&self, slot: &Slot) -> LeafKind {
         match slot.kind {
             // Leaf lanes are f32 only.
             _ if !R::IS_SINGLE => LeafKind::None,
-            Kind::Triangle => LeafKind::Triangles,
-            Kind::Sphere => LeafKind::Spheres,
+            PrimitiveKind::Triangle => LeafKind::Triangles,
+            PrimitiveKind::Sphere => LeafKind::Spheres,
             _ => LeafKind::None,
         }
     }
@@ -30,13 +30,13 @@ impl<R: Real> PrimitiveSet<R> {
             |shape: &AnyShape<R>| matches!(shape, AnyShape::Quad(_) | AnyShape::Triangle(_));
         !self.triangles.is_empty()
             || self.shapes.iter().any(is_face)
-            || self.placed.iter().any(|p| is_face(p.shape()))
+            || self.transformed_shapes.iter().any(|p| is_face(p.shape()))
     }
 
     /// Sorts the arrays of spheres and triangles by slot, so that primitives tested in sequence are
     /// adjacent. Triangles that moved to blocks are omitted.
     pub(crate) fn follow(&mut self) {
-        fn follow<T: Copy>(list: &mut Vec<T>, slots: &mut [Slot], kind: Kind) {
+        fn follow<T: Copy>(list: &mut Vec<T>, slots: &mut [Slot], kind: PrimitiveKind) {
             let before = take(list);
             list.reserve_exact(before.len());
             for slot in slots
@@ -47,8 +47,12 @@ impl<R: Real> PrimitiveSet<R> {
                 slot.index = list.len() as u32 - 1;
             }
         }
-        follow(&mut self.spheres, &mut self.slots, Kind::Sphere);
-        follow(&mut self.triangles, &mut self.slots, Kind::Triangle);
+        follow(&mut self.spheres, &mut self.slots, PrimitiveKind::Sphere);
+        follow(
+            &mut self.triangles,
+            &mut self.slots,
+            PrimitiveKind::Triangle,
+        );
     }
 
     /// Moves the triangles into the tree's blocks, if it has any; the blocks then hold the only
@@ -85,7 +89,7 @@ impl<R: Real> PrimitiveSet<R> {
         bvh.fill_rows(first, |slots| self.row(RowKind::Spheres, slots));
     }
 
-    fn row(&self, kind: RowKind, slots: Range<usize>) -> Row {
+    fn row(&self, kind: RowKind, slots: Range<usize>) -> PrimitiveRow {
         let own = |slot: &Slot| {
             let index = slot.index as usize;
             let numbers = match kind {
@@ -97,6 +101,6 @@ impl<R: Real> PrimitiveSet<R> {
             };
             (numbers.map(Vector::to_f32), slot.visibility)
         };
-        Row::new(kind, slots.start, self.slots[slots].iter().map(own))
+        PrimitiveRow::new(kind, slots.start, self.slots[slots].iter().map(own))
     }
 }

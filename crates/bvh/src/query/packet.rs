@@ -13,6 +13,7 @@ const FEWEST: usize = 4;
 
 /// Rays with a common origin.
 #[derive(Clone, Copy, Debug)]
+#[doc(alias("RTCRayHit8", "ray stream"))]
 pub struct RayPacket<'a, R: Real> {
     /// Common origin, in world units.
     pub origin: R::Vec3,
@@ -60,8 +61,8 @@ impl PacketBackoff {
     }
 
     /// Adapts to the outcome of a packet.
-    fn learn(&mut self, asked: PacketResult) {
-        match asked {
+    fn learn(&mut self, requested: PacketResult) {
+        match requested {
             PacketResult::Whole => self.pause = 0,
             PacketResult::Parted => {
                 self.pause = (2 * self.pause).clamp(1, Self::LONGEST);
@@ -74,24 +75,25 @@ impl PacketBackoff {
 
 impl<R: Real> Geometry<R> {
     /// The closest hit of each ray, in order; the former contents of `hits` are discarded. The hits
-    /// equal those of [`Geometry::closest`] bit for bit. Pass the same `patience` to consecutive
+    /// equal those of [`Geometry::closest`] bit for bit. Pass the same `backoff` to consecutive
     /// calls with similar rays.
+    #[doc(alias("rtcIntersect8", "rtcIntersect16"))]
     pub fn closest_from(
         &self,
         rays: &RayPacket<'_, R>,
-        patience: &mut PacketBackoff,
+        backoff: &mut PacketBackoff,
         hits: &mut Vec<Option<Hit<R>>>,
     ) {
         hits.clear();
         hits.reserve(rays.directions.len());
         for some in rays.directions.chunks(RAYS) {
-            let asked = if some.len() >= FEWEST && patience.tries() {
+            let requested = if some.len() >= FEWEST && backoff.tries() {
                 self.together(rays, some, hits)
             } else {
                 PacketResult::Unfit
             };
-            patience.learn(asked);
-            if asked != PacketResult::Whole {
+            backoff.learn(requested);
+            if requested != PacketResult::Whole {
                 hits.extend(
                     some.iter()
                         .map(|&direction| self.closest(&rays.ray(direction), rays.range, &mut ())),
@@ -117,7 +119,7 @@ impl<R: Real> Geometry<R> {
             .zip(directions)
             .for_each(|(to, from)| *to = from.to_f32());
         let last = rays.range.max.next_down().to_f32();
-        let mut pencil = PacketState::new(
+        let mut packet_state = PacketState::new(
             rays.origin.to_f32(),
             &stored[..directions.len()],
             [rays.range.min.to_f32(), last],
@@ -128,16 +130,16 @@ impl<R: Real> Geometry<R> {
             rays,
             directions,
         };
-        let asked = bvh.visit_packet(&mut pencil, &mut asking);
-        if asked != PacketResult::Whole {
-            return asked;
+        let requested = bvh.visit_packet(&mut packet_state, &mut asking);
+        if requested != PacketResult::Whole {
+            return requested;
         }
         for slot in self.planes..self.unbounded {
-            asking.one_by_one(slot, &mut pencil);
+            asking.one_by_one(slot, &mut packet_state);
         }
         let number = R::from_f32;
-        hits.extend((0..pencil.count).map(|ray| {
-            let ([t, u, v], [slot, inner]) = pencil.hit(ray)?;
+        hits.extend((0..packet_state.count).map(|ray| {
+            let ([t, u, v], [slot, inner]) = packet_state.hit(ray)?;
             Some(self.named(&SlotHit {
                 t: number(t),
                 u: number(u),
@@ -146,7 +148,7 @@ impl<R: Real> Geometry<R> {
                 inner,
             }))
         }));
-        asked
+        requested
     }
 }
 
@@ -160,13 +162,13 @@ struct PacketQuery<'a, 'r, R: Real> {
 impl<R: Real> PacketQuery<'_, '_, R> {
     /// Tests a primitive without a packet test, ray by ray.
     #[inline(never)]
-    fn one_by_one(&self, slot: usize, pencil: &mut PacketState) {
+    fn one_by_one(&self, slot: usize, packet_state: &mut PacketState) {
         let geometry = self.geometry;
         for (ray, &direction) in self.directions.iter().enumerate() {
-            let probe: PreparedRay = geometry.prepare(self.rays.ray(direction));
+            let prepared_ray: PreparedRay = geometry.prepare(self.rays.ray(direction));
             let range = Interval {
                 min: self.rays.range.min,
-                max: R::from_f32(pencil.far[ray]).next_up(),
+                max: R::from_f32(packet_state.far[ray]).next_up(),
             };
             let own = (slot as u32, &geometry.group.slots[slot]);
             if let Some(SlotHit {
@@ -175,9 +177,9 @@ impl<R: Real> PacketQuery<'_, '_, R> {
                 v,
                 slot,
                 inner,
-            }) = geometry.test(own, &probe, range, &mut ())
+            }) = geometry.test(own, &prepared_ray, range, &mut ())
             {
-                pencil.consider(ray, [t, u, v].map(Real::to_f32), [slot, inner], |a, b| {
+                packet_state.consider(ray, [t, u, v].map(Real::to_f32), [slot, inner], |a, b| {
                     self.lower(a, b)
                 });
             }
@@ -192,8 +194,8 @@ impl<R: Real> PacketVisitor for PacketQuery<'_, '_, R> {
         order(slot) < order(than)
     }
 
-    fn other(&mut self, place: usize, pencil: &mut PacketState) {
-        self.one_by_one(self.geometry.unbounded + place, pencil);
+    fn other(&mut self, index: usize, packet_state: &mut PacketState) {
+        self.one_by_one(self.geometry.unbounded + index, packet_state);
     }
 }
 
@@ -209,23 +211,23 @@ mod tests {
     /// Protects: each failed packet doubles the pause, up to 64 turns; a completed packet resets
     /// it, and an unfit one changes nothing.
     #[test]
-    fn those_that_part_are_asked_one_by_one_for_a_while() {
-        let mut patience = PacketBackoff::default();
+    fn failed_packets_double_the_pause() {
+        let mut backoff = PacketBackoff::default();
         for turns in [1, 2, 4, 8, 16, 32, 64, 64, 64] {
-            assert!(patience.tries());
-            patience.learn(PacketResult::Parted);
+            assert!(backoff.tries());
+            backoff.learn(PacketResult::Parted);
             for _ in 0..turns {
-                assert!(!patience.tries());
-                patience.learn(PacketResult::Unfit);
+                assert!(!backoff.tries());
+                backoff.learn(PacketResult::Unfit);
             }
         }
-        assert!(patience.tries());
-        patience.learn(PacketResult::Unfit);
-        assert!(patience.tries());
-        patience.learn(PacketResult::Whole);
-        assert!(patience.tries());
-        patience.learn(PacketResult::Parted);
-        assert!([patience.tries(), patience.tries()] == [false, true]);
+        assert!(backoff.tries());
+        backoff.learn(PacketResult::Unfit);
+        assert!(backoff.tries());
+        backoff.learn(PacketResult::Whole);
+        assert!(backoff.tries());
+        backoff.learn(PacketResult::Parted);
+        assert!([backoff.tries(), backoff.tries()] == [false, true]);
     }
 
     /// Protects: sixteen rays at sixteen distant triangles of a mesh are given up as a packet; rays
@@ -248,32 +250,32 @@ mod tests {
         };
         let mut group = PrimitiveSet::<f32>::default();
         group
-            .mesh((0..SIDE * SIDE).flat_map(faces), Visibility::default())
+            .add_mesh((0..SIDE * SIDE).flat_map(faces), Visibility::default())
             .unwrap();
         let ground = Geometry::new(group, AcceleratorKind::default());
         let origin = Vec3::new(-20.0, 500.0, -30.0);
         for (spacing, parts) in [(12.0, true), (0.7, false), (0.01, false)] {
-            let aim = |i: i32| {
+            let target = |i: i32| {
                 Vec3::new(
                     60.2 + spacing * (i % 4) as f32,
                     0.0,
                     70.3 + spacing * (i / 4) as f32,
                 )
             };
-            let directions: Vec<Vec3> = (0..16).map(|i| (aim(i) - origin).normalize()).collect();
-            let asked = RayPacket {
+            let directions: Vec<Vec3> = (0..16).map(|i| (target(i) - origin).normalize()).collect();
+            let requested = RayPacket {
                 origin,
                 directions: &directions,
                 time: 0.0,
                 culls: false,
                 range: Interval::positive(),
             };
-            let (mut patience, mut hits) = (PacketBackoff::default(), Vec::new());
-            ground.closest_from(&asked, &mut patience, &mut hits);
-            assert_eq!(patience.pause > 0, parts, "{spacing} apart");
+            let (mut backoff, mut hits) = (PacketBackoff::default(), Vec::new());
+            ground.closest_from(&requested, &mut backoff, &mut hits);
+            assert_eq!(backoff.pause > 0, parts, "{spacing} apart");
             let alone: Vec<_> = directions
                 .iter()
-                .map(|&d| ground.closest(&asked.ray(d), asked.range, &mut ()))
+                .map(|&d| ground.closest(&requested.ray(d), requested.range, &mut ()))
                 .collect();
             assert!(hits == alone && hits.iter().all(Option::is_some));
         }

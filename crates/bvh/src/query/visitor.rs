@@ -4,7 +4,8 @@ use core::any::Any;
 
 use super::{NO_PART, SlotHit};
 use crate::bvh8::{
-    Bvh8, HitVisitor, RayReparametrisation, RaySource, TraversalQuery, TraversalRay, opaque,
+    Bvh8, HitVisitor, RayReparametrisation, RaySource, TraversalQuery, TraversalRay,
+    optimisation_barrier,
 };
 use crate::geometry::Geometry;
 use crate::instance::Instance;
@@ -12,7 +13,7 @@ use crate::processor::prefetch;
 use crate::ray::{Interval, Occlusion, Ray};
 use crate::scalar::{Real, Vector};
 use crate::shapes::PreparedRay;
-use crate::slot::{Kind, Slot};
+use crate::slot::{PrimitiveKind, Slot};
 use crate::stats::{TraversalCounter, TraversalStats};
 
 /// A kind of query: its reaction to a hit.
@@ -29,7 +30,7 @@ pub(super) trait QueryKind<R: Real>: Sized {
         self
     }
     /// Takes a hit within the range. Returns whether the query ends.
-    fn take(&mut self, geometry: &Geometry<R>, found: SlotHit<R>) -> bool;
+    fn accept(&mut self, geometry: &Geometry<R>, slot_hit: SlotHit<R>) -> bool;
     /// Tests one primitive and takes its hit, if any. Returns whether the query ends.
     #[inline(always)]
     fn test<T: TraversalCounter>(
@@ -37,11 +38,11 @@ pub(super) trait QueryKind<R: Real>: Sized {
         geometry: &Geometry<R>,
         slot: (u32, &Slot),
         ray: &PreparedRay,
-        tally: &mut T,
+        stats: &mut T,
     ) -> bool {
         geometry
-            .test(slot, ray, self.range(), tally)
-            .is_some_and(|found| self.take(geometry, found))
+            .test(slot, ray, self.range(), stats)
+            .is_some_and(|slot_hit| self.accept(geometry, slot_hit))
     }
 }
 
@@ -53,7 +54,7 @@ pub(super) trait QueryKind<R: Real>: Sized {
 /// distance as rounding may reach, and `is_contested` records whether another hit came that close.
 pub(super) struct ClosestHit<R: Real> {
     pub range: Interval<R>,
-    pub found: Option<SlotHit<R>>,
+    pub slot_hit: Option<SlotHit<R>>,
     /// Greatest coordinate of the ray's origin, in lengths of its direction, which is the unit of
     /// distances. Zero for f32.
     pub origin: R,
@@ -69,7 +70,7 @@ impl<R: Real> ClosestHit<R> {
     pub fn new(range: Interval<R>) -> Self {
         Self {
             range,
-            found: None,
+            slot_hit: None,
             origin: R::ZERO,
             is_contested: false,
         }
@@ -95,9 +96,9 @@ impl<R: Real> QueryKind<R> for ClosestHit<R> {
         if !R::IS_SINGLE {
             return self.range.max;
         }
-        self.found
+        self.slot_hit
             .as_ref()
-            .map_or_else(|| self.range.max.next_down(), |found| found.t)
+            .map_or_else(|| self.range.max.next_down(), |slot_hit| slot_hit.t)
     }
     #[inline(always)]
     fn in_space_of(self, ray: &PreparedRay) -> Self {
@@ -110,29 +111,31 @@ impl<R: Real> QueryKind<R> for ClosestHit<R> {
         }
     }
     #[inline(always)]
-    fn take(&mut self, geometry: &Geometry<R>, found: SlotHit<R>) -> bool {
-        let order = |found: &SlotHit<R>| geometry.group.slots[found.slot as usize].order();
+    fn accept(&mut self, geometry: &Geometry<R>, slot_hit: SlotHit<R>) -> bool {
+        let order = |slot_hit: &SlotHit<R>| geometry.group.slots[slot_hit.slot as usize].order();
         // Whether distances are stored without rounding to f32.
         let is_exact = !R::IS_SINGLE;
-        if is_exact && let Some(best) = &self.found {
-            self.is_contested |= (found.t - best.t).abs() <= self.slack(best.t);
+        if is_exact && let Some(best) = &self.slot_hit {
+            self.is_contested |= (slot_hit.t - best.t).abs() <= self.slack(best.t);
         }
-        let better = match &self.found {
+        let better = match &self.slot_hit {
             None => true,
-            Some(best) => found.t < best.t || (found.t == best.t && order(&found) < order(best)),
+            Some(best) => {
+                slot_hit.t < best.t || (slot_hit.t == best.t && order(&slot_hit) < order(best))
+            }
         };
         if better {
             let equal = if is_exact {
-                found.t + self.slack(found.t)
+                slot_hit.t + self.slack(slot_hit.t)
             } else {
-                found.t
+                slot_hit.t
             };
             self.range.max = if is_exact {
                 self.range.max.min(equal.next_up())
             } else {
                 equal.next_up()
             };
-            self.found = Some(found);
+            self.slot_hit = Some(slot_hit);
         }
         false
     }
@@ -158,8 +161,8 @@ impl<R: Real, const BY_VISIBILITY: bool> QueryKind<R> for AnyHit<'_, R, BY_VISIB
         self.range.max.next_down()
     }
     #[inline(always)]
-    fn take(&mut self, _: &Geometry<R>, found: SlotHit<R>) -> bool {
-        (self.accept)(found)
+    fn accept(&mut self, _: &Geometry<R>, slot_hit: SlotHit<R>) -> bool {
+        (self.accept)(slot_hit)
     }
     #[inline(always)]
     fn test<T: TraversalCounter>(
@@ -167,20 +170,20 @@ impl<R: Real, const BY_VISIBILITY: bool> QueryKind<R> for AnyHit<'_, R, BY_VISIB
         geometry: &Geometry<R>,
         slot: (u32, &Slot),
         ray: &PreparedRay,
-        tally: &mut T,
+        stats: &mut T,
     ) -> bool {
-        let (own, range) = (slot.1, self.range);
-        let opaque = BY_VISIBILITY && own.visibility.occlusion == Occlusion::Opaque;
-        if BY_VISIBILITY && own.visibility.occlusion == Occlusion::None {
+        let (own_slot, range) = (slot.1, self.range);
+        let opaque = BY_VISIBILITY && own_slot.visibility.occlusion == Occlusion::Opaque;
+        if BY_VISIBILITY && own_slot.visibility.occlusion == Occlusion::None {
             return false;
         }
-        let mut accepts = |found: SlotHit<R>| opaque || (self.accept)(found);
-        if BY_VISIBILITY && own.kind == Kind::Instance {
-            let mut accepts = |found: SlotHit<R>| {
+        let mut accepts = |slot_hit: SlotHit<R>| opaque || (self.accept)(slot_hit);
+        if BY_VISIBILITY && own_slot.kind == PrimitiveKind::Instance {
+            let mut accepts = |slot_hit: SlotHit<R>| {
                 accepts(SlotHit {
                     slot: slot.0,
-                    inner: found.slot,
-                    ..found
+                    inner: slot_hit.slot,
+                    ..slot_hit
                 })
             };
             let query = AnyHit::<_, false> {
@@ -188,10 +191,10 @@ impl<R: Real, const BY_VISIBILITY: bool> QueryKind<R> for AnyHit<'_, R, BY_VISIB
                 accept: &mut accepts,
             };
             return geometry
-                .visit_instance(own.index as usize, ray, query, tally)
+                .visit_instance(own_slot.index as usize, ray, query, stats)
                 .0;
         }
-        geometry.test(slot, ray, range, tally).is_some_and(accepts)
+        geometry.test(slot, ray, range, stats).is_some_and(accepts)
     }
 }
 
@@ -205,7 +208,7 @@ impl<R: Real> Geometry<R> {
         visitor: &mut Visitor<'_, R, Q, T>,
     ) -> bool {
         if self.unbounded > self.planes
-            && self.visit_unbounded(ray, &mut visitor.query, visitor.tally)
+            && self.visit_unbounded(ray, &mut visitor.query, visitor.stats)
         {
             return true;
         }
@@ -216,8 +219,8 @@ impl<R: Real> Geometry<R> {
         let mut query = visitor.traversal(ray.culls, RaySource::Stored(single, self.faces));
         let one = |axis: usize| {
             (
-                opaque(ray.origin.axis(axis).to_f32()),
-                opaque(ray.direction.axis(axis).to_f32()),
+                optimisation_barrier(ray.origin.axis(axis).to_f32()),
+                optimisation_barrier(ray.direction.axis(axis).to_f32()),
             )
         };
         let ([(ox, dx), (oy, dy), (oz, dz)], near) = ([one(0), one(1), one(2)], query.range.min);
@@ -231,11 +234,11 @@ impl<R: Real> Geometry<R> {
         &self,
         ray: &Ray<R>,
         query: &mut Q,
-        tally: &mut T,
+        stats: &mut T,
     ) -> bool {
         let ray = self.prepare(*ray);
         self.unbounded()
-            .any(|slot| query.test(self, slot, &ray, tally))
+            .any(|slot| query.test(self, slot, &ray, stats))
     }
 
     /// Runs a query by a prepared ray. Returns whether a hit ended it, and the query.
@@ -244,21 +247,21 @@ impl<R: Real> Geometry<R> {
         &self,
         ray: &PreparedRay,
         mut query: Q,
-        tally: &mut T,
+        stats: &mut T,
     ) -> (bool, Q) {
         let alone = self.bvh.places_alone();
         for slot in self
             .unbounded()
             .chain(self.bounded(alone.clone().unwrap_or(0..0)))
         {
-            if query.test(self, slot, ray, tally) {
+            if query.test(self, slot, ray, stats) {
                 return (true, query);
             }
         }
         if alone.is_some() {
             (false, query)
         } else {
-            self.traverse(ray, query, tally)
+            self.traverse(ray, query, stats)
         }
     }
 
@@ -269,21 +272,23 @@ impl<R: Real> Geometry<R> {
         &self,
         ray: &PreparedRay,
         query: Q,
-        tally: &mut T,
+        stats: &mut T,
     ) -> (bool, Q) {
         let near = query.range().min.to_f64();
-        let (setup, rebase) =
+        let (traversal_ray, rebase) =
             TraversalRay::mapped(ray.origin, ray.direction, near, &self.bounded_part());
         let mut visitor = Visitor {
             geometry: self,
             query,
-            tally,
+            stats,
         };
         let mut query = TraversalQuery {
             rebase,
             ..visitor.traversal(ray.culls, RaySource::Prepared(ray))
         };
-        let over = self.bvh.visit_mapped(&setup, &mut query, &mut visitor);
+        let over = self
+            .bvh
+            .visit_mapped(&traversal_ray, &mut query, &mut visitor);
         visitor.count(&query);
         (over, visitor.query)
     }
@@ -300,7 +305,7 @@ impl<R: Real> Geometry<R> {
         instance: usize,
         ray: &PreparedRay,
         mut query: Q,
-        tally: &mut T,
+        stats: &mut T,
     ) -> (bool, Q) {
         let instance = &self.group.instances[instance];
         let part = &self.group.parts[instance.part as usize];
@@ -310,7 +315,7 @@ impl<R: Real> Geometry<R> {
             let mut visitor = Visitor {
                 geometry: part,
                 query,
-                tally: &mut *tally,
+                stats: &mut *stats,
             };
             let mut traversal =
                 visitor.traversal(ray.culls, RaySource::Under(&instance.transform, ray));
@@ -327,7 +332,7 @@ impl<R: Real> Geometry<R> {
             }
             query = visitor.query;
         }
-        self.visit_exactly(instance, ray, query, tally)
+        self.visit_exactly(instance, ray, query, stats)
     }
 
     /// [`Self::visit_instance`] with a ray mapped in f64.
@@ -337,12 +342,12 @@ impl<R: Real> Geometry<R> {
         instance: &Instance,
         ray: &PreparedRay,
         query: Q,
-        tally: &mut T,
+        stats: &mut T,
     ) -> (bool, Q) {
         let mut room = None;
         let (transform, part) = self.group.shown(instance, ray.time, &mut room);
         let ray = transform.probe_to_object(ray);
-        part.visit_all(&ray, query.in_space_of(&ray), tally)
+        part.visit_all(&ray, query.in_space_of(&ray), stats)
     }
 }
 
@@ -350,7 +355,7 @@ impl<R: Real> Geometry<R> {
 pub(super) struct Visitor<'a, R: Real, Q, T> {
     pub geometry: &'a Geometry<R>,
     pub query: Q,
-    pub tally: &'a mut T,
+    pub stats: &'a mut T,
 }
 
 impl<R: Real, Q: QueryKind<R>, T: TraversalCounter> Visitor<'_, R, Q, T> {
@@ -386,7 +391,7 @@ impl<R: Real, Q: QueryKind<R>, T: TraversalCounter> Visitor<'_, R, Q, T> {
     #[inline(always)]
     fn count(&mut self, query: &TraversalQuery<'_>) {
         if T::COUNTS {
-            self.tally.count(query.stats);
+            self.stats.count(query.stats);
         }
     }
 }
@@ -398,7 +403,7 @@ impl<R: Real, Q: QueryKind<R>, T: TraversalCounter> HitVisitor for Visitor<'_, R
             prefetch(&self.geometry.group.slots, slot as usize);
         }
         let [t, u, v] = [t, u, v].map(R::from_f32);
-        let over = self.query.take(
+        let over = self.query.accept(
             self.geometry,
             SlotHit {
                 t,
@@ -412,11 +417,11 @@ impl<R: Real, Q: QueryKind<R>, T: TraversalCounter> HitVisitor for Visitor<'_, R
         over
     }
 
-    fn other(&mut self, query: &mut TraversalQuery<'_>, place: usize) -> bool {
+    fn other(&mut self, query: &mut TraversalQuery<'_>, index: usize) -> bool {
         let (geometry, ray) = (self.geometry, query.prepared());
         let over = geometry
-            .bounded(place..place + 1)
-            .any(|slot| self.query.test(geometry, slot, ray, self.tally));
+            .bounded(index..index + 1)
+            .any(|slot| self.query.test(geometry, slot, ray, self.stats));
         self.narrow(query);
         over
     }

@@ -2,10 +2,10 @@
 
 use glam::DVec3;
 
-use super::cylinder::Ends;
+use super::cylinder::CylinderEnds;
 use super::{
-    Cone, Cuboid, Cylinder, Disk, Ellipsoid, Hyperboloid, Paraboloid, Parameters, Plane,
-    PreparedRay, Quad, SampleArea, Shape, ShapeHit, Sphere, SurfacePoint, Torus, Triangle, Under,
+    Cone, Cuboid, Cylinder, Disk, Ellipsoid, Hyperboloid, OuterTransforms, Paraboloid, Parameters,
+    Plane, PreparedRay, Quad, SampleArea, Shape, ShapeHit, Sphere, SurfacePoint, Torus, Triangle,
 };
 use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
@@ -65,7 +65,7 @@ macro_rules! each {
 /// Matches the shapes of finite area; `None` for the others.
 macro_rules! each_finite {
     ($any:expr, $shape:ident => $result:expr) => {
-        each!($any, AnyShape::Plane(_) | AnyShape::Cylinder(Cylinder { ends: Ends::None, .. }) => None, $shape => Some($result))
+        each!($any, AnyShape::Plane(_) | AnyShape::Cylinder(Cylinder { ends: CylinderEnds::None, .. }) => None, $shape => Some($result))
     };
 }
 
@@ -81,19 +81,24 @@ impl<R: Real> Shape<R> for AnyShape<R> {
     #[inline]
     fn intersect(
         &self,
-        probe: &PreparedRay,
+        prepared_ray: &PreparedRay,
         range: Interval<R>,
         side: Side,
     ) -> Option<ShapeHit<R>> {
-        each!(self, shape => shape.intersect(probe, range, side))
+        each!(self, shape => shape.intersect(prepared_ray, range, side))
     }
 
-    fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> SurfacePoint {
-        each!(self, shape => shape.locate_under(probe, hit, maps))
+    fn locate_under(
+        &self,
+        prepared_ray: &PreparedRay,
+        hit: ShapeHit<R>,
+        transform_chain: OuterTransforms<'_>,
+    ) -> SurfacePoint {
+        each!(self, shape => shape.locate_under(prepared_ray, hit, transform_chain))
     }
 
-    fn parameters(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
-        each!(self, shape => shape.parameters(probe, hit))
+    fn parameters(&self, prepared_ray: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
+        each!(self, shape => shape.parameters(prepared_ray, hit))
     }
 }
 
@@ -103,7 +108,7 @@ impl<R: Real> AnyShape<R> {
     pub fn is_finite(&self) -> bool {
         match self {
             AnyShape::Plane(plane) => plane.point.is_finite() && plane.normal.is_finite(),
-            AnyShape::Cylinder(c) if c.ends == Ends::None => {
+            AnyShape::Cylinder(c) if c.ends == CylinderEnds::None => {
                 c.base.is_finite() && c.axis.is_finite() && c.radius.is_finite()
             }
             // With an infinite slope the box would be that of a cylinder.

@@ -6,8 +6,8 @@
 //! million times as long as it is wide. A face smaller than the error of its points has no such
 //! origin, and its origins stay.
 
-use super::drift::Drift;
-use super::{Maps, SurfacePoint};
+use super::spawn_offset::SpawnOffset;
+use super::{SurfacePoint, TransformChain};
 use crate::scalar::Real;
 use glam::DVec3;
 
@@ -22,18 +22,22 @@ pub(super) enum Face {
 /// border.
 #[inline(never)]
 pub(super) fn off_border<R: Real>(
-    located: SurfacePoint,
+    surface_point: SurfacePoint,
     face: Face,
     [ab, ac]: [DVec3; 2],
     at: [f64; 2],
-    maps: Maps<'_>,
+    transform_chain: TransformChain<'_>,
 ) -> SurfacePoint {
     let ([u, v], normal) = (at, ab.cross(ac));
     let inverse = 1.0 / normal.dot(normal);
     let (by_u, by_v) = (ac.cross(normal) * inverse, normal.cross(ab) * inverse);
     let by_both = by_u + by_v;
-    let drift = Drift::around::<R>(Some(maps), located.point, located.error);
-    let reach = drift.reach() * 2.0;
+    let spawn_offset = SpawnOffset::around::<R>(
+        Some(transform_chain),
+        surface_point.point,
+        surface_point.error,
+    );
+    let reach = spawn_offset.max_offset() * 2.0;
     let is_far = |share: f64, gradient: DVec3| {
         share > 0.0 && share * share > reach * reach * gradient.dot(gradient)
     };
@@ -43,24 +47,28 @@ pub(super) fn off_border<R: Real>(
         is_far(1.0 - u, by_u) && is_far(1.0 - v, by_v)
     };
     if is_far(u, by_u) && is_far(v, by_v) && opposite {
-        return located;
+        return surface_point;
     }
     // The margin also covers the drift off the face itself, so that the origin stays behind a
     // neighbour that leans over the face.
-    let lean = drift.along(located.normal);
-    let least =
-        [by_u, by_v, by_both].map(|gradient| drift.along(gradient) + lean * gradient.length());
+    let lean = spawn_offset.offset_along(surface_point.normal);
+    let least = [by_u, by_v, by_both]
+        .map(|gradient| spawn_offset.offset_along(gradient) + lean * gradient.length());
     let within = if face == Face::Triangle {
         within_triangle
     } else {
         within_parallelogram
     };
-    let kept = within(at, [drift.in_world(by_u), drift.in_world(by_v)], least);
-    let start = located.point + ab * (kept[0] - u) + ac * (kept[1] - v);
+    let kept = within(
+        at,
+        [spawn_offset.in_world(by_u), spawn_offset.in_world(by_v)],
+        least,
+    );
+    let start = surface_point.point + ab * (kept[0] - u) + ac * (kept[1] - v);
     SurfacePoint {
         above: start,
         below: start,
-        ..located
+        ..surface_point
     }
 }
 
@@ -109,7 +117,7 @@ fn within_parallelogram(
     if !has_room {
         return [u, v];
     }
-    let kept = |share: f64, least: f64| share.max(least).min(1.0 - least);
+    let kept = |share: f64, minimum: f64| share.max(minimum).min(1.0 - minimum);
     let (to_u, to_v) = (kept(u, least_u) - u, kept(v, least_v) - v);
     // A step straight away from one side also changes the other coordinate.
     let both = by_u.dot(by_v);

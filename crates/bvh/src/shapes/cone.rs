@@ -4,8 +4,10 @@ use glam::DVec3;
 
 use super::frame::{disk_support, length, split};
 use super::quadratic::{Crossings, Quadratic, Span, approach, point_at, tests_close};
-use super::turned::{Turned, WALL};
-use super::{Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, Under, slack};
+use super::revolution::{SurfaceOfRevolution, WALL};
+use super::{
+    OuterTransforms, Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, slack,
+};
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
 
@@ -37,10 +39,10 @@ impl<R: Real> Cone<R> {
     /// The distances within the nappe of nonnegative radius: a single range, though the double cone
     /// may have two.
     #[inline(always)]
-    fn wall(&self, probe: &PreparedRay, close: bool) -> Option<Crossings> {
-        let (axis, d) = (self.axis.to_f64(), probe.direction);
+    fn wall(&self, prepared_ray: &PreparedRay, close: bool) -> Option<Crossings> {
+        let (axis, d) = (self.axis.to_f64(), prepared_ray.direction);
         let (base_radius, top_radius) = (self.radius.to_f64(), self.top_radius.to_f64());
-        let (ahead, f) = approach(probe, self.base.to_f64(), close);
+        let (ahead, f) = approach(prepared_ray, self.base.to_f64(), close);
         let squared = axis.dot(axis);
         let (m, n) = (d.cross(axis), f.cross(axis));
         // The radius at distance t, times the squared axis, is `reach + t·opening`.
@@ -55,20 +57,20 @@ impl<R: Real> Cone<R> {
             squared * n.dot(n) - reach * reach,
         );
         if quadratic.a > 0.0 {
-            let roots = quadratic.roots()?;
+            let crossings = quadratic.roots()?;
             // Both roots lie on one nappe: the sign of the radius between them selects it.
             let middle = reach - opening * quadratic.b / quadratic.a;
-            return (middle >= 0.0).then(|| roots.moved(ahead));
+            return (middle >= 0.0).then(|| crossings.moved(ahead));
         }
         // The ray is steeper than the wall, or parallel to it: inside is everything beyond one
         // root, on the side where the radius grows. Such a line always intersects the cone,
         // whatever rounding does to the discriminant.
-        let roots = Quadratic {
+        let crossings = Quadratic {
             discriminant: quadratic.discriminant.max(0.0),
             ..quadratic
         }
         .roots()?;
-        let roots = roots.moved(ahead);
+        let crossings = crossings.moved(ahead);
         let grows = if quadratic.a < 0.0 {
             opening > 0.0
         } else {
@@ -76,32 +78,32 @@ impl<R: Real> Cone<R> {
         };
         Some(if grows {
             Crossings {
-                enter: roots.enter,
+                enter: crossings.enter,
                 leave: f64::INFINITY,
             }
         } else {
             Crossings {
                 enter: -f64::INFINITY,
-                leave: roots.leave,
+                leave: crossings.leave,
             }
         })
     }
 
     #[inline(always)]
-    fn span(&self, probe: &PreparedRay, close: bool) -> Option<Span> {
+    fn span(&self, prepared_ray: &PreparedRay, close: bool) -> Option<Span> {
         let solid = self.solid();
         // With equal radii the nappe is not chosen, and a ray along the axis has no crossing.
         let wall = if self.radius == self.top_radius {
-            solid.tube(probe, close)?
+            solid.tube(prepared_ray, close)?
         } else {
-            self.wall(probe, close)?
+            self.wall(prepared_ray, close)?
         };
-        solid.span(probe, wall)
+        solid.span(prepared_ray, wall)
     }
 
     #[inline(always)]
-    fn solid(&self) -> Turned {
-        Turned::new(self.base, self.axis, [self.radius, self.top_radius])
+    fn solid(&self) -> SurfaceOfRevolution {
+        SurfaceOfRevolution::new(self.base, self.axis, [self.radius, self.top_radius])
     }
 
     /// The point of the wall at the fraction `along` of the axis, in the direction `out` across the
@@ -153,36 +155,48 @@ impl<R: Real> Shape<R> for Cone<R> {
     #[inline]
     fn intersect(
         &self,
-        probe: &PreparedRay,
+        prepared_ray: &PreparedRay,
         range: Interval<R>,
         side: Side,
     ) -> Option<ShapeHit<R>> {
         self.span(
-            probe,
-            tests_close(probe, self.base, self.radius.max(self.top_radius)),
+            prepared_ray,
+            tests_close(prepared_ray, self.base, self.radius.max(self.top_radius)),
         )?
         .nearest(range, side)
     }
 
-    fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> SurfacePoint {
+    fn locate_under(
+        &self,
+        prepared_ray: &PreparedRay,
+        hit: ShapeHit<R>,
+        transform_chain: OuterTransforms<'_>,
+    ) -> SurfacePoint {
         let part = hit.u.to_f64() as u8;
         // At the unrounded end of the span, so that the fraction along the axis is accurate.
-        let raw = point_at(probe, self.span(probe, true).map(Span::crossings), hit);
+        let raw = point_at(
+            prepared_ray,
+            self.span(prepared_ray, true).map(Span::crossings),
+            hit,
+        );
         let (along, out) = split(raw - self.base.to_f64(), self.axis.to_f64());
-        let located = if part == WALL {
+        let surface_point = if part == WALL {
             self.on_wall(along, out)
         } else {
             self.solid().on_cap(part, out)
         };
         self.solid()
-            .start_inside::<R>(located, part, (along, out), maps)
+            .start_inside::<R>(surface_point, part, (along, out), transform_chain)
     }
 
     /// u runs around the axis. v runs from 0 at the top to 1 at the base; on a cap from its centre
     /// to its rim.
-    fn parameters(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
-        self.solid()
-            .parameters(self.locate(probe, hit).point, hit.u.to_f64() as u8, 1.0)
+    fn parameters(&self, prepared_ray: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
+        self.solid().parameters(
+            self.locate(prepared_ray, hit).point,
+            hit.u.to_f64() as u8,
+            1.0,
+        )
     }
 }
 

@@ -2,10 +2,11 @@
 
 use glam::DVec3;
 
-use super::drift::Drift;
 use super::quadratic::{Span, point_at};
+use super::spawn_offset::SpawnOffset;
 use super::{
-    Maps, Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, Under, slack,
+    OuterTransforms, Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint,
+    TransformChain, slack,
 };
 use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
@@ -39,15 +40,19 @@ impl<R: Real> Cuboid<R> {
 
     /// The distances between all pairs of faces.
     #[inline(always)]
-    fn span(&self, probe: &PreparedRay) -> Option<Span> {
+    fn span(&self, prepared_ray: &PreparedRay) -> Option<Span> {
         let (below, above) = (
-            self.min.to_f64() - probe.origin,
-            self.max.to_f64() - probe.origin,
+            self.min.to_f64() - prepared_ray.origin,
+            self.max.to_f64() - prepared_ray.origin,
         );
         let mut span = Span::of(-f64::INFINITY, f64::INFINITY, 0);
         for axis in 0..3_u8 {
-            let at = usize::from(axis);
-            let (low, high, slope) = (below.axis(at), above.axis(at), probe.direction.axis(at));
+            let position = usize::from(axis);
+            let (low, high, slope) = (
+                below.axis(position),
+                above.axis(position),
+                prepared_ray.direction.axis(position),
+            );
             // A ray perpendicular to this axis is always or never between its faces; the sign of a
             // zero does not matter.
             if slope == 0.0 {
@@ -70,7 +75,7 @@ impl<R: Real> Cuboid<R> {
     /// The surface at a point near a face. The point is moved onto the face, and off its border by
     /// the rounding of storage.
     #[inline(always)]
-    fn located(&self, raw: DVec3, (axis, greater): (usize, bool)) -> SurfacePoint {
+    fn surface_point(&self, raw: DVec3, (axis, greater): (usize, bool)) -> SurfacePoint {
         let at = |i: usize| {
             let (min, max) = (self.min.axis(i), self.max.axis(i));
             if i == axis {
@@ -91,14 +96,21 @@ impl<R: Real> Cuboid<R> {
     #[inline(never)]
     fn inwards(
         &self,
-        located: &SurfacePoint,
+        surface_point: &SurfacePoint,
         (axis, greater): (usize, bool),
-        maps: Maps<'_>,
+        transform_chain: TransformChain<'_>,
     ) -> DVec3 {
-        let drift = Drift::around::<R>(Some(maps), located.point, located.error);
+        let spawn_offset = SpawnOffset::around::<R>(
+            Some(transform_chain),
+            surface_point.point,
+            surface_point.error,
+        );
         let at = |i: usize| {
             let (min, max) = (self.min.axis(i).to_f64(), self.max.axis(i).to_f64());
-            let (x, margin) = (located.point.axis(i), drift.along(Self::face(i, 1.0)));
+            let (x, margin) = (
+                surface_point.point.axis(i),
+                spawn_offset.offset_along(Self::face(i, 1.0)),
+            );
             let (low, high) = (min + margin, max - margin);
             // A box thinner than the error of its points has no inside.
             if low < high {
@@ -132,33 +144,42 @@ impl<R: Real> Shape<R> for Cuboid<R> {
     #[inline]
     fn intersect(
         &self,
-        probe: &PreparedRay,
+        prepared_ray: &PreparedRay,
         range: Interval<R>,
         side: Side,
     ) -> Option<ShapeHit<R>> {
-        self.span(probe)?.nearest(range, side)
+        self.span(prepared_ray)?.nearest(range, side)
     }
 
-    fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> SurfacePoint {
+    fn locate_under(
+        &self,
+        prepared_ray: &PreparedRay,
+        hit: ShapeHit<R>,
+        transform_chain: OuterTransforms<'_>,
+    ) -> SurfacePoint {
         let (axis, greater) = face_of(hit.u);
-        let span = if probe.mapped { self.span(probe) } else { None };
-        let located = self.located(
-            point_at(probe, span.map(Span::crossings), hit),
+        let span = if prepared_ray.mapped {
+            self.span(prepared_ray)
+        } else {
+            None
+        };
+        let surface_point = self.surface_point(
+            point_at(prepared_ray, span.map(Span::crossings), hit),
             (axis, greater),
         );
-        match maps {
-            Some(maps) => SurfacePoint {
-                below: self.inwards(&located, (axis, greater), maps),
-                ..located
+        match transform_chain {
+            Some(transform_chain) => SurfacePoint {
+                below: self.inwards(&surface_point, (axis, greater), transform_chain),
+                ..surface_point
             },
-            None => located,
+            None => surface_point,
         }
     }
 
     /// Each face has u and v in [0, 1], u to the right and v down, as seen from outside. Vertical
     /// faces have +y up; the top is seen from above and the bottom from below, with x to the right.
-    fn parameters(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
-        let point = self.surface(probe, hit).point;
+    fn parameters(&self, prepared_ray: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
+        let point = self.surface(prepared_ray, hit).point;
         let size: R::Vec3 = self.max - self.min;
         let (axis, greater) = face_of(hit.u);
         // Axes of u and v, and whether u and v decrease along them.
@@ -169,13 +190,13 @@ impl<R: Real> Shape<R> for Cuboid<R> {
         ][axis];
         // Far from the origin a size may round to zero; all points then have one coordinate.
         let share = |i: usize, falls: bool| {
-            let way = if falls {
+            let distance = if falls {
                 self.max.axis(i) - point.axis(i)
             } else {
                 point.axis(i) - self.min.axis(i)
             };
             if size.axis(i) > R::ZERO {
-                way / size.axis(i)
+                distance / size.axis(i)
             } else {
                 R::ZERO
             }
@@ -217,10 +238,13 @@ impl<R: Real> SampleArea<R> for Cuboid<R> {
         let twice = (rest / pairs[axis]).min(1.0) * 2.0;
         let greater = twice >= 1.0;
         let (along_u, along_v) = ((axis + 1) % 3, (axis + 2) % 3);
-        let mut place = self.min.to_f64();
-        place[along_u] += s[along_u] * (twice - f64::from(u8::from(greater)));
-        place[along_v] += s[along_v] * v.to_f64();
-        (self.located(place, (axis, greater)), 1.0 / self.area())
+        let mut position = self.min.to_f64();
+        position[along_u] += s[along_u] * (twice - f64::from(u8::from(greater)));
+        position[along_v] += s[along_v] * v.to_f64();
+        (
+            self.surface_point(position, (axis, greater)),
+            1.0 / self.area(),
+        )
     }
 }
 
@@ -235,9 +259,9 @@ mod tests {
     fn a_face_without_width_has_coordinates() {
         let plate = Cuboid::<f32>::new(DVec3::new(1e8, 0.0, 0.0), DVec3::new(1e8 + 1.0, 2.0, 2.0));
         assert_eq!(plate.min.x, plate.max.x);
-        let probe = PreparedRay::new(Ray::<f32>::new(Vec3::new(1e8, 0.5, -1.0), Vec3::Z));
+        let prepared_ray = PreparedRay::new(Ray::<f32>::new(Vec3::new(1e8, 0.5, -1.0), Vec3::Z));
         let found = plate.parameters(
-            &probe,
+            &prepared_ray,
             ShapeHit {
                 t: 1.0,
                 u: 4.0,

@@ -2,17 +2,19 @@
 
 use glam::DVec3;
 
-use super::drift::off_bends;
 use super::frame::{disk_support, split};
 use super::quadratic::{point_at, tests_close};
-use super::turned::{Turned, WALL};
-use super::{Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, Under, slack};
+use super::revolution::{SurfaceOfRevolution, WALL};
+use super::spawn_offset::off_bends;
+use super::{
+    OuterTransforms, Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, slack,
+};
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
 
 /// Ends of a cylinder along its axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Ends {
+pub enum CylinderEnds {
     /// No ends: the cylinder is infinite.
     None,
     /// Open ends: a tube.
@@ -31,7 +33,7 @@ pub struct Cylinder<R: Real> {
     /// Radius, above zero.
     pub radius: R,
     /// Kind of ends.
-    pub ends: Ends,
+    pub ends: CylinderEnds,
 }
 
 impl<R: Real> Cylinder<R> {
@@ -39,9 +41,9 @@ impl<R: Real> Cylinder<R> {
     /// height (`None` if infinite).
     pub fn new(base: DVec3, axis: DVec3, radius: f64, height: Option<f64>, caps: bool) -> Self {
         let ends = match height {
-            None => Ends::None,
-            Some(_) if caps => Ends::Capped,
-            Some(_) => Ends::Open,
+            None => CylinderEnds::None,
+            Some(_) if caps => CylinderEnds::Capped,
+            Some(_) => CylinderEnds::Open,
         };
         Self {
             base: R::Vec3::from_f64(base),
@@ -52,8 +54,8 @@ impl<R: Real> Cylinder<R> {
     }
 
     #[inline(always)]
-    fn solid(&self) -> Turned {
-        Turned::new(self.base, self.axis, [self.radius; 2])
+    fn solid(&self) -> SurfaceOfRevolution {
+        SurfaceOfRevolution::new(self.base, self.axis, [self.radius; 2])
     }
 
     /// The point of the wall at the fraction `along` of the axis, in the direction `out` from the
@@ -67,7 +69,7 @@ impl<R: Real> Cylinder<R> {
     /// Areas of the wall and of one cap.
     fn areas(&self) -> (f64, f64) {
         let (radius, height) = (self.radius.to_f64(), self.axis.to_f64().length());
-        let cap = if self.ends == Ends::Capped {
+        let cap = if self.ends == CylinderEnds::Capped {
             core::f64::consts::PI * radius * radius
         } else {
             0.0
@@ -80,35 +82,43 @@ impl<R: Real> Shape<R> for Cylinder<R> {
     fn support(&self, direction: DVec3) -> Option<f64> {
         let (base, axis, radius) = (self.base.to_f64(), self.axis.to_f64(), self.radius.to_f64());
         let end = |centre: DVec3| disk_support(centre, axis, radius, direction);
-        (self.ends != Ends::None).then(|| end(base) + axis.dot(direction).max(0.0))
+        (self.ends != CylinderEnds::None).then(|| end(base) + axis.dot(direction).max(0.0))
     }
 
     #[inline]
     fn intersect(
         &self,
-        probe: &PreparedRay,
+        prepared_ray: &PreparedRay,
         range: Interval<R>,
         side: Side,
     ) -> Option<ShapeHit<R>> {
         let solid = self.solid();
-        let wall = solid.tube(probe, tests_close(probe, self.base, self.radius))?;
+        let wall = solid.tube(
+            prepared_ray,
+            tests_close(prepared_ray, self.base, self.radius),
+        )?;
         match self.ends {
-            Ends::None => wall.nearest(range, side, |_| true),
-            Ends::Open => {
-                let span = solid.between_ends(probe)?;
+            CylinderEnds::None => wall.nearest(range, side, |_| true),
+            CylinderEnds::Open => {
+                let span = solid.between_ends(prepared_ray)?;
                 wall.nearest(range, side, |t| span.near <= t && t <= span.far)
             }
-            Ends::Capped => solid.span(probe, wall)?.nearest(range, side),
+            CylinderEnds::Capped => solid.span(prepared_ray, wall)?.nearest(range, side),
         }
     }
 
-    fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> SurfacePoint {
+    fn locate_under(
+        &self,
+        prepared_ray: &PreparedRay,
+        hit: ShapeHit<R>,
+        transform_chain: OuterTransforms<'_>,
+    ) -> SurfacePoint {
         let part = hit.u.to_f64() as u8;
-        let (solid, wall) = (self.solid(), self.solid().tube(probe, true));
-        let span = || Some(solid.span(probe, wall?)?.crossings());
+        let (solid, wall) = (self.solid(), self.solid().tube(prepared_ray, true));
+        let span = || Some(solid.span(prepared_ray, wall?)?.crossings());
         let raw = point_at(
-            probe,
-            if self.ends == Ends::Capped {
+            prepared_ray,
+            if self.ends == CylinderEnds::Capped {
                 span()
             } else {
                 wall
@@ -116,7 +126,7 @@ impl<R: Real> Shape<R> for Cylinder<R> {
             hit,
         );
         let (mut along, mut out) = split(raw - self.base.to_f64(), self.axis.to_f64());
-        if self.ends == Ends::Capped && maps.is_none() {
+        if self.ends == CylinderEnds::Capped && transform_chain.is_none() {
             // Wall and caps are perpendicular here, so only rounding moves an origin across their
             // seam. The point is kept off the seam by that rounding, for rays that start inside.
             let reach = solid.scale(raw) * R::ROUNDOFF.to_f64() * 4.0;
@@ -127,28 +137,35 @@ impl<R: Real> Shape<R> for Cylinder<R> {
                 out *= rim.max(0.0) / distance;
             }
         }
-        let located = if part == WALL {
+        let surface_point = if part == WALL {
             self.on_wall(along, out)
         } else {
             solid.on_cap(part, out)
         };
         let radius = self.radius.to_f64();
-        if self.ends != Ends::Capped {
-            return off_bends::<R>(located, maps, || [f64::INFINITY, radius]);
+        if self.ends != CylinderEnds::Capped {
+            return off_bends::<R>(surface_point, transform_chain, || [f64::INFINITY, radius]);
         }
-        if maps.is_none() {
-            located
+        if transform_chain.is_none() {
+            surface_point
         } else {
-            solid.start_inside::<R>(located, part, (along, out), maps)
+            solid.start_inside::<R>(surface_point, part, (along, out), transform_chain)
         }
     }
 
     /// u runs around the axis. v runs from 0 at the top to 1 at the base, or in world units from
     /// the base if infinite; on a cap from the centre to the rim.
-    fn parameters(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
-        let top = if self.ends == Ends::None { 0.0 } else { 1.0 };
-        self.solid()
-            .parameters(self.locate(probe, hit).point, hit.u.to_f64() as u8, top)
+    fn parameters(&self, prepared_ray: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
+        let top = if self.ends == CylinderEnds::None {
+            0.0
+        } else {
+            1.0
+        };
+        self.solid().parameters(
+            self.locate(prepared_ray, hit).point,
+            hit.u.to_f64() as u8,
+            top,
+        )
     }
 }
 

@@ -4,7 +4,9 @@ use glam::DVec3;
 
 use super::frame::{disk_support, spoke, turn};
 use super::plane::on_plane;
-use super::{Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, Under, slack};
+use super::{
+    OuterTransforms, Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, slack,
+};
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
 
@@ -43,30 +45,35 @@ impl<R: Real> Shape<R> for Disk<R> {
     #[inline]
     fn intersect(
         &self,
-        probe: &PreparedRay,
+        prepared_ray: &PreparedRay,
         range: Interval<R>,
         side: Side,
     ) -> Option<ShapeHit<R>> {
         let (normal, radius) = (self.normal.to_f64(), self.radius.to_f64());
-        let f = probe.origin - self.centre.to_f64();
-        let slope = normal.dot(probe.direction);
+        let f = prepared_ray.origin - self.centre.to_f64();
+        let slope = normal.dot(prepared_ray.direction);
         // A ray in the plane gives 0/0 or x/0, which no open range contains.
         let distance = -normal.dot(f) / slope;
         let t = R::from_f64(distance);
-        let offset = f + probe.direction * distance;
+        let offset = f + prepared_ray.direction * distance;
         (range.contains(t) && offset.dot(offset) <= radius * radius && side.accepts(slope < 0.0))
             .then_some(ShapeHit::at(t))
     }
 
-    fn locate_under(&self, probe: &PreparedRay, _: ShapeHit<R>, _: Under<'_>) -> SurfacePoint {
+    fn locate_under(
+        &self,
+        prepared_ray: &PreparedRay,
+        _: ShapeHit<R>,
+        _: OuterTransforms<'_>,
+    ) -> SurfacePoint {
         let normal = self.normal.to_f64();
-        let (point, error) = on_plane(probe, normal, self.centre.to_f64());
+        let (point, error) = on_plane(prepared_ray, normal, self.centre.to_f64());
         SurfacePoint::new(point, normal.normalize(), error)
     }
 
     /// u runs around the normal, v from the centre to the rim.
-    fn parameters(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
-        let offset = self.locate(probe, hit).point - self.centre.to_f64();
+    fn parameters(&self, prepared_ray: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
+        let offset = self.locate(prepared_ray, hit).point - self.centre.to_f64();
         let (u, dpdu) = turn(offset, self.normal.to_f64());
         Parameters {
             u,

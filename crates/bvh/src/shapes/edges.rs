@@ -15,7 +15,7 @@ use crate::scalar::Real;
 
 /// A corner in the ray's coordinates.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Corner {
+pub(crate) struct ProjectedCorner {
     /// Relative to the ray's origin, in space.
     offset: DVec3,
     /// Coordinates on the plane across the ray.
@@ -70,15 +70,15 @@ impl From<&TriangleHit<f64>> for TriangleHit {
 /// of traversal.
 pub(crate) const EDGE_ON: f64 = 1.0 / 33_554_432.0;
 
-impl Corner {
+impl ProjectedCorner {
     /// Projects a corner.
     #[inline(always)]
-    pub fn new(probe: &PreparedRay, corner: DVec3) -> Self {
-        let offset = corner - probe.origin;
+    pub fn new(prepared_ray: &PreparedRay, corner: DVec3) -> Self {
+        let offset = corner - prepared_ray.origin;
         Self {
             offset,
-            x: offset.dot(probe.across[0]),
-            y: offset.dot(probe.across[1]),
+            x: offset.dot(prepared_ray.across[0]),
+            y: offset.dot(prepared_ray.across[1]),
         }
     }
 
@@ -94,10 +94,10 @@ impl Corner {
 /// triangle whose projection is degenerate: its neighbours are hit instead.
 #[inline(always)]
 pub(crate) fn cross(
-    probe: &PreparedRay,
-    a: &Corner,
-    b: &Corner,
-    c: &Corner,
+    prepared_ray: &PreparedRay,
+    a: &ProjectedCorner,
+    b: &ProjectedCorner,
+    c: &ProjectedCorner,
 ) -> Option<TriangleHit<f64>> {
     let (u, v, w) = (b.edge(c), c.edge(a), a.edge(b));
     // Without short-circuit evaluation: most triangles are missed, by an unpredictable edge. −0
@@ -113,9 +113,9 @@ pub(crate) fn cross(
     }
     let from_outside = determinant > 0.0;
     let [za, zb, zc] = [
-        a.offset.dot(probe.direction),
-        b.offset.dot(probe.direction),
-        c.offset.dot(probe.direction),
+        a.offset.dot(prepared_ray.direction),
+        b.offset.dot(prepared_ray.direction),
+        c.offset.dot(prepared_ray.direction),
     ];
     let sizes = a.x.abs() + a.y.abs() + b.x.abs() + b.y.abs() + c.x.abs() + c.y.abs();
     let depth = za.max(zb).max(zc) - za.min(zb).min(zc);
@@ -123,7 +123,7 @@ pub(crate) fn cross(
     if !told {
         let (along, [_, v, w]) = entered([a.x, b.x, c.x], [a.y, b.y, c.y], [za, zb, zc]);
         return Some(TriangleHit {
-            t: along * probe.inverse_length_squared,
+            t: along * prepared_ray.inverse_length_squared,
             weights: [v, w],
             from_outside,
         });
@@ -132,7 +132,7 @@ pub(crate) fn cross(
     let (u, v, w) = (u * inverse, v * inverse, w * inverse);
     let along = za * u + zb * v + zc * w;
     Some(TriangleHit {
-        t: along * probe.inverse_length_squared,
+        t: along * prepared_ray.inverse_length_squared,
         weights: [v, w],
         from_outside,
     })

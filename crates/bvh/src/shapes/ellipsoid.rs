@@ -2,13 +2,14 @@
 
 use glam::DVec3;
 
-use super::drift::Drift;
 use super::prepared_ray::FAR;
 use super::quadratic::{Crossings, Quadratic, approach, point_at, rarely};
 use super::sample::area_by_quadrature;
+use super::spawn_offset::SpawnOffset;
 use super::sphere::{on_globe, sphere_direction};
 use super::{
-    Maps, Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, Under, slack,
+    OuterTransforms, Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint,
+    TransformChain, slack,
 };
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
@@ -35,16 +36,16 @@ impl<R: Real> Ellipsoid<R> {
     /// two semi-axes, so the radius is the product of all three. For semi-axes stored in f32 these
     /// scales are exact in f64.
     #[inline(always)]
-    fn crossings(&self, probe: &PreparedRay, close: bool) -> Option<Crossings> {
+    fn crossings(&self, prepared_ray: &PreparedRay, close: bool) -> Option<Crossings> {
         let s = self.semi_axes.to_f64();
         let scale = DVec3::new(s.y * s.z, s.z * s.x, s.x * s.y);
-        let (ahead, f) = approach(probe, self.centre.to_f64(), close);
-        let (d, f, radius) = (probe.direction * scale, f * scale, s.x * s.y * s.z);
+        let (ahead, f) = approach(prepared_ray, self.centre.to_f64(), close);
+        let (d, f, radius) = (prepared_ray.direction * scale, f * scale, s.x * s.y * s.z);
         let (a, b) = (d.dot(d), d.dot(f));
         if !close {
             let (squared, room) = (f.dot(f), radius * radius);
             if squared > room * (FAR * FAR) {
-                return rarely(move || self.crossings(probe, true));
+                return rarely(move || self.crossings(prepared_ray, true));
             }
             return Quadratic::new(a, b, squared - room).roots();
         }
@@ -52,8 +53,8 @@ impl<R: Real> Ellipsoid<R> {
         let middle = -b / a;
         let l = f + d * middle;
         let half_squared = (radius * radius - l.dot(l)) / a;
-        let met = half_squared >= 0.0;
-        met.then(|| {
+        let is_hit = half_squared >= 0.0;
+        is_hit.then(|| {
             let (middle, half) = (middle + ahead, half_squared.sqrt());
             Crossings {
                 enter: middle - half,
@@ -72,16 +73,20 @@ impl<R: Real> Ellipsoid<R> {
     }
 
     /// Offset from a point to the origin of an inward ray, as for the unit sphere whose image this
-    /// is (see [`super::drift::off_bends`]).
+    /// is (see [`super::spawn_offset::off_bends`]).
     #[inline(never)]
-    fn inwards(&self, located: &SurfacePoint, maps: Maps<'_>) -> DVec3 {
+    fn inwards(&self, surface_point: &SurfacePoint, transform_chain: TransformChain<'_>) -> DVec3 {
         let s = self.semi_axes.to_f64();
-        let drift = Drift::around::<R>(Some(maps), located.point, located.error);
-        let [x, y, z] =
-            [DVec3::X / s.x, DVec3::Y / s.y, DVec3::Z / s.z].map(|gradient| drift.along(gradient));
+        let spawn_offset = SpawnOffset::around::<R>(
+            Some(transform_chain),
+            surface_point.point,
+            surface_point.error,
+        );
+        let [x, y, z] = [DVec3::X / s.x, DVec3::Y / s.y, DVec3::Z / s.z]
+            .map(|gradient| spawn_offset.offset_along(gradient));
         let share = x * x + y * y + z * z;
         if share < 1.0 {
-            (self.centre.to_f64() - located.point) * share
+            (self.centre.to_f64() - surface_point.point) * share
         } else {
             DVec3::ZERO
         }
@@ -102,31 +107,36 @@ impl<R: Real> Shape<R> for Ellipsoid<R> {
     #[inline]
     fn intersect(
         &self,
-        probe: &PreparedRay,
+        prepared_ray: &PreparedRay,
         range: Interval<R>,
         side: Side,
     ) -> Option<ShapeHit<R>> {
-        self.crossings(probe, !R::IS_SINGLE)?
+        self.crossings(prepared_ray, !R::IS_SINGLE)?
             .nearest(range, side, |_| true)
     }
 
-    fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> SurfacePoint {
-        let point = point_at(probe, self.crossings(probe, true), hit);
-        let way = (probe.origin - point).abs().max_element();
-        let located = self.at(point, way + point.abs().max_element());
-        match maps {
-            Some(maps) => SurfacePoint {
-                below: located.point + self.inwards(&located, maps),
-                ..located
+    fn locate_under(
+        &self,
+        prepared_ray: &PreparedRay,
+        hit: ShapeHit<R>,
+        transform_chain: OuterTransforms<'_>,
+    ) -> SurfacePoint {
+        let point = point_at(prepared_ray, self.crossings(prepared_ray, true), hit);
+        let distance = (prepared_ray.origin - point).abs().max_element();
+        let surface_point = self.at(point, distance + point.abs().max_element());
+        match transform_chain {
+            Some(transform_chain) => SurfacePoint {
+                below: surface_point.point + self.inwards(&surface_point, transform_chain),
+                ..surface_point
             },
-            None => located,
+            None => surface_point,
         }
     }
 
     /// Texture coordinates of the unit sphere whose image this is.
-    fn parameters(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
+    fn parameters(&self, prepared_ray: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
         let (centre, s) = (self.centre.to_f64(), self.semi_axes.to_f64());
-        let n = ((self.locate(probe, hit).point - centre) / s).normalize();
+        let n = ((self.locate(prepared_ray, hit).point - centre) / s).normalize();
         let [u, v] = on_globe::<f64>(n).map(R::from_f64);
         let dpdu = R::Vec3::from_f64(DVec3::new(n.z, 0.0, -n.x) * s * core::f64::consts::TAU);
         Parameters {

@@ -2,12 +2,12 @@
 
 use glam::DVec3;
 
-use super::drift::off_bends;
 use super::frame::{disk_support, length, spoke, turn};
 use super::prepared_ray::FAR;
 use super::quadratic::{Crossings, Quadratic, approach, point_at, rarely};
+use super::spawn_offset::off_bends;
 use super::{
-    Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, Under,
+    OuterTransforms, Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint,
     sample::area_by_quadrature, slack,
 };
 use crate::ray::{Interval, Side};
@@ -40,19 +40,19 @@ impl<R: Real> Hyperboloid<R> {
 
     /// The crossings of the unclipped sheet.
     #[inline(always)]
-    fn crossings(&self, probe: &PreparedRay, close: bool) -> Option<Crossings> {
+    fn crossings(&self, prepared_ray: &PreparedRay, close: bool) -> Option<Crossings> {
         let (waist, slope) = (self.waist.to_f64(), self.slope.to_f64());
-        let (ahead, f) = approach(probe, self.centre.to_f64(), close);
+        let (ahead, f) = approach(prepared_ray, self.centre.to_f64(), close);
         // Multiplied by (a·c)²: products of two stored numbers, without division.
         let scale = DVec3::new(slope, waist, slope);
-        let (d, f) = (probe.direction * scale, f * scale);
+        let (d, f) = (prepared_ray.direction * scale, f * scale);
         let form = |p: DVec3, q: DVec3| p.x * q.x + p.z * q.z - p.y * q.y;
         let unit = (waist * slope) * (waist * slope);
         let (a, b) = (form(d, d), form(d, f));
         let quadratic = Quadratic::new(a, b, form(f, f) - unit);
         if !close {
             if f.dot(f) > unit * (FAR * FAR) {
-                return rarely(move || self.crossings(probe, true));
+                return rarely(move || self.crossings(prepared_ray, true));
             }
             return quadratic.roots();
         }
@@ -107,24 +107,29 @@ impl<R: Real> Shape<R> for Hyperboloid<R> {
     #[inline]
     fn intersect(
         &self,
-        probe: &PreparedRay,
+        prepared_ray: &PreparedRay,
         range: Interval<R>,
         side: Side,
     ) -> Option<ShapeHit<R>> {
         let half_height = self.half_height.to_f64();
-        let above = probe.origin.y - self.centre.y().to_f64();
-        let clipped = |t: f64| (above + probe.direction.y * t).abs() <= half_height;
+        let above = prepared_ray.origin.y - self.centre.y().to_f64();
+        let clipped = |t: f64| (above + prepared_ray.direction.y * t).abs() <= half_height;
         if half_height == 0.0 {
             return None;
         }
-        self.crossings(probe, !R::IS_SINGLE)?
+        self.crossings(prepared_ray, !R::IS_SINGLE)?
             .nearest(range, side, clipped)
     }
 
-    fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> SurfacePoint {
-        let point = point_at(probe, self.crossings(probe, true), hit);
-        let located = self.at(point, (probe.origin - point).abs().max_element());
-        off_bends::<R>(located, maps, || {
+    fn locate_under(
+        &self,
+        prepared_ray: &PreparedRay,
+        hit: ShapeHit<R>,
+        transform_chain: OuterTransforms<'_>,
+    ) -> SurfacePoint {
+        let point = point_at(prepared_ray, self.crossings(prepared_ray, true), hit);
+        let surface_point = self.at(point, (prepared_ray.origin - point).abs().max_element());
+        off_bends::<R>(surface_point, transform_chain, || {
             // Radii of curvature at the waist, where both are least: of the meridian for the outer
             // side, of the circle for the inner side.
             let (waist, slope) = (self.waist.to_f64(), self.slope.to_f64());
@@ -133,8 +138,8 @@ impl<R: Real> Shape<R> for Hyperboloid<R> {
     }
 
     /// u runs around the axis, v from the upper rim to the lower.
-    fn parameters(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
-        let offset = self.locate(probe, hit).point - self.centre.to_f64();
+    fn parameters(&self, prepared_ray: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
+        let offset = self.locate(prepared_ray, hit).point - self.centre.to_f64();
         let (u, dpdu) = turn(DVec3::new(offset.x, 0.0, offset.z), DVec3::Y);
         let v = R::from_f64(0.5) - R::from_f64(offset.y) / (self.half_height + self.half_height);
         Parameters {

@@ -10,7 +10,6 @@ mod cone;
 mod cuboid;
 mod cylinder;
 mod disk;
-mod drift;
 mod edges;
 mod ellipsoid;
 mod frame;
@@ -21,21 +20,21 @@ mod prepared_ray;
 mod quad;
 mod quadratic;
 mod quartic;
+mod revolution;
 mod sample;
+mod spawn_offset;
 mod sphere;
 mod surface;
 mod torus;
 mod transform;
 mod transformed_shape;
 mod triangle;
-mod turned;
 
 pub use any::AnyShape;
 pub use cone::Cone;
 pub use cuboid::Cuboid;
-pub use cylinder::{Cylinder, Ends};
+pub use cylinder::{Cylinder, CylinderEnds};
 pub use disk::Disk;
-pub use drift::Maps;
 pub(crate) use edges::{EDGE_ON, TriangleHit};
 pub use ellipsoid::Ellipsoid;
 pub use hyperboloid::Hyperboloid;
@@ -45,6 +44,7 @@ pub(crate) use prepared_ray::FAR;
 pub use prepared_ray::PreparedRay;
 pub use quad::Quad;
 pub use sample::SampleArea;
+pub use spawn_offset::TransformChain;
 pub use sphere::{Sphere, equirectangular};
 pub use surface::{Parameters, Surface, SurfacePoint};
 pub use torus::Torus;
@@ -107,7 +107,7 @@ impl<R: Real> ShapeHit<R> {
 }
 
 /// The maps from object space to the world; `None` for a shape in world space.
-pub type Under<'a> = Option<Maps<'a>>;
+pub type OuterTransforms<'a> = Option<TransformChain<'a>>;
 
 /// A surface that rays can hit.
 pub trait Shape<R: Real> {
@@ -122,28 +122,37 @@ pub trait Shape<R: Real> {
     }
 
     /// The nearest hit within the open interval `range` on an accepted side.
-    fn intersect(&self, probe: &PreparedRay, range: Interval<R>, side: Side)
-    -> Option<ShapeHit<R>>;
+    fn intersect(
+        &self,
+        prepared_ray: &PreparedRay,
+        range: Interval<R>,
+        side: Side,
+    ) -> Option<ShapeHit<R>>;
 
     /// The surface at a hit that [`Shape::intersect`] returned for the same ray, before it is
-    /// rounded to the stored scalar. `maps` are the maps by whose inverses the ray came from the
+    /// rounded to the stored scalar. `transform_chain` are the maps by whose inverses the ray came from the
     /// world. They decide how far ray origins must keep from edges and off curved surfaces.
-    fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> SurfacePoint;
+    fn locate_under(
+        &self,
+        prepared_ray: &PreparedRay,
+        hit: ShapeHit<R>,
+        transform_chain: OuterTransforms<'_>,
+    ) -> SurfacePoint;
 
     /// [`Shape::locate_under`] for a ray in the shape's own space.
     #[inline(always)]
-    fn locate(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> SurfacePoint {
-        self.locate_under(probe, hit, None)
+    fn locate(&self, prepared_ray: &PreparedRay, hit: ShapeHit<R>) -> SurfacePoint {
+        self.locate_under(prepared_ray, hit, None)
     }
 
     /// Texture coordinates at a hit that [`Shape::intersect`] returned for the same ray.
-    fn parameters(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R>;
+    fn parameters(&self, prepared_ray: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R>;
 
     /// The surface at a hit that [`Shape::intersect`] returned for the same ray, in the stored
     /// scalar.
     #[inline]
-    fn surface(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> Surface<R> {
-        self.locate(probe, hit).stored()
+    fn surface(&self, prepared_ray: &PreparedRay, hit: ShapeHit<R>) -> Surface<R> {
+        self.locate(prepared_ray, hit).to_scalar()
     }
 }
 

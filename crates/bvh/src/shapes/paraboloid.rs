@@ -2,11 +2,11 @@
 
 use glam::DVec3;
 
-use super::drift::off_bends;
 use super::frame::{length, spoke, turn};
 use super::quadratic::{Crossings, Quadratic, approach, point_at, tests_close};
+use super::spawn_offset::off_bends;
 use super::{
-    Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, Under,
+    OuterTransforms, Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint,
     sample::area_by_quadrature, slack,
 };
 use crate::ray::{Interval, Side};
@@ -36,10 +36,10 @@ impl<R: Real> Paraboloid<R> {
 
     /// The crossings of the unclipped paraboloid.
     #[inline(always)]
-    fn crossings(&self, probe: &PreparedRay, close: bool) -> Option<Crossings> {
+    fn crossings(&self, prepared_ray: &PreparedRay, close: bool) -> Option<Crossings> {
         let (radius, height) = (self.radius.to_f64(), self.height.to_f64());
-        let (ahead, f) = approach(probe, self.apex.to_f64(), close);
-        let d = probe.direction;
+        let (ahead, f) = approach(prepared_ray, self.apex.to_f64(), close);
+        let d = prepared_ray.direction;
         let flat = |p: DVec3, q: DVec3| p.x * q.x + p.z * q.z;
         let room = radius * radius;
         let quadratic = Quadratic::new(
@@ -90,26 +90,33 @@ impl<R: Real> Shape<R> for Paraboloid<R> {
     #[inline]
     fn intersect(
         &self,
-        probe: &PreparedRay,
+        prepared_ray: &PreparedRay,
         range: Interval<R>,
         side: Side,
     ) -> Option<ShapeHit<R>> {
         let height = self.height.to_f64();
-        let above = probe.origin.y - self.apex.y().to_f64();
+        let above = prepared_ray.origin.y - self.apex.y().to_f64();
         if height == 0.0 {
             return None;
         }
         self.crossings(
-            probe,
-            tests_close(probe, self.apex, self.radius.min(self.height)),
+            prepared_ray,
+            tests_close(prepared_ray, self.apex, self.radius.min(self.height)),
         )?
-        .nearest(range, side, |t| above + probe.direction.y * t <= height)
+        .nearest(range, side, |t| {
+            above + prepared_ray.direction.y * t <= height
+        })
     }
 
-    fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> SurfacePoint {
-        let point = point_at(probe, self.crossings(probe, true), hit);
-        let located = self.at(point, (probe.origin - point).abs().max_element());
-        off_bends::<R>(located, maps, || {
+    fn locate_under(
+        &self,
+        prepared_ray: &PreparedRay,
+        hit: ShapeHit<R>,
+        transform_chain: OuterTransforms<'_>,
+    ) -> SurfacePoint {
+        let point = point_at(prepared_ray, self.crossings(prepared_ray, true), hit);
+        let surface_point = self.at(point, (prepared_ray.origin - point).abs().max_element());
+        off_bends::<R>(surface_point, transform_chain, || {
             // The curvature is greatest at the apex.
             let (radius, height) = (self.radius.to_f64(), self.height.to_f64());
             [f64::INFINITY, radius * (radius / height) * 0.5]
@@ -117,8 +124,8 @@ impl<R: Real> Shape<R> for Paraboloid<R> {
     }
 
     /// u runs around the axis, v with the height, from 0 at the rim to 1 at the apex.
-    fn parameters(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
-        let offset = self.locate(probe, hit).point - self.apex.to_f64();
+    fn parameters(&self, prepared_ray: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
+        let offset = self.locate(prepared_ray, hit).point - self.apex.to_f64();
         let (u, dpdu) = turn(DVec3::new(offset.x, 0.0, offset.z), DVec3::Y);
         Parameters {
             u,

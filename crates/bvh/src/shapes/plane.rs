@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::frame::tangent;
-use super::{Parameters, PreparedRay, Shape, ShapeHit, SurfacePoint, Under, slack};
+use super::{OuterTransforms, Parameters, PreparedRay, Shape, ShapeHit, SurfacePoint, slack};
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
 
@@ -33,13 +33,14 @@ impl<R: Real> Plane<R> {
 /// Intersection of a ray with the plane through a point, and its error bound. It uses the unrounded
 /// distance, so that only the rounding of stored coordinates remains.
 #[inline(always)]
-pub(super) fn on_plane(probe: &PreparedRay, normal: DVec3, through: DVec3) -> (DVec3, f64) {
-    let height = normal.dot(through - probe.origin);
-    let point = probe.origin + probe.direction * (height / normal.dot(probe.direction));
-    let way = (point - probe.origin).abs().max_element();
+pub(super) fn on_plane(prepared_ray: &PreparedRay, normal: DVec3, through: DVec3) -> (DVec3, f64) {
+    let height = normal.dot(through - prepared_ray.origin);
+    let point = prepared_ray.origin
+        + prepared_ray.direction * (height / normal.dot(prepared_ray.direction));
+    let distance = (point - prepared_ray.origin).abs().max_element();
     (
         point,
-        slack(point.abs().max_element() + through.abs().max_element() + way),
+        slack(point.abs().max_element() + through.abs().max_element() + distance),
     )
 }
 
@@ -51,30 +52,35 @@ impl<R: Real> Shape<R> for Plane<R> {
     #[inline(always)]
     fn intersect(
         &self,
-        probe: &PreparedRay,
+        prepared_ray: &PreparedRay,
         range: Interval<R>,
         side: Side,
     ) -> Option<ShapeHit<R>> {
         let normal = self.normal.to_f64();
-        let slope = normal.dot(probe.direction);
-        let height = normal.dot(self.point.to_f64() - probe.origin);
+        let slope = normal.dot(prepared_ray.direction);
+        let height = normal.dot(self.point.to_f64() - prepared_ray.origin);
         // A ray in the plane gives 0/0 or x/0, which no open range contains.
         let t = R::from_f64(height / slope);
         (t.is_finite() && range.contains(t) && side.accepts(slope < 0.0)).then_some(ShapeHit::at(t))
     }
 
     #[inline]
-    fn locate_under(&self, probe: &PreparedRay, _: ShapeHit<R>, _: Under<'_>) -> SurfacePoint {
+    fn locate_under(
+        &self,
+        prepared_ray: &PreparedRay,
+        _: ShapeHit<R>,
+        _: OuterTransforms<'_>,
+    ) -> SurfacePoint {
         let normal = self.normal.to_f64();
-        let (point, error) = on_plane(probe, normal, self.point.to_f64());
+        let (point, error) = on_plane(prepared_ray, normal, self.point.to_f64());
         SurfacePoint::new(point, normal, error)
     }
 
     /// u along the tangent and v across it, relative to the plane's point; for a floor, world x and
     /// z.
     #[inline]
-    fn parameters(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
-        let offset = self.surface(probe, hit).point - self.point;
+    fn parameters(&self, prepared_ray: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
+        let offset = self.surface(prepared_ray, hit).point - self.point;
         let bitangent = self.tangent.cross(self.normal);
         Parameters {
             u: offset.dot(self.tangent),

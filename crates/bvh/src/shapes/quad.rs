@@ -3,8 +3,8 @@
 use glam::DVec3;
 
 use super::border::{Face, off_border};
-use super::edges::{Corner, corner_slack, cross};
-use super::{Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, Under};
+use super::edges::{ProjectedCorner, corner_slack, cross};
+use super::{OuterTransforms, Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint};
 use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
@@ -91,22 +91,22 @@ impl<R: Real> Quad<R> {
     /// Tests the two triangles at a diagonal, each watertight. Returns the distance, both
     /// coordinates, and whether the ray comes from outside.
     #[inline(always)]
-    fn watertight(&self, probe: &PreparedRay) -> Option<(f64, [f64; 2], bool)> {
+    fn watertight(&self, prepared_ray: &PreparedRay) -> Option<(f64, [f64; 2], bool)> {
         // Written out: an array's `map` is not always inlined.
         let [a, b, c, d] = self.corners;
         let (a, b) = (
-            Corner::new(probe, a.to_f64()),
-            Corner::new(probe, b.to_f64()),
+            ProjectedCorner::new(prepared_ray, a.to_f64()),
+            ProjectedCorner::new(prepared_ray, b.to_f64()),
         );
         let (c, d) = (
-            Corner::new(probe, c.to_f64()),
-            Corner::new(probe, d.to_f64()),
+            ProjectedCorner::new(prepared_ray, c.to_f64()),
+            ProjectedCorner::new(prepared_ray, d.to_f64()),
         );
-        if let Some(hit) = cross(probe, &a, &b, &c) {
+        if let Some(hit) = cross(prepared_ray, &a, &b, &c) {
             let [second, third] = hit.weights;
             return Some((hit.t, [second + third, third], hit.from_outside));
         }
-        let hit = cross(probe, &a, &c, &d)?;
+        let hit = cross(prepared_ray, &a, &c, &d)?;
         let [second, third] = hit.weights;
         Some((hit.t, [second, second + third], hit.from_outside))
     }
@@ -126,11 +126,11 @@ impl<R: Real> Shape<R> for Quad<R> {
     #[inline]
     fn intersect(
         &self,
-        probe: &PreparedRay,
+        prepared_ray: &PreparedRay,
         range: Interval<R>,
         side: Side,
     ) -> Option<ShapeHit<R>> {
-        let (t, [u, v], from_outside) = self.watertight(probe)?;
+        let (t, [u, v], from_outside) = self.watertight(prepared_ray)?;
         let t = R::from_f64(t);
         (range.contains(t) && side.accepts(from_outside)).then(|| ShapeHit {
             t,
@@ -139,13 +139,18 @@ impl<R: Real> Shape<R> for Quad<R> {
         })
     }
 
-    fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> SurfacePoint {
+    fn locate_under(
+        &self,
+        prepared_ray: &PreparedRay,
+        hit: ShapeHit<R>,
+        transform_chain: OuterTransforms<'_>,
+    ) -> SurfacePoint {
         let [a, b, _, d] = self.corners.map(Vector::to_f64);
         let normal = self.normal();
         // The rounding of stored coordinates moves the point only along the plane, but that may be
         // far in a mapped space.
-        let again = if probe.mapped {
-            self.watertight(probe)
+        let again = if prepared_ray.mapped {
+            self.watertight(prepared_ray)
         } else {
             None
         };
@@ -158,12 +163,16 @@ impl<R: Real> Shape<R> for Quad<R> {
             x.max(margin).min(1.0 - margin)
         };
         let (u, v) = (keep(u, b - a), keep(v, d - a));
-        let located = SurfacePoint::new(self.point([u, v]), normal, self.error());
-        match maps {
-            Some(maps) => {
-                off_border::<R>(located, Face::Parallelogram, [b - a, d - a], [u, v], maps)
-            }
-            None => located,
+        let surface_point = SurfacePoint::new(self.point([u, v]), normal, self.error());
+        match transform_chain {
+            Some(transform_chain) => off_border::<R>(
+                surface_point,
+                Face::Parallelogram,
+                [b - a, d - a],
+                [u, v],
+                transform_chain,
+            ),
+            None => surface_point,
         }
     }
 
@@ -187,7 +196,7 @@ impl<R: Real> SampleArea<R> for Quad<R> {
 
     fn sample_area(&self, u: R, v: R) -> (SurfacePoint, f64) {
         let point = self.point([u.to_f64(), v.to_f64()]);
-        let located = SurfacePoint::new(point, self.normal(), self.slack() + self.fold());
-        (located, 1.0 / self.area())
+        let surface_point = SurfacePoint::new(point, self.normal(), self.slack() + self.fold());
+        (surface_point, 1.0 / self.area())
     }
 }

@@ -42,8 +42,8 @@ impl Quadratic {
     /// product of both, which also works if the leading coefficient is zero.
     #[inline(always)]
     pub fn roots(&self) -> Option<Crossings> {
-        let met = self.discriminant >= 0.0;
-        if !met {
+        let is_hit = self.discriminant >= 0.0;
+        if !is_hit {
             return None;
         }
         let root = self.discriminant.sqrt();
@@ -109,21 +109,21 @@ impl Crossings {
 /// is (D/r)·2⁻⁵³. Not every ray has a rounding error of that size: along an axis it is exact from
 /// any distance. Surface points always use the near reference.
 #[inline(always)]
-pub(crate) fn approach(probe: &PreparedRay, centre: DVec3, close: bool) -> (f64, DVec3) {
-    let f = probe.origin - centre;
+pub(crate) fn approach(prepared_ray: &PreparedRay, centre: DVec3, close: bool) -> (f64, DVec3) {
+    let f = prepared_ray.origin - centre;
     if !close {
         return (0.0, f);
     }
-    let ahead = -f.dot(probe.direction) * probe.inverse_length_squared;
-    (ahead, f + probe.direction * ahead)
+    let ahead = -f.dot(prepared_ray.direction) * prepared_ray.inverse_length_squared;
+    (ahead, f + prepared_ray.direction * ahead)
 }
 
 /// Whether the test of a shape at `centre` uses the near reference point. For shapes stored in f32
 /// the origin is precise enough up to [`FAR`] sizes away, and faster.
 #[inline(always)]
-pub(crate) fn tests_close<R: Real>(probe: &PreparedRay, centre: R::Vec3, size: R) -> bool {
+pub(crate) fn tests_close<R: Real>(prepared_ray: &PreparedRay, centre: R::Vec3, size: R) -> bool {
     let far = || {
-        let (f, size) = (probe.origin - centre.to_f64(), size.to_f64());
+        let (f, size) = (prepared_ray.origin - centre.to_f64(), size.to_f64());
         f.dot(f) > size * size * (FAR * FAR)
     };
     !R::IS_SINGLE || far()
@@ -140,13 +140,13 @@ pub(crate) fn rarely<T>(work: impl FnOnce() -> T) -> T {
 /// The point of the ray at a hit from `crossings`, at the unrounded distance.
 #[inline(always)]
 pub(crate) fn point_at<R: Real>(
-    probe: &PreparedRay,
+    prepared_ray: &PreparedRay,
     crossings: Option<Crossings>,
     hit: ShapeHit<R>,
 ) -> DVec3 {
     match crossings {
-        Some(c) => probe.origin + probe.direction * c.unrounded(hit),
-        None => probe.at(hit.t),
+        Some(c) => prepared_ray.origin + prepared_ray.direction * c.unrounded(hit),
+        None => prepared_ray.at(hit.t),
     }
 }
 

@@ -1,10 +1,11 @@
 //! The sphere.
 
-use super::drift::off_bends;
 use super::prepared_ray::FAR;
 use super::quadratic::{Crossings, approach, rarely};
+use super::spawn_offset::off_bends;
 use super::{
-    Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, Under, first_root, slack,
+    OuterTransforms, Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint,
+    first_root, slack,
 };
 use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
@@ -46,33 +47,33 @@ impl<R: Real> Shape<R> for Sphere<R> {
     #[inline(always)]
     fn intersect(
         &self,
-        probe: &PreparedRay,
+        prepared_ray: &PreparedRay,
         range: Interval<R>,
         side: Side,
     ) -> Option<ShapeHit<R>> {
-        let f = probe.origin - self.centre.to_f64();
+        let f = prepared_ray.origin - self.centre.to_f64();
         let r = self.radius.to_f64();
-        let (b, room) = (f.dot(probe.direction), r * r);
+        let (b, room) = (f.dot(prepared_ray.direction), r * r);
         let discriminant = if !R::IS_SINGLE {
-            self.near_discriminant(probe)
+            self.near_discriminant(prepared_ray)
         } else {
             let outside = f.dot(f) - room;
-            let may_meet = b * b - outside * probe.shortened >= 0.0;
+            let may_meet = b * b - outside * prepared_ray.shortened >= 0.0;
             if !may_meet {
                 return None;
             }
             if outside > room * (FAR * FAR) {
-                rarely(move || self.near_discriminant(probe))
+                rarely(move || self.near_discriminant(prepared_ray))
             } else {
-                b * b - outside * probe.length_squared
+                b * b - outside * prepared_ray.length_squared
             }
         };
         // Written so that NaN is a miss.
-        let met = discriminant >= 0.0;
-        if !met {
+        let is_hit = discriminant >= 0.0;
+        if !is_hit {
             return None;
         }
-        let (root, inverse) = (discriminant.sqrt(), probe.inverse_length_squared);
+        let (root, inverse) = (discriminant.sqrt(), prepared_ray.inverse_length_squared);
         first_root(
             R::from_f64((-b - root) * inverse),
             R::from_f64((root - b) * inverse),
@@ -82,31 +83,37 @@ impl<R: Real> Shape<R> for Sphere<R> {
     }
 
     #[inline]
-    fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> SurfacePoint {
+    fn locate_under(
+        &self,
+        prepared_ray: &PreparedRay,
+        hit: ShapeHit<R>,
+        transform_chain: OuterTransforms<'_>,
+    ) -> SurfacePoint {
         let (centre, radius) = (self.centre.to_f64(), self.radius.to_f64());
-        if probe.needs_unrounded(hit.t, self.radius) {
+        if prepared_ray.needs_unrounded(hit.t, self.radius) {
             // The roots are computed again, since the rounding of the stored distance may be large
             // in a mapped space, or relative to the sphere.
-            let (ahead, l) = approach(probe, centre, true);
-            let half =
-                ((radius * radius - l.dot(l)).max(0.0) * probe.inverse_length_squared).sqrt();
+            let (ahead, l) = approach(prepared_ray, centre, true);
+            let half = ((radius * radius - l.dot(l)).max(0.0)
+                * prepared_ray.inverse_length_squared)
+                .sqrt();
             let t = Crossings {
                 enter: ahead - half,
                 leave: ahead + half,
             }
             .unrounded(hit);
-            let located = self.at((l + probe.direction * (t - ahead)).normalize());
+            let surface_point = self.at((l + prepared_ray.direction * (t - ahead)).normalize());
             // Rays in a mapped space always take this branch.
-            return off_bends::<R>(located, maps, || [f64::INFINITY, radius]);
+            return off_bends::<R>(surface_point, transform_chain, || [f64::INFINITY, radius]);
         }
-        self.at((probe.at(hit.t) - centre).normalize())
+        self.at((prepared_ray.at(hit.t) - centre).normalize())
     }
 
     /// u runs around +y from the −x side, to the right as seen from outside, and v from the top: an
     /// image wraps around the sphere like a map around a globe.
     #[inline]
-    fn parameters(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
-        let n = self.locate(probe, hit).normal;
+    fn parameters(&self, prepared_ray: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
+        let n = self.locate(prepared_ray, hit).normal;
         let [u, v] = on_globe::<f64>(n).map(R::from_f64);
         let around = self.radius.to_f64() * core::f64::consts::TAU;
         let dpdu = DVec3::new(n.z, 0.0, -n.x) * around;
@@ -122,10 +129,14 @@ impl<R: Real> Shape<R> for Sphere<R> {
 impl<R: Real> Sphere<R> {
     /// A quarter of the discriminant, from the perpendicular distance of the centre to the ray.
     #[inline(always)]
-    fn near_discriminant(&self, probe: &PreparedRay) -> f64 {
-        let (f, r) = (probe.origin - self.centre.to_f64(), self.radius.to_f64());
-        let l = f - probe.direction * (f.dot(probe.direction) * probe.inverse_length_squared);
-        (r * r - l.dot(l)) * probe.length_squared
+    fn near_discriminant(&self, prepared_ray: &PreparedRay) -> f64 {
+        let (f, r) = (
+            prepared_ray.origin - self.centre.to_f64(),
+            self.radius.to_f64(),
+        );
+        let l = f - prepared_ray.direction
+            * (f.dot(prepared_ray.direction) * prepared_ray.inverse_length_squared);
+        (r * r - l.dot(l)) * prepared_ray.length_squared
     }
 
     /// The surface in the direction `normal` from the centre, in f64, so that only the rounding of
@@ -189,14 +200,14 @@ mod tests {
 
     /// Texture coordinates where a vertical ray hits a shape around the origin, as stored.
     fn seen(shape: &AnyShape<f32>, x: f32, z: f32, down: f32) -> (f64, f64) {
-        let probe = PreparedRay::new(Ray::<f32>::new(
+        let prepared_ray = PreparedRay::new(Ray::<f32>::new(
             Vec3::new(x, -3.0 * down, z),
             Vec3::new(0.0, down, 0.0),
         ));
         let hit = shape
-            .intersect(&probe, Interval::positive(), Side::Both)
+            .intersect(&prepared_ray, Interval::positive(), Side::Both)
             .expect("the ray meets the shape");
-        let found = shape.parameters(&probe, hit);
+        let found = shape.parameters(&prepared_ray, hit);
         (found.u.into(), found.v.into())
     }
 
@@ -204,7 +215,7 @@ mod tests {
     /// has steps of 3.5e-4.
     #[test]
     fn s19_coordinates_near_the_poles_keep_their_digits() {
-        let ball = Sphere::<f32> {
+        let sphere = Sphere::<f32> {
             centre: Vec3::ZERO,
             radius: 1.0,
         };
@@ -212,7 +223,7 @@ mod tests {
             centre: Vec3::ZERO,
             semi_axes: Vec3::new(2.0, 1.0, 0.5),
         };
-        for (shape, sx, sz) in [(AnyShape::from(ball), 1.0, 1.0), (egg.into(), 2.0, 0.5)] {
+        for (shape, sx, sz) in [(AnyShape::from(sphere), 1.0, 1.0), (egg.into(), 2.0, 0.5)] {
             for distance in [1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7] {
                 for turn in [0.3_f32, 2.0, 4.0, 6.0] {
                     let (x, z) = (distance * turn.cos(), distance * turn.sin());

@@ -37,7 +37,7 @@ impl SurfacePoint {
 
     /// Rounds to the stored scalar; the error bound grows by that rounding.
     #[inline(always)]
-    pub fn stored<R: Real>(&self) -> Surface<R> {
+    pub fn to_scalar<R: Real>(&self) -> Surface<R> {
         let rounding = R::ROUNDOFF.to_f64();
         let error = self.error + self.point.abs().max_element() * rounding;
         Surface {
@@ -53,6 +53,7 @@ impl SurfacePoint {
 
 /// The surface at a hit.
 #[derive(Clone, Copy, Debug)]
+#[doc(alias = "SurfaceInteraction")]
 pub struct Surface<R: Real> {
     /// The hit point, moved onto the surface.
     pub point: R::Vec3,

@@ -2,10 +2,12 @@
 
 use glam::DVec3;
 
-use super::drift::off_bends;
 use super::frame::{disk_support, split, spoke, turn};
 use super::quartic::Quartic;
-use super::{Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, Under, slack};
+use super::spawn_offset::off_bends;
+use super::{
+    OuterTransforms, Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, slack,
+};
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
 
@@ -24,7 +26,7 @@ pub struct Torus<R: Real> {
 }
 
 /// A ray relative to a torus of major radius one: the quartic in the scaled distance from `middle`.
-struct Profile {
+struct TorusQuartic {
     quartic: Quartic,
     /// Bound of the absolute values of all roots.
     reach: f64,
@@ -49,22 +51,22 @@ impl<R: Real> Torus<R> {
     /// sphere, if the ray stays above or below the tube within the sphere, or if it passes through
     /// the hole.
     #[inline(always)]
-    fn profile(&self, probe: &PreparedRay) -> Option<Profile> {
+    fn profile(&self, prepared_ray: &PreparedRay) -> Option<TorusQuartic> {
         let (axis, major) = (self.axis.to_f64(), self.major_radius.to_f64());
         let one_over = 1.0 / major;
-        let f = probe.origin - self.centre.to_f64();
-        let ahead = -f.dot(probe.direction) * probe.inverse_length_squared;
-        let near = f + probe.direction * ahead;
+        let f = prepared_ray.origin - self.centre.to_f64();
+        let ahead = -f.dot(prepared_ray.direction) * prepared_ray.inverse_length_squared;
+        let near = f + prepared_ray.direction * ahead;
         let tube = self.minor_radius.to_f64() * one_over;
         let f = near * one_over;
         let room = (1.0 + tube) * (1.0 + tube) - f.dot(f);
-        let met = room >= 0.0;
-        if !met {
+        let is_hit = room >= 0.0;
+        if !is_hit {
             return None;
         }
         // In units of the major radius along the ray.
-        let inverse_length = probe.inverse_length_squared.sqrt();
-        let d = probe.direction * inverse_length;
+        let inverse_length = prepared_ray.inverse_length_squared.sqrt();
+        let d = prepared_ray.direction * inverse_length;
         let inverse_axis = 1.0 / axis.dot(axis);
         let (height, lean) = (f.dot(axis), d.dot(axis));
         let reach = room.sqrt();
@@ -84,7 +86,7 @@ impl<R: Real> Torus<R> {
             q: 8.0 * height * lean * inverse_axis,
             w: g * g - 4.0 * (squared - height * height * inverse_axis),
         };
-        Some(Profile {
+        Some(TorusQuartic {
             quartic,
             reach,
             middle: ahead,
@@ -120,11 +122,11 @@ impl<R: Real> Shape<R> for Torus<R> {
 
     fn intersect(
         &self,
-        probe: &PreparedRay,
+        prepared_ray: &PreparedRay,
         range: Interval<R>,
         side: Side,
     ) -> Option<ShapeHit<R>> {
-        let profile = self.profile(probe)?;
+        let profile = self.profile(prepared_ray)?;
         profile.quartic.crossings(profile.reach, |x, enters| {
             let t = R::from_f64(profile.middle + profile.scale * x);
             (range.contains(t) && side.accepts(enters)).then(|| {
@@ -137,7 +139,12 @@ impl<R: Real> Shape<R> for Torus<R> {
         })
     }
 
-    fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> SurfacePoint {
+    fn locate_under(
+        &self,
+        prepared_ray: &PreparedRay,
+        hit: ShapeHit<R>,
+        transform_chain: OuterTransforms<'_>,
+    ) -> SurfacePoint {
         let (centre, major) = (self.centre.to_f64(), self.major_radius.to_f64());
         // Relative to the nearest point of the circle.
         let tube = |offset: DVec3| {
@@ -146,13 +153,13 @@ impl<R: Real> Shape<R> for Torus<R> {
         };
         // In a mapped space and from far away, the rounding of the stored distance may be large, so
         // the root is computed again.
-        let profile = if probe.needs_unrounded(hit.t, self.minor_radius) {
-            self.profile(probe)
+        let profile = if prepared_ray.needs_unrounded(hit.t, self.minor_radius) {
+            self.profile(prepared_ray)
         } else {
             None
         };
         let exact = profile.and_then(
-            |Profile {
+            |TorusQuartic {
                  quartic,
                  reach,
                  middle,
@@ -165,22 +172,30 @@ impl<R: Real> Shape<R> for Torus<R> {
                 })
             },
         );
-        let raw = exact.map_or_else(|| probe.at(hit.t), |t| probe.origin + probe.direction * t);
+        let raw = exact.map_or_else(
+            || prepared_ray.at(hit.t),
+            |t| prepared_ray.origin + prepared_ray.direction * t,
+        );
         let (spoke, off) = tube(raw - centre);
         let minor = self.minor_radius.to_f64();
-        off_bends::<R>(self.on_tube(spoke, off.normalize()), maps, || {
-            [major - minor, minor]
-        })
+        off_bends::<R>(
+            self.on_tube(spoke, off.normalize()),
+            transform_chain,
+            || [major - minor, minor],
+        )
     }
 
     /// u runs around the axis, v around the tube from its inner side, downwards on the outer side.
-    fn parameters(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
-        let located = self.locate(probe, hit);
-        let (_, out) = split(located.point - self.centre.to_f64(), self.axis.to_f64());
+    fn parameters(&self, prepared_ray: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
+        let surface_point = self.locate(prepared_ray, hit);
+        let (_, out) = split(
+            surface_point.point - self.centre.to_f64(),
+            self.axis.to_f64(),
+        );
         let (u, dpdu) = turn(out, self.axis.to_f64());
         let axis = self.axis.to_f64().normalize();
-        let up = R::from_f64(located.normal.dot(axis));
-        let away = R::from_f64(located.normal.dot(out.normalize()));
+        let up = R::from_f64(surface_point.normal.dot(axis));
+        let away = R::from_f64(surface_point.normal.dot(out.normalize()));
         let full = R::from_f64(core::f64::consts::TAU);
         Parameters {
             u,

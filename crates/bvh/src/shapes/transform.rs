@@ -58,10 +58,14 @@ impl Transform {
     /// Maps a world-space ray to object space. Its direction is *not* normalised: distances along
     /// the ray remain world distances, so hits and ranges need no conversion.
     #[inline]
-    pub fn probe_to_object(&self, probe: &PreparedRay) -> PreparedRay {
+    pub fn probe_to_object(&self, prepared_ray: &PreparedRay) -> PreparedRay {
         // The translation is subtracted first, so that the cancelled digits are not magnified.
-        let origin = self.inverse * (probe.origin - self.to_world.translation);
-        PreparedRay::mapped(origin, self.inverse * probe.direction, probe.culls)
+        let origin = self.inverse * (prepared_ray.origin - self.to_world.translation);
+        PreparedRay::mapped(
+            origin,
+            self.inverse * prepared_ray.direction,
+            prepared_ray.culls,
+        )
     }
 
     /// Maps a surface from object space to the world: the point by the map, the normal by the

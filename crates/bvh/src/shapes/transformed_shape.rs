@@ -4,7 +4,8 @@ use glam::{DAffine3, DMat3, DVec3};
 
 use super::sample::area_by_quadrature;
 use super::{
-    AnyShape, Maps, Parameters, PreparedRay, Shape, ShapeHit, SurfacePoint, Transform, Under,
+    AnyShape, OuterTransforms, Parameters, PreparedRay, Shape, ShapeHit, SurfacePoint, Transform,
+    TransformChain,
 };
 use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
@@ -50,43 +51,43 @@ impl<R: Real> TransformedShape<R> {
     #[inline]
     pub fn intersect(
         &self,
-        probe: &PreparedRay,
+        prepared_ray: &PreparedRay,
         range: Interval<R>,
         side: Side,
     ) -> Option<ShapeHit<R>> {
         self.shape
-            .intersect(&self.transform.probe_to_object(probe), range, side)
+            .intersect(&self.transform.probe_to_object(prepared_ray), range, side)
     }
 
     /// The surface at a hit, as [`Shape::locate`].
-    pub fn locate(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> SurfacePoint {
-        self.locate_under(probe, hit, None)
+    pub fn locate(&self, prepared_ray: &PreparedRay, hit: ShapeHit<R>) -> SurfacePoint {
+        self.locate_under(prepared_ray, hit, None)
     }
 
     /// The surface at a hit, for a ray that came from the world by the inverses of these maps.
     pub(crate) fn locate_under(
         &self,
-        probe: &PreparedRay,
+        prepared_ray: &PreparedRay,
         hit: ShapeHit<R>,
-        outer: Under<'_>,
+        outer: OuterTransforms<'_>,
     ) -> SurfacePoint {
-        let maps = Maps {
+        let transform_chain = TransformChain {
             map: &self.transform,
             outer: outer.as_ref(),
         };
         self.transform.located_to_world(&self.shape.locate_under(
-            &self.transform.probe_to_object(probe),
+            &self.transform.probe_to_object(prepared_ray),
             hit,
-            Some(maps),
+            Some(transform_chain),
         ))
     }
 
     /// Texture coordinates at a hit, as [`Shape::parameters`].
-    pub fn parameters(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
+    pub fn parameters(&self, prepared_ray: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
         self.transform.parameters_to_world(
             &self
                 .shape
-                .parameters(&self.transform.probe_to_object(probe), hit),
+                .parameters(&self.transform.probe_to_object(prepared_ray), hit),
         )
     }
 
@@ -124,9 +125,12 @@ impl<R: Real> TransformedShape<R> {
     /// Samples a point of the image, with its density per world-space area, as
     /// [`super::SampleArea::sample_area`]; `None` if the area is infinite.
     pub fn sample_area(&self, u: R, v: R) -> Option<(SurfacePoint, f64)> {
-        let (own, density) = self.shape.sample_area(u, v)?;
-        let stretch = self.stretch(own.normal);
-        Some((self.transform.located_to_world(&own), density / stretch))
+        let (surface_point, density) = self.shape.sample_area(u, v)?;
+        let stretch = self.stretch(surface_point.normal);
+        Some((
+            self.transform.located_to_world(&surface_point),
+            density / stretch,
+        ))
     }
 
     /// Density per area of sampling a point of the image; `None` if the area is infinite.
@@ -139,9 +143,10 @@ impl<R: Real> TransformedShape<R> {
             .matrix3
             .transpose_mul_vec3(point.normal)
             .normalize();
-        let own = SurfacePoint::new(*inverse * (point.point - to_world.translation), normal, 0.0);
-        let stretch = self.stretch(own.normal);
-        Some(self.shape.density(&own)? / stretch)
+        let surface_point =
+            SurfacePoint::new(*inverse * (point.point - to_world.translation), normal, 0.0);
+        let stretch = self.stretch(surface_point.normal);
+        Some(self.shape.density(&surface_point)? / stretch)
     }
 
     /// The shape without its map.
@@ -172,7 +177,7 @@ mod tests {
 
     fn area<R: Real>(shape: impl Into<AnyShape<R>>, map: DAffine3) -> f64 {
         TransformedShape::<R>::new(shape.into(), map)
-            .and_then(|placed| placed.area())
+            .and_then(|transformed_shape| transformed_shape.area())
             .expect("the area is finite")
     }
 
@@ -195,16 +200,16 @@ mod tests {
             DVec3::new(0.1, 0.995_f64.sqrt(), 0.0),
             DVec3::Z
         )));
-        let ball = Sphere {
+        let sphere = Sphere {
             centre: DVec3::ONE,
             radius: 0.5,
         };
-        let ring = Torus::new(DVec3::X, DVec3::ONE, 2.0, 0.3);
+        let torus = Torus::new(DVec3::X, DVec3::ONE, 2.0, 0.3);
         let egg = Ellipsoid::new(DVec3::Y, DVec3::new(1.0, 2.0, 30.0));
         let tin = Cylinder::new(DVec3::Z, DVec3::ONE, 0.7, Some(3.0), true);
         let (ball, ring, egg, tin) = (
-            (ball.area(), area::<f64>(ball, map)),
-            (ring.area(), area::<f64>(ring, map)),
+            (sphere.area(), area::<f64>(sphere, map)),
+            (torus.area(), area::<f64>(torus, map)),
             (egg.area(), area::<f64>(egg, map)),
             (tin.area(), area::<f64>(tin, map)),
         );
@@ -255,11 +260,11 @@ mod tests {
     /// area.
     #[test]
     fn stretched_shapes_are_measured() {
-        let ball = Sphere {
+        let sphere = Sphere {
             centre: Vec3::ZERO,
             radius: 1.0,
         };
-        let image = area::<f32>(ball, DAffine3::from_scale(DVec3::new(1.0, 1.0, 5.0)));
+        let image = area::<f32>(sphere, DAffine3::from_scale(DVec3::new(1.0, 1.0, 5.0)));
         let e = (1.0 - 1.0 / 25.0_f64).sqrt();
         let spheroid = core::f64::consts::TAU * (1.0 + 5.0 / e * libm::asin(e));
         assert!(

@@ -3,8 +3,8 @@
 use glam::DVec3;
 
 use super::border::{Face, off_border};
-use super::edges::{Corner, TriangleHit, are_collinear, corner_slack, cross};
-use super::{Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, Under};
+use super::edges::{ProjectedCorner, TriangleHit, are_collinear, corner_slack, cross};
+use super::{OuterTransforms, Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint};
 use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
@@ -38,14 +38,14 @@ impl<R: Real> Triangle<R> {
 
     /// The watertight intersection test.
     #[inline(always)]
-    pub(crate) fn crossing(&self, probe: &PreparedRay) -> Option<TriangleHit<f64>> {
+    pub(crate) fn crossing(&self, prepared_ray: &PreparedRay) -> Option<TriangleHit<f64>> {
         // Written out: an array's `map` is not always inlined.
         let [a, b, c] = self.vertices;
         cross(
-            probe,
-            &Corner::new(probe, a.to_f64()),
-            &Corner::new(probe, b.to_f64()),
-            &Corner::new(probe, c.to_f64()),
+            prepared_ray,
+            &ProjectedCorner::new(prepared_ray, a.to_f64()),
+            &ProjectedCorner::new(prepared_ray, b.to_f64()),
+            &ProjectedCorner::new(prepared_ray, c.to_f64()),
         )
     }
 
@@ -65,18 +65,18 @@ impl<R: Real> Triangle<R> {
 
     /// The surface at the given weights, moved off the border.
     #[inline(always)]
-    pub(crate) fn located(&self, weights: [f64; 2]) -> SurfacePoint {
+    pub(crate) fn surface_point(&self, weights: [f64; 2]) -> SurfacePoint {
         let corners = self.vertices.map(Vector::to_f64);
         Self::at(corners, inside::<R>(corners, weights))
     }
 
-    /// [`Self::located`] without a branch, for several triangles in lanes. The flag says whether
+    /// [`Self::surface_point`] without a branch, for several triangles in lanes. The flag says whether
     /// the point is far from the border; otherwise the surface is not valid.
     #[inline(always)]
     pub(crate) fn located_inside(corners: [DVec3; 3], weights: [f64; 2]) -> (SurfacePoint, bool) {
         (
             Self::at(corners, weights),
-            Border::new::<R>(corners, weights).is_far(),
+            BorderDistance::new::<R>(corners, weights).is_far(),
         )
     }
 }
@@ -95,7 +95,7 @@ impl<R: Real> Shape<R> for Triangle<R> {
     #[inline(always)]
     fn intersect(
         &self,
-        probe: &PreparedRay,
+        prepared_ray: &PreparedRay,
         range: Interval<R>,
         side: Side,
     ) -> Option<ShapeHit<R>> {
@@ -103,7 +103,7 @@ impl<R: Real> Shape<R> for Triangle<R> {
             t,
             weights: [u, v],
             from_outside,
-        } = self.crossing(probe)?;
+        } = self.crossing(prepared_ray)?;
         let t = R::from_f64(t);
         (range.contains(t) && side.accepts(from_outside)).then(|| ShapeHit {
             t,
@@ -113,12 +113,17 @@ impl<R: Real> Shape<R> for Triangle<R> {
     }
 
     #[inline]
-    fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> SurfacePoint {
+    fn locate_under(
+        &self,
+        prepared_ray: &PreparedRay,
+        hit: ShapeHit<R>,
+        transform_chain: OuterTransforms<'_>,
+    ) -> SurfacePoint {
         let [a, b, c] = self.vertices.map(Vector::to_f64);
         // The rounding of stored weights moves the point only along the plane, but that may be far
         // in a mapped space.
-        let again = if probe.mapped {
-            self.crossing(probe)
+        let again = if prepared_ray.mapped {
+            self.crossing(prepared_ray)
         } else {
             None
         };
@@ -128,10 +133,16 @@ impl<R: Real> Shape<R> for Triangle<R> {
         );
         // A point from weights lies in the triangle's plane, however far the ray came.
         let weights = inside::<R>([a, b, c], weights);
-        let located = Self::at([a, b, c], weights);
-        match maps {
-            Some(maps) => off_border::<R>(located, Face::Triangle, [b - a, c - a], weights, maps),
-            None => located,
+        let surface_point = Self::at([a, b, c], weights);
+        match transform_chain {
+            Some(transform_chain) => off_border::<R>(
+                surface_point,
+                Face::Triangle,
+                [b - a, c - a],
+                weights,
+                transform_chain,
+            ),
+            None => surface_point,
         }
     }
 
@@ -150,12 +161,12 @@ impl<R: Real> Shape<R> for Triangle<R> {
 /// edge of a closed mesh then starts on the inner side of *both* faces.
 #[inline(always)]
 fn inside<R: Real>([a, b, c]: [DVec3; 3], [u, v]: [f64; 2]) -> [f64; 2] {
-    let border = Border::new::<R>([a, b, c], [u, v]);
+    let border = BorderDistance::new::<R>([a, b, c], [u, v]);
     if border.is_far() {
         return [u, v];
     }
-    let Border {
-        least,
+    let BorderDistance {
+        least: minimum,
         reach,
         margin,
         area,
@@ -164,18 +175,18 @@ fn inside<R: Real>([a, b, c]: [DVec3; 3], [u, v]: [f64; 2]) -> [f64; 2] {
     // The point moves towards the centroid until the least weight equals the margin, but by no more
     // than a few roundings, so that points of a needle stay in place.
     let third = 1.0 / 3.0;
-    let share = ((margin / area).sqrt() - least) / (third - least);
-    let way = (ab * (third - u) + ac * (third - v)).length();
+    let share = ((margin / area).sqrt() - minimum) / (third - minimum);
+    let distance = (ab * (third - u) + ac * (third - v)).length();
     #[expect(
         clippy::manual_clamp,
         reason = "of a way of no length, NaN, nothing is left; a clamp would keep it"
     )]
-    let share = share.min(reach * 16.0 / way).max(0.0).min(1.0);
+    let share = share.min(reach * 16.0 / distance).max(0.0).min(1.0);
     [u + (third - u) * share, v + (third - v) * share]
 }
 
 /// Distance of a point of a triangle from its border.
-struct Border {
+struct BorderDistance {
     /// The least of the three weights.
     least: f64,
     /// Greatest rounding of the point in each axis.
@@ -185,7 +196,7 @@ struct Border {
     area: f64,
 }
 
-impl Border {
+impl BorderDistance {
     #[inline(always)]
     fn new<R: Real>([a, b, c]: [DVec3; 3], [u, v]: [f64; 2]) -> Self {
         let (ab, ac, bc) = (b - a, c - a, c - b);

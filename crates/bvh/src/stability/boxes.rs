@@ -3,7 +3,7 @@
 
 use glam::DVec3;
 
-use super::judge::{Random, Rays, Verdict, exact, hex, judge, ray, stored, towards};
+use super::judge::{CaseRng, RayCount, Verdict, exact, hex, judge, ray, ray_towards, to_scalar};
 use super::{Measurement, by_each_kernel, textbook};
 use crate::shapes::{AnyShape, Cuboid};
 use crate::{
@@ -11,14 +11,14 @@ use crate::{
 };
 
 /// Least and greatest corner, both exact in f32.
-type Corners = [DVec3; 2];
+type BoxCorners = [DVec3; 2];
 
 /// Solid boxes.
-fn geometry<R: Real>(boxes: &[Corners], kind: AcceleratorKind) -> Geometry<R> {
+fn geometry<R: Real>(boxes: &[BoxCorners], kind: AcceleratorKind) -> Geometry<R> {
     let mut group = PrimitiveSet::<R>::default();
     for &[min, max] in boxes {
         group
-            .shape(
+            .add_shape(
                 AnyShape::Cuboid(Cuboid::new(min, max)),
                 Visibility::default(),
             )
@@ -34,7 +34,7 @@ fn closest<R: Real>(geometry: &Geometry<R>, ray: &Ray<R>) -> Option<Hit<R>> {
 
 /// The interval of a ray in a box, in units of its direction, computed in f64. For a zero
 /// component, whether the origin is between both faces.
-fn slab(ray: &Ray<impl Real>, [min, max]: Corners) -> Option<[f64; 2]> {
+fn slab(ray: &Ray<impl Real>, [min, max]: BoxCorners) -> Option<[f64; 2]> {
     let (o, d) = (ray.origin.to_f64(), ray.direction.to_f64());
     let mut range = [f64::NEG_INFINITY, f64::INFINITY];
     for axis in 0..3 {
@@ -52,10 +52,10 @@ fn slab(ray: &Ray<impl Real>, [min, max]: Corners) -> Option<[f64; 2]> {
 }
 
 /// `count` random boxes of sizes from 0.1 to 1 in a cube of size 20.
-fn scattered(seed: u64, count: u64) -> Vec<Corners> {
+fn scattered(seed: u64, count: u64) -> Vec<BoxCorners> {
     let one = |index| {
-        let random = &mut Random::new(seed, index);
-        let (centre, half) = (random.cube() * 10.0, (random.cube() + 1.2) * 0.25);
+        let rng = &mut CaseRng::new(seed, index);
+        let (centre, half) = (rng.in_cube() * 10.0, (rng.in_cube() + 1.2) * 0.25);
         [exact(centre - half), exact(centre + half)]
     };
     (0..count).map(one).collect()
@@ -66,7 +66,7 @@ fn found<R: Real>(
     tree: &Geometry<R>,
     scan: &Geometry<R>,
     ray: &Ray<R>,
-    aimed_at: Corners,
+    aimed_at: BoxCorners,
 ) -> Verdict {
     let (hit, expected) = (closest(tree, ray), closest(scan, ray));
     let Some([_, leaves]) = slab(ray, aimed_at) else {
@@ -79,9 +79,9 @@ fn found<R: Real>(
 }
 
 /// T01: rays along an axis at 1 − δ, at a box that begins at distance L.
-pub fn along_faces<R: Real>(rays: Rays) -> Vec<Measurement> {
+pub fn along_faces<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let lengths: Vec<f64> = (0..=8).map(|k| 10_f64.powi(k)).collect();
-    let boxes = |&length: &f64| -> Vec<Corners> {
+    let boxes = |&length: &f64| -> Vec<BoxCorners> {
         let along = |axis: usize| {
             let (mut min, mut max) = (DVec3::ZERO, DVec3::ONE);
             // Far away, where f32 has no spacing of one, the thickness is several spacings.
@@ -94,35 +94,32 @@ pub fn along_faces<R: Real>(rays: Rays) -> Vec<Measurement> {
             .map(|corners| corners.map(|p| p - DVec3::splat(20.0)));
         (0..3).map(along).chain(behind).collect()
     };
-    let drawn = |random: &mut Random| {
-        let (axis, which) = (
-            random.bits() as usize % 3,
-            random.bits() as usize % lengths.len(),
-        );
+    let drawn = |rng: &mut CaseRng| {
+        let (axis, index) = (rng.bits() as usize % 3, rng.bits() as usize % lengths.len());
         let (mut o, mut d) = (DVec3::ZERO, DVec3::ZERO);
         d[axis] = 1.0;
-        o[(axis + 1) % 3] = 1.0 - random.pick(&[0.5, 1e-2, 1e-3, 1e-4, 1e-6]);
-        o[(axis + 2) % 3] = random.between(0.01, 0.99);
-        (which, axis, ray::<R>(exact(o), d))
+        o[(axis + 1) % 3] = 1.0 - rng.choose(&[0.5, 1e-2, 1e-3, 1e-4, 1e-6]);
+        o[(axis + 2) % 3] = rng.uniform(0.01, 0.99);
+        (index, axis, ray::<R>(exact(o), d))
     };
     let trees: Vec<_> = lengths
         .iter()
         .map(|length| geometry::<R>(&boxes(length), AcceleratorKind::default()))
         .collect();
     let mut measured = by_each_kernel(trees, |trees| {
-        judge("T01", 201, 400_000, rays, |random| {
-            let (which, axis, ray) = drawn(random);
-            let hit = closest(&trees[which], &ray);
+        judge("T01", 201, 400_000, rays, |rng| {
+            let (index, axis, ray) = drawn(rng);
+            let hit = closest(&trees[index], &ray);
             let is_found = hit
-                .is_some_and(|hit| hit.object as usize == axis && hit.t.to_f64() == lengths[which]);
+                .is_some_and(|hit| hit.object as usize == axis && hit.t.to_f64() == lengths[index]);
             Verdict::holds(is_found, || {
-                format!("{hit:?} at {:e}{}", lengths[which], hex(&ray))
+                format!("{hit:?} at {:e}{}", lengths[index], hex(&ray))
             })
         })
     });
-    let clamped = judge("T01", 201, 400_000, rays, |random| {
-        let (which, axis, ray) = drawn(random);
-        let [min, max] = boxes(&lengths[which])[axis].map(DVec3::as_vec3);
+    let clamped = judge("T01", 201, 400_000, rays, |rng| {
+        let (index, axis, ray) = drawn(rng);
+        let [min, max] = boxes(&lengths[index])[axis].map(DVec3::as_vec3);
         let ray = Ray::new(ray.origin.to_f32(), ray.direction.to_f32());
         Verdict::holds(textbook::enters_clamped([min, max], &ray), || {
             format!("culled{}", hex(&ray))
@@ -135,21 +132,21 @@ pub fn along_faces<R: Real>(rays: Rays) -> Vec<Measurement> {
 }
 
 /// T02: rays with zero components of either sign, in the planes of box faces.
-pub fn signed_zeros<R: Real>(rays: Rays) -> Vec<Measurement> {
+pub fn signed_zeros<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let whole = |index| {
-        let random = &mut Random::new(211, index);
-        let min = (random.cube() * 8.0).round();
-        [min, min + ((random.cube() + 1.0) * 1.5).floor() + 1.0]
+        let rng = &mut CaseRng::new(211, index);
+        let min = (rng.in_cube() * 8.0).round();
+        [min, min + ((rng.in_cube() + 1.0) * 1.5).floor() + 1.0]
     };
-    let boxes: Vec<Corners> = (0..1000).map(whole).collect();
+    let boxes: Vec<BoxCorners> = (0..1000).map(whole).collect();
     let scan = geometry::<R>(&boxes, AcceleratorKind::Linear);
     by_each_kernel(
         vec![geometry(&boxes, AcceleratorKind::default())],
         |trees| {
-            judge("T02", 202, 40_000, rays, |random| {
-                let (origin, zeros) = ((random.cube() * 24.0).round() * 0.5, 1 + random.bits() % 6);
+            judge("T02", 202, 40_000, rays, |rng| {
+                let (origin, zeros) = ((rng.in_cube() * 24.0).round() * 0.5, 1 + rng.bits() % 6);
                 let is_zero = |axis: usize| zeros >> axis & 1 == 1;
-                let slope = exact(random.cube());
+                let slope = exact(rng.in_cube());
                 let with = |signs: usize| {
                     let component = |axis: usize| match (is_zero(axis), signs >> axis & 1) {
                         (true, 0) => 0.0,
@@ -171,25 +168,22 @@ pub fn signed_zeros<R: Real>(rays: Rays) -> Vec<Measurement> {
 }
 
 /// T04: directions along an axis with other components close to zero.
-pub fn tiny_components<R: Real>(rays: Rays) -> Vec<Measurement> {
-    aimed::<R>("T04", 204, rays, |random, target| {
-        let (axis, size) = (
-            random.bits() as usize % 3,
-            random.pick(&[1e-7, 1e-20, 1e-40]),
-        );
-        let mut d = random.cube() * size;
-        d[axis] = random.sign();
+pub fn tiny_components<R: Real>(rays: RayCount) -> Vec<Measurement> {
+    aimed::<R>("T04", 204, rays, |rng, target| {
+        let (axis, size) = (rng.bits() as usize % 3, rng.choose(&[1e-7, 1e-20, 1e-40]));
+        let mut d = rng.in_cube() * size;
+        d[axis] = rng.sign();
         ray::<R>(exact(target - d * 30.0), exact(d))
     })
 }
 
 /// T05: directions of any length.
-pub fn any_length<R: Real>(rays: Rays) -> Vec<Measurement> {
-    aimed::<R>("T05", 205, rays, |random, target| {
-        let d = random.direction();
+pub fn any_length<R: Real>(rays: RayCount) -> Vec<Measurement> {
+    aimed::<R>("T05", 205, rays, |rng, target| {
+        let d = rng.direction();
         ray::<R>(
             exact(target - d * 30.0),
-            exact(d * 10_f64.powf(random.between(-20.0, 20.0))),
+            exact(d * 10_f64.powf(rng.uniform(-20.0, 20.0))),
         )
     })
 }
@@ -198,44 +192,44 @@ pub fn any_length<R: Real>(rays: Rays) -> Vec<Measurement> {
 fn aimed<R: Real>(
     case: &str,
     seed: u64,
-    rays: Rays,
-    drawn: impl Fn(&mut Random, DVec3) -> Ray<R> + Sync,
+    rays: RayCount,
+    drawn: impl Fn(&mut CaseRng, DVec3) -> Ray<R> + Sync,
 ) -> Vec<Measurement> {
     let boxes = scattered(seed + 10, 300);
     let scan = geometry::<R>(&boxes, AcceleratorKind::Linear);
     by_each_kernel(
         vec![geometry(&boxes, AcceleratorKind::default())],
         |trees| {
-            judge(case, seed, 80_000, rays, |random| {
-                let [min, max] = random.pick(&boxes);
-                let target = min + (max - min) * (random.cube() * 0.45 + 0.5);
-                found(&trees[0], &scan, &drawn(random, target), [min, max])
+            judge(case, seed, 80_000, rays, |rng| {
+                let [min, max] = rng.choose(&boxes);
+                let target = min + (max - min) * (rng.in_cube() * 0.45 + 0.5);
+                found(&trees[0], &scan, &drawn(rng, target), [min, max])
             })
         },
     )
 }
 
 /// T08: boxes of size 1e-6 beside boxes of size 1e6, each from three diameters away.
-pub fn mixed_scales<R: Real>(rays: Rays) -> Vec<Measurement> {
+pub fn mixed_scales<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let one = |index: u64| {
-        let random = &mut Random::new(212, index);
+        let rng = &mut CaseRng::new(212, index);
         let size = if index.is_multiple_of(2) { 1e-6 } else { 1e6 };
         let (centre, half) = (
-            random.cube() * (1000.0 * size),
-            (random.cube() + 2.0) * (0.25 * size),
+            rng.in_cube() * (1000.0 * size),
+            (rng.in_cube() + 2.0) * (0.25 * size),
         );
         [exact(centre - half), exact(centre + half)]
     };
-    let boxes: Vec<Corners> = (0..2000).map(one).collect();
+    let boxes: Vec<BoxCorners> = (0..2000).map(one).collect();
     let scan = geometry::<R>(&boxes, AcceleratorKind::Linear);
     by_each_kernel(
         vec![geometry(&boxes, AcceleratorKind::default())],
         |trees| {
-            judge("T08", 208, 40_000, rays, |random| {
-                let [min, max] = random.pick(&boxes);
+            judge("T08", 208, 40_000, rays, |rng| {
+                let [min, max] = rng.choose(&boxes);
                 let centre = (min + max) * 0.5;
-                let ray = towards::<R>(
-                    centre + random.direction() * (3.0 * (max - min).max_element()),
+                let ray = ray_towards::<R>(
+                    centre + rng.direction() * (3.0 * (max - min).max_element()),
                     centre,
                 );
                 found(&trees[0], &scan, &ray, [min, max])
@@ -245,27 +239,27 @@ pub fn mixed_scales<R: Real>(rays: Rays) -> Vec<Measurement> {
 }
 
 /// T16: rays that start on a face, or an ulp to either side, and go inwards, outwards and along it.
-pub fn from_faces<R: Real>(rays: Rays) -> Vec<Measurement> {
+pub fn from_faces<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let boxes = scattered(216, 300);
     let scan = geometry::<R>(&boxes, AcceleratorKind::Linear);
     by_each_kernel(
         vec![geometry(&boxes, AcceleratorKind::default())],
         |trees| {
-            judge("T16", 216, 200_000, rays, |random| {
-                let corners = random.pick(&boxes);
+            judge("T16", 216, 200_000, rays, |rng| {
+                let corners = rng.choose(&boxes);
                 let [min, max] = corners;
-                let axis = random.bits() as usize % 3;
-                let mut origin = exact(min + (max - min) * (random.cube() * 0.45 + 0.5));
-                let face = random.pick(&corners)[axis];
-                origin[axis] = match random.bits() % 4 {
+                let axis = rng.bits() as usize % 3;
+                let mut origin = exact(min + (max - min) * (rng.in_cube() * 0.45 + 0.5));
+                let face = rng.choose(&corners)[axis];
+                origin[axis] = match rng.bits() % 4 {
                     0 => face,
                     1 => R::from_f64(face).next_up().to_f64(),
                     2 => -R::from_f64(-face).next_up().to_f64(),
                     _ => origin[axis],
                 };
-                let mut d = random.direction();
-                d[axis] = random.pick(&[d[axis], 0.0, -0.0]);
-                let ray = Ray::new(stored::<R>(origin), stored::<R>(exact(d)));
+                let mut d = rng.direction();
+                d[axis] = rng.choose(&[d[axis], 0.0, -0.0]);
+                let ray = Ray::new(to_scalar::<R>(origin), to_scalar::<R>(exact(d)));
                 let everything = Interval {
                     min: -R::INFINITY,
                     max: R::INFINITY,
@@ -274,11 +268,11 @@ pub fn from_faces<R: Real>(rays: Rays) -> Vec<Measurement> {
                     |geometry: &Geometry<R>| geometry.closest(&ray, everything, &mut ());
                 let (hit, expected) = (closest(&trees[0], &ray), closest(&scan, &ray));
                 // Remaining distance in the box, if it exceeds rounding.
-                let way =
+                let distance =
                     slab(&ray, corners).map_or(0.0, |[enters, leaves]| leaves - enters.max(0.0));
                 let is_right = hit == expected
                     && either_way(&trees[0]) == either_way(&scan)
-                    && (way < 1e-3 || hit.is_some());
+                    && (distance < 1e-3 || hit.is_some());
                 Verdict::holds(is_right, || {
                     format!("{hit:?} instead of {expected:?}{}", hex(&ray))
                 })

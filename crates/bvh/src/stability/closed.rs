@@ -2,8 +2,10 @@
 
 use glam::{DVec3, Vec3};
 
-use super::judge::{Outcome, Random, Rays, Verdict, exact, hex, judge, ray, stored, towards};
-use super::triangles::{Mesh, icosphere};
+use super::judge::{
+    CaseRng, Outcome, RayCount, Verdict, exact, hex, judge, ray, ray_towards, to_scalar,
+};
+use super::triangles::{ClosedMesh, icosphere};
 use super::{Measurement, by_each_kernel};
 use crate::shapes::{AnyShape, Cuboid};
 use crate::{Aabb, AcceleratorKind, Geometry, Interval, PrimitiveSet, Ray, Real, Visibility};
@@ -31,14 +33,14 @@ fn flat<R: Real>(axis: usize, is_flipped: bool) -> Geometry<R> {
     let mut group = PrimitiveSet::<R>::default();
     for cell in 0..CELLS * CELLS {
         let (i, j) = ((cell % CELLS) as f64, (cell / CELLS) as f64);
-        let at = |a: f64, b: f64| stored::<R>(across(axis, [i + a, j + b], 0.0));
+        let at = |a: f64, b: f64| to_scalar::<R>(across(axis, [i + a, j + b], 0.0));
         for [a, b, c] in [
             [at(0.0, 0.0), at(1.0, 0.0), at(1.0, 1.0)],
             [at(0.0, 0.0), at(1.0, 1.0), at(0.0, 1.0)],
         ] {
             let corners = if is_flipped { [a, c, b] } else { [a, b, c] };
             group
-                .triangle(corners, Visibility::default())
+                .add_triangle(corners, Visibility::default())
                 .expect("finite corners");
         }
     }
@@ -51,7 +53,7 @@ fn solid<R: Real>(axis: usize) -> Geometry<R> {
     for cell in 0..CELLS * CELLS {
         let min = across(axis, [(cell % CELLS) as f64, (cell / CELLS) as f64], -1.0);
         group
-            .shape(
+            .add_shape(
                 AnyShape::Cuboid(Cuboid::new(min, min + 1.0)),
                 Visibility::default(),
             )
@@ -62,25 +64,25 @@ fn solid<R: Real>(axis: usize) -> Geometry<R> {
 
 /// T03: rays along an axis through every lattice point and halfway between, with zero components of
 /// either sign.
-pub fn lattices<R: Real>(rays: Rays) -> Vec<Measurement> {
+pub fn lattices<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let trees = (0..3)
         .flat_map(|axis| [flat(axis, false), flat(axis, true), solid(axis)])
         .collect();
     let places = 2 * CELLS as u64 - 1;
     by_each_kernel::<R>(trees, |trees| {
-        let each = trees.iter().enumerate().map(|(which, tree)| {
+        let each = trees.iter().enumerate().map(|(index, tree)| {
             // Few enough to be shot in full with either count.
-            judge("T03", 203, (places * places * 4) as u32, rays, |random| {
-                let (place, signs) = (random.index() / 4, random.index() % 4);
+            judge("T03", 203, (places * places * 4) as u32, rays, |rng| {
+                let (place, signs) = (rng.index() / 4, rng.index() % 4);
                 let zero = |bit: u64| if signs >> bit & 1 == 0 { 0.0 } else { -0.0 };
                 let at = [place % places, place / places].map(|i| (i + 1) as f64 * 0.5);
-                let (axis, towards) = (which / 3, [-1.0, 1.0][(place % 2) as usize]);
+                let (axis, towards) = (index / 3, [-1.0, 1.0][(place % 2) as usize]);
                 let ray = ray::<R>(
                     across(axis, at, -5.0 * towards),
                     across(axis, [zero(0), zero(1)], towards),
                 );
                 Verdict::holds(is_hit(tree, &ray), || {
-                    format!("lattice {which}{}", hex(&ray))
+                    format!("lattice {index}{}", hex(&ray))
                 })
             })
         });
@@ -89,9 +91,9 @@ pub fn lattices<R: Real>(rays: Rays) -> Vec<Measurement> {
 }
 
 /// A scaled and translated mesh, with each corner rounded.
-fn moved(mesh: &Mesh, size: f64, place: DVec3) -> Mesh {
-    let corner = |p: &Vec3| (p.as_dvec3() * size + place).as_vec3();
-    Mesh {
+fn moved(mesh: &ClosedMesh, size: f64, position: DVec3) -> ClosedMesh {
+    let corner = |p: &Vec3| (p.as_dvec3() * size + position).as_vec3();
+    ClosedMesh {
         corners: mesh.corners.iter().map(corner).collect(),
         faces: mesh.faces.clone(),
     }
@@ -99,14 +101,14 @@ fn moved(mesh: &Mesh, size: f64, place: DVec3) -> Mesh {
 
 /// A closed mesh around a point.
 struct Globe {
-    mesh: Mesh,
+    mesh: ClosedMesh,
     centre: DVec3,
     radius: f64,
 }
 
 impl Globe {
-    fn new(levels: u32, radius: f64, place: DVec3) -> Self {
-        let centre = exact(place);
+    fn new(levels: u32, radius: f64, position: DVec3) -> Self {
+        let centre = exact(position);
         Self {
             mesh: moved(&icosphere(levels), radius, centre),
             centre,
@@ -115,16 +117,16 @@ impl Globe {
     }
 
     /// A ray from inside at a corner, an edge or any point.
-    fn ray<R: Real>(&self, random: &mut Random) -> Ray<R> {
-        let face = self.mesh.faces[random.bits() as usize % self.mesh.faces.len()];
+    fn ray<R: Real>(&self, rng: &mut CaseRng) -> Ray<R> {
+        let face = self.mesh.faces[rng.bits() as usize % self.mesh.faces.len()];
         let corner = |i: usize| self.mesh.corners[face[i]].as_dvec3();
-        let target = match random.bits() % 3 {
+        let target = match rng.bits() % 3 {
             0 => corner(0),
-            1 => corner(0) + (corner(1) - corner(0)) * random.unit(),
-            _ => self.centre + random.direction() * self.radius,
+            1 => corner(0) + (corner(1) - corner(0)) * rng.unit(),
+            _ => self.centre + rng.direction() * self.radius,
         };
-        towards::<R>(
-            self.centre + random.direction() * (0.6 * self.radius * random.unit()),
+        ray_towards::<R>(
+            self.centre + rng.direction() * (0.6 * self.radius * rng.unit()),
             target,
         )
     }
@@ -135,7 +137,7 @@ fn leaks<R: Real>(
     case: &str,
     seed: u64,
     count: u32,
-    rays: Rays,
+    rays: RayCount,
     globes: &[Globe],
 ) -> Vec<Measurement> {
     let trees = globes
@@ -143,11 +145,11 @@ fn leaks<R: Real>(
         .map(|globe| globe.mesh.geometry::<R>())
         .collect();
     by_each_kernel(trees, |trees| {
-        judge(case, seed, count, rays, |random| {
-            let which = random.index() as usize % globes.len();
-            let ray = globes[which].ray::<R>(random);
-            let Globe { centre, radius, .. } = &globes[which];
-            Verdict::holds(is_hit(&trees[which], &ray), || {
+        judge(case, seed, count, rays, |rng| {
+            let index = rng.index() as usize % globes.len();
+            let ray = globes[index].ray::<R>(rng);
+            let Globe { centre, radius, .. } = &globes[index];
+            Verdict::holds(is_hit(&trees[index], &ray), || {
                 format!("leak of {radius:e} at {centre}{}", hex(&ray))
             })
         })
@@ -155,7 +157,7 @@ fn leaks<R: Real>(
 }
 
 /// T06: a closed mesh of every size from 1e-12 to 1e12.
-pub fn any_size<R: Real>(rays: Rays) -> Vec<Measurement> {
+pub fn any_size<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let globes: Vec<_> = (-12..=12)
         .map(|k| Globe::new(3, 10_f64.powi(k), DVec3::ZERO))
         .collect();
@@ -173,7 +175,7 @@ fn distant() -> [Globe; 3] {
 }
 
 /// T07: closed meshes and a ground of cells, far from the origin.
-pub fn far_away<R: Real>(rays: Rays) -> Vec<Measurement> {
+pub fn far_away<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let measured = leaks::<R>("T07", 227, 1_000_000, rays, &distant());
     const SIDE: usize = 12;
     let corner = |i: usize, j: usize| {
@@ -194,8 +196,8 @@ pub fn far_away<R: Real>(rays: Rays) -> Vec<Measurement> {
         ];
         for face in [[p, q, r], [p, r, s]] {
             group
-                .triangle(
-                    face.map(|p| stored::<R>(p.as_dvec3())),
+                .add_triangle(
+                    face.map(|p| to_scalar::<R>(p.as_dvec3())),
                     Visibility::default(),
                 )
                 .expect("finite corners");
@@ -204,18 +206,18 @@ pub fn far_away<R: Real>(rays: Rays) -> Vec<Measurement> {
     let ground = by_each_kernel(
         vec![Geometry::new(group, AcceleratorKind::default())],
         |trees| {
-            judge("T07 ground", 228, 400_000, rays, |random| {
-                let inner = |random: &mut Random| 1 + random.bits() as usize % (SIDE - 1);
-                let (i, j) = (inner(random), inner(random));
+            judge("T07 ground", 228, 400_000, rays, |rng| {
+                let inner = |rng: &mut CaseRng| 1 + rng.bits() as usize % (SIDE - 1);
+                let (i, j) = (inner(rng), inner(rng));
                 // At a corner inside the ground, or at an edge that ends there.
-                let (di, dj) = random.pick(&[(0, 0), (1, 0), (0, 1), (1, 1)]);
+                let (di, dj) = rng.choose(&[(0, 0), (1, 0), (0, 1), (1, 1)]);
                 let (a, b) = (
                     corner(i, j).as_dvec3(),
                     corner(i.max(di) - di, j.max(dj) - dj).as_dvec3(),
                 );
-                let target = a + (b - a) * random.unit() * 0.99;
-                let up = random.cube() + DVec3::Y * 1.5;
-                let ray = towards::<R>(target + up * random.between(1.0, 20.0), target);
+                let target = a + (b - a) * rng.unit() * 0.99;
+                let up = rng.in_cube() + DVec3::Y * 1.5;
+                let ray = ray_towards::<R>(target + up * rng.uniform(1.0, 20.0), target);
                 // Rounding of the direction moves the target by a tiny fraction of a cell.
                 Verdict::holds(is_hit(&trees[0], &ray), || format!("leak{}", hex(&ray)))
             })
@@ -230,7 +232,7 @@ pub fn far_away<R: Real>(rays: Rays) -> Vec<Measurement> {
 
 /// T10: the leaks of T07 and of a mesh at the origin, and the surface area that padding adds to
 /// boxes there, which is the increase of rays that enter them.
-pub fn inflation<R: Real>(rays: Rays) -> Vec<Measurement> {
+pub fn inflation<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let [a, b, c] = distant();
     let near = Globe::new(4, 1.0, DVec3::ZERO);
     let half_area = |e: DVec3| e.x * e.y + e.y * e.z + e.z * e.x;
@@ -245,7 +247,7 @@ pub fn inflation<R: Real>(rays: Rays) -> Vec<Measurement> {
     }
     let mut measured = leaks::<R>("T10", 230, 400_000, rays, &[a, b, c, near]);
     let cost = judge("T10 surface", 231, 1, rays, |_| {
-        Verdict::bounded(padded / tight, 1.3, || "surface of boxes".to_owned())
+        Verdict::within_bound(padded / tight, 1.3, || "surface of boxes".to_owned())
     });
     measured.iter_mut().for_each(|measurement| {
         measurement.outcome = measurement.outcome.clone().plus(cost.clone())

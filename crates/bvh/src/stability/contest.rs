@@ -7,7 +7,7 @@ use core::hint::black_box;
 
 use glam::DVec3;
 
-use super::judge::{Random, stored};
+use super::judge::{CaseRng, to_scalar};
 use super::{Intersect, textbook};
 use crate::shapes::{AnyShape, Cone, Ellipsoid, Sphere, Torus, Triangle};
 use crate::{Interval, PreparedRay, Ray, Real, Shape, Side};
@@ -18,7 +18,7 @@ pub type Work = Box<dyn Fn()>;
 /// The same work in three implementations.
 pub struct Contest {
     /// Operation per ray or sample.
-    pub what: &'static str,
+    pub label: &'static str,
     /// Rays or samples of one run.
     pub count: u32,
     /// By textbook formulas in f32.
@@ -30,7 +30,7 @@ pub struct Contest {
 impl fmt::Debug for Contest {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Contest")
-            .field("what", &self.what)
+            .field("what", &self.label)
             .field("count", &self.count)
             .finish_non_exhaustive()
     }
@@ -85,7 +85,7 @@ pub fn contest(number: &str) -> Option<Contest> {
 
 fn sphere<R: Real>() -> Sphere<R> {
     Sphere {
-        centre: stored::<R>(DVec3::ZERO),
+        centre: to_scalar::<R>(DVec3::ZERO),
         radius: R::ONE,
     }
 }
@@ -96,17 +96,17 @@ fn triangle<R: Real>() -> AnyShape<R> {
         DVec3::new(1.0, -0.8, 0.2),
         DVec3::new(-0.9, 1.0, 0.5),
     ];
-    Triangle::new(corners.map(stored::<R>)).into()
+    Triangle::new(corners.map(to_scalar::<R>)).into()
 }
 
 /// Rays from around a shape of about unit size, at points near it.
 fn rays<R: Real>() -> Vec<Ray<R>> {
     let ray = |i: u32| {
-        let random = &mut Random::new(1, i.into());
-        let origin = random.direction() * 5.0;
+        let rng = &mut CaseRng::new(1, i.into());
+        let origin = rng.direction() * 5.0;
         Ray::new(
-            stored::<R>(origin),
-            stored::<R>((random.cube() * 1.2 - origin).normalize()),
+            to_scalar::<R>(origin),
+            to_scalar::<R>((rng.in_cube() * 1.2 - origin).normalize()),
         )
     };
     (0..RAYS).map(ray).collect()
@@ -118,7 +118,7 @@ fn prepared<R: Real>() -> Vec<PreparedRay> {
 }
 
 /// Tests of one shape.
-fn tests(what: &'static str, turns: u32, single: AnyShape<f32>, double: AnyShape<f64>) -> Contest {
+fn tests(label: &'static str, turns: u32, single: AnyShape<f32>, double: AnyShape<f64>) -> Contest {
     fn all<R: Real>(turns: u32, shape: AnyShape<R>) -> Work {
         let rays = prepared::<R>();
         Box::new(move || {
@@ -134,7 +134,7 @@ fn tests(what: &'static str, turns: u32, single: AnyShape<f32>, double: AnyShape
         }
     };
     Contest {
-        what,
+        label,
         count: RAYS * turns,
         textbook: Box::new(by_textbook),
         library: [all(turns, single), all(turns, double)],
@@ -158,9 +158,9 @@ fn surfaces(turns: u32) -> Contest {
             black_box(textbook::sphere_surface(black_box(&ball), ray));
         }
     };
-    let what = "a test of one sphere, and its surface at a hit";
+    let label = "a test of one sphere, and its surface at a hit";
     Contest {
-        what,
+        label,
         count: RAYS * turns,
         textbook: Box::new(by_textbook),
         library: [all::<f32>(turns), all::<f64>(turns)],

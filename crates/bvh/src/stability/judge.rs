@@ -19,19 +19,19 @@ pub fn ulp(x: f64) -> f64 {
 /// A small generator (SplitMix64: Steele, Lea, Flood, "Fast Splittable Pseudorandom Number
 /// Generators", 2014), seeded by case and ray, so that each ray can be repeated alone.
 #[derive(Debug)]
-pub struct Random {
+pub struct CaseRng {
     state: u64,
     index: u64,
 }
 
-impl Random {
+impl CaseRng {
     /// The generator of one ray of a case.
     pub fn new(seed: u64, index: u64) -> Self {
         let state =
             seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ index.wrapping_mul(0xd6e8_feb8_6659_fd93);
-        let mut random = Self { state, index };
-        random.bits();
-        random
+        let mut rng = Self { state, index };
+        rng.bits();
+        rng
     }
     /// Index of the ray in its case.
     pub fn index(&self) -> u64 {
@@ -50,11 +50,11 @@ impl Random {
         (self.bits() >> 11) as f64 / (1_u64 << 53) as f64
     }
     /// Uniform in [low, high).
-    pub fn between(&mut self, low: f64, high: f64) -> f64 {
+    pub fn uniform(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.unit()
     }
     /// A random element.
-    pub fn pick<T: Copy>(&mut self, from: &[T]) -> T {
+    pub fn choose<T: Copy>(&mut self, from: &[T]) -> T {
         from[(self.bits() % from.len() as u64) as usize]
     }
     /// 1 or −1.
@@ -64,22 +64,22 @@ impl Random {
     /// Uniform on the unit sphere.
     pub fn direction(&mut self) -> DVec3 {
         let (z, a) = (
-            self.between(-1.0, 1.0),
+            self.uniform(-1.0, 1.0),
             self.unit() * core::f64::consts::TAU,
         );
         let ring = (1.0 - z * z).sqrt();
         DVec3::new(ring * a.cos(), ring * a.sin(), z)
     }
     /// Uniform in the cube [−1, 1]³.
-    pub fn cube(&mut self) -> DVec3 {
+    pub fn in_cube(&mut self) -> DVec3 {
         DVec3::new(
-            self.between(-1.0, 1.0),
-            self.between(-1.0, 1.0),
-            self.between(-1.0, 1.0),
+            self.uniform(-1.0, 1.0),
+            self.uniform(-1.0, 1.0),
+            self.uniform(-1.0, 1.0),
         )
     }
     /// Uniform in the disc of the given radius, perpendicular to a direction.
-    pub fn disc(&mut self, across: DVec3, radius: f64) -> DVec3 {
+    pub fn in_disc(&mut self, across: DVec3, radius: f64) -> DVec3 {
         let (a, b) = across.any_orthonormal_pair();
         let (r, angle) = (
             radius * self.unit().sqrt(),
@@ -90,7 +90,7 @@ impl Random {
 }
 
 /// A vector rounded to the stored scalar.
-pub fn stored<R: Real>(v: DVec3) -> R::Vec3 {
+pub fn to_scalar<R: Real>(v: DVec3) -> R::Vec3 {
     R::Vec3::from_f64(v)
 }
 
@@ -101,11 +101,11 @@ pub fn exact(v: DVec3) -> DVec3 {
 
 /// A ray from exact origin and direction, without normalisation.
 pub fn ray<R: Real>(origin: DVec3, direction: DVec3) -> Ray<R> {
-    Ray::new(stored::<R>(origin), stored::<R>(direction))
+    Ray::new(to_scalar::<R>(origin), to_scalar::<R>(direction))
 }
 
 /// A ray towards a point, of unit length as far as f32 allows.
-pub fn towards<R: Real>(origin: DVec3, target: DVec3) -> Ray<R> {
+pub fn ray_towards<R: Real>(origin: DVec3, target: DVec3) -> Ray<R> {
     let origin = exact(origin);
     ray::<R>(origin, exact((target - origin).normalize()))
 }
@@ -148,19 +148,19 @@ pub enum Verdict {
 
 impl Verdict {
     /// Right if the error is within the bound; wrong for NaN.
-    pub fn bounded(error: f64, bound: f64, what: impl FnOnce() -> String) -> Self {
+    pub fn within_bound(error: f64, bound: f64, label: impl FnOnce() -> String) -> Self {
         if error <= bound {
             Self::Right(error / bound)
         } else {
-            Self::Wrong(format!("{}: {error:e} > {bound:e}", what()))
+            Self::Wrong(format!("{}: {error:e} > {bound:e}", label()))
         }
     }
     /// Right if the condition holds.
-    pub fn holds(condition: bool, what: impl FnOnce() -> String) -> Self {
+    pub fn holds(condition: bool, label: impl FnOnce() -> String) -> Self {
         if condition {
             Self::Right(0.0)
         } else {
-            Self::Wrong(what())
+            Self::Wrong(label())
         }
     }
     /// The first verdict that is not right, otherwise the greater error.
@@ -177,7 +177,7 @@ impl Verdict {
 
 /// How many rays of a case to shoot.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Rays {
+pub enum RayCount {
     /// A quarter; of small cases all.
     #[default]
     Quarter,
@@ -185,7 +185,7 @@ pub enum Rays {
     All,
 }
 
-impl Rays {
+impl RayCount {
     /// Number of rays out of `count`.
     pub fn of(self, count: u32) -> u32 {
         match self {
@@ -249,8 +249,8 @@ pub fn judge(
     case: &str,
     seed: u64,
     count: u32,
-    rays: Rays,
-    f: impl Fn(&mut Random) -> Verdict + Sync,
+    rays: RayCount,
+    f: impl Fn(&mut CaseRng) -> Verdict + Sync,
 ) -> Outcome {
     let empty = Outcome {
         case: case.to_owned(),
@@ -269,7 +269,7 @@ pub fn judge(
         .into_par_iter()
         .with_min_len(512)
         .fold(none, |mut sum, index| {
-            match f(&mut Random::new(seed, u64::from(index))) {
+            match f(&mut CaseRng::new(seed, u64::from(index))) {
                 Verdict::Right(share) => {
                     (sum.judged, sum.worst) = (sum.judged + 1, sum.worst.max(share))
                 }

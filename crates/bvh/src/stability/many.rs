@@ -2,7 +2,9 @@
 
 use glam::DVec3;
 
-use super::judge::{Outcome, Random, Rays, Verdict, exact, hex, judge, stored, towards};
+use super::judge::{
+    CaseRng, Outcome, RayCount, Verdict, exact, hex, judge, ray_towards, to_scalar,
+};
 use super::{Measurement, by_each_kernel, by_shapes};
 use crate::shapes::{
     AnyShape, Cone, Cuboid, Cylinder, Disk, Ellipsoid, Hyperboloid, Paraboloid, Plane, Quad,
@@ -14,13 +16,13 @@ use crate::{
 };
 
 /// A random bounded shape of about unit size in a cube of size 10.
-fn shape<R: Real>(random: &mut Random) -> AnyShape<R> {
-    let (c, axis) = (random.cube() * 5.0, random.direction());
-    let mut size = || random.between(0.2, 1.2);
+fn shape<R: Real>(rng: &mut CaseRng) -> AnyShape<R> {
+    let (c, axis) = (rng.in_cube() * 5.0, rng.direction());
+    let mut size = || rng.uniform(0.2, 1.2);
     let [a, b, h] = [size(), size(), size()];
-    let v = |p: DVec3| stored::<R>(p);
+    let v = |p: DVec3| to_scalar::<R>(p);
     let (x, y) = axis.any_orthonormal_pair();
-    match random.bits() % 11 {
+    match rng.bits() % 11 {
         0 => AnyShape::Sphere(Sphere {
             centre: v(c),
             radius: R::from_f64(a),
@@ -42,10 +44,10 @@ fn shape<R: Real>(random: &mut Random) -> AnyShape<R> {
 fn mixed<R: Real>(seed: u64, scene: u64, count: u64, kind: AcceleratorKind) -> Geometry<R> {
     let mut group = PrimitiveSet::<R>::default();
     for i in 0..count {
-        let shape = shape::<R>(&mut Random::new(seed, scene * 1000 + i));
+        let shape = shape::<R>(&mut CaseRng::new(seed, scene * 1000 + i));
         for _ in 0..=u64::from(i.is_multiple_of(5)) {
             group
-                .shape(shape, Visibility::default())
+                .add_shape(shape, Visibility::default())
                 .expect("finite shapes");
         }
     }
@@ -53,9 +55,9 @@ fn mixed<R: Real>(seed: u64, scene: u64, count: u64, kind: AcceleratorKind) -> G
 }
 
 /// A ray between two random points of a cube.
-fn anywhere<R: Real>(random: &mut Random, size: f64) -> Ray<R> {
-    let origin = random.cube() * size;
-    towards::<R>(origin, random.cube() * (0.8 * size))
+fn anywhere<R: Real>(rng: &mut CaseRng, size: f64) -> Ray<R> {
+    let origin = rng.in_cube() * size;
+    ray_towards::<R>(origin, rng.in_cube() * (0.8 * size))
 }
 
 /// Whether tree and scan agree on the closest hit of a ray in an interval, and on occlusion.
@@ -83,7 +85,7 @@ fn same<R: Real>(
 
 /// T12: nested boxes: a thousand in even steps, 120 powers of two, and 5000 that grow by one
 /// percent each.
-pub fn nested<R: Real>(rays: Rays) -> Vec<Measurement> {
+pub fn nested<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let halves: [Vec<f64>; 3] = [
         (1..=1000).map(f64::from).collect(),
         (-60..60).map(|k| 2_f64.powi(k)).collect(),
@@ -95,7 +97,7 @@ pub fn nested<R: Real>(rays: Rays) -> Vec<Measurement> {
         for &half in halves {
             let corner = DVec3::splat(half);
             group
-                .shape(
+                .add_shape(
                     AnyShape::Cuboid(Cuboid::new(-corner, corner)),
                     Visibility::default(),
                 )
@@ -118,15 +120,15 @@ pub fn nested<R: Real>(rays: Rays) -> Vec<Measurement> {
             .max()
             .unwrap_or(0);
         let depth = judge("T12 depth", 241, 1, rays, |_| {
-            Verdict::bounded(deepest.into(), 64.0, || "depth".to_owned())
+            Verdict::within_bound(deepest.into(), 64.0, || "depth".to_owned())
         });
-        let hits = judge("T12", 240, 40_000, rays, |random| {
-            let which = random.index() as usize % 3;
-            let size = random.pick(&halves[which]) * random.between(0.5, 2.0);
+        let hits = judge("T12", 240, 40_000, rays, |rng| {
+            let index = rng.index() as usize % 3;
+            let size = rng.choose(&halves[index]) * rng.uniform(0.5, 2.0);
             same(
-                &trees[which],
-                &scans[which],
-                &anywhere::<R>(random, size),
+                &trees[index],
+                &scans[index],
+                &anywhere::<R>(rng, size),
                 Interval::positive(),
             )
         });
@@ -136,23 +138,23 @@ pub fn nested<R: Real>(rays: Rays) -> Vec<Measurement> {
 
 /// T14: a plane below a thousand spheres: the hits of the scan, and within a tenth as many nodes as
 /// without the plane.
-pub fn planes<R: Real>(rays: Rays) -> Vec<Measurement> {
+pub fn planes<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let geometry = |kind, has_plane| {
         let mut group = PrimitiveSet::<R>::default();
         for i in 0..1000 {
-            let random = &mut Random::new(242, i);
+            let rng = &mut CaseRng::new(242, i);
             let (centre, radius) = (
-                stored::<R>(random.cube() * 10.0),
-                R::from_f64(random.between(0.1, 0.6)),
+                to_scalar::<R>(rng.in_cube() * 10.0),
+                R::from_f64(rng.uniform(0.1, 0.6)),
             );
             group
-                .sphere(Sphere { centre, radius }, Visibility::default())
+                .add_sphere(Sphere { centre, radius }, Visibility::default())
                 .expect("finite balls");
         }
         if has_plane {
-            let ground = Plane::new(stored::<R>(DVec3::Y * -11.0), stored::<R>(DVec3::Y));
+            let ground = Plane::new(to_scalar::<R>(DVec3::Y * -11.0), to_scalar::<R>(DVec3::Y));
             group
-                .plane(ground, Visibility::default())
+                .add_plane(ground, Visibility::default())
                 .expect("a finite plane");
         }
         Geometry::new(group, kind)
@@ -167,7 +169,7 @@ pub fn planes<R: Real>(rays: Rays) -> Vec<Measurement> {
             let mut stats = TraversalStats::default();
             for i in 0..4000 {
                 geometry.closest(
-                    &anywhere::<R>(&mut Random::new(243, i), 12.0),
+                    &anywhere::<R>(&mut CaseRng::new(243, i), 12.0),
                     Interval::positive(),
                     &mut stats,
                 );
@@ -176,13 +178,13 @@ pub fn planes<R: Real>(rays: Rays) -> Vec<Measurement> {
         };
         let change = (nodes(&trees[0]) / nodes(&without) - 1.0).abs();
         let work = judge("T14 work", 244, 1, rays, |_| {
-            Verdict::bounded(change, 0.1, || "nodes".to_owned())
+            Verdict::within_bound(change, 0.1, || "nodes".to_owned())
         });
-        let hits = judge("T14", 243, 40_000, rays, |random| {
+        let hits = judge("T14", 243, 40_000, rays, |rng| {
             same(
                 &trees[0],
                 &scan,
-                &anywhere::<R>(random, 12.0),
+                &anywhere::<R>(rng, 12.0),
                 Interval::positive(),
             )
         });
@@ -191,7 +193,7 @@ pub fn planes<R: Real>(rays: Rays) -> Vec<Measurement> {
 }
 
 /// T15: scenes of zero, one and two shapes, by trees of every quality.
-pub fn few<R: Real>(rays: Rays) -> Vec<Measurement> {
+pub fn few<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let scenes = 0..60_u64;
     let scan = |scene: u64| mixed::<R>(245, scene, scene % 3, AcceleratorKind::Linear);
     let scans: Vec<_> = scenes.clone().map(scan).collect();
@@ -200,12 +202,12 @@ pub fn few<R: Real>(rays: Rays) -> Vec<Measurement> {
         mixed::<R>(245, scene, scene % 3, AcceleratorKind::Tree(quality))
     };
     by_each_kernel(scenes.map(tree).collect(), |trees| {
-        judge("T15", 246, 40_000, rays, |random| {
-            let which = random.index() as usize % scans.len();
+        judge("T15", 246, 40_000, rays, |rng| {
+            let index = rng.index() as usize % scans.len();
             same(
-                &trees[which],
-                &scans[which],
-                &anywhere::<R>(random, 6.0),
+                &trees[index],
+                &scans[index],
+                &anywhere::<R>(rng, 6.0),
                 Interval::positive(),
             )
         })
@@ -213,17 +215,17 @@ pub fn few<R: Real>(rays: Rays) -> Vec<Measurement> {
 }
 
 /// T17: intervals that end or begin at a hit, or an ulp beside it.
-pub fn interval_ends<R: Real>(rays: Rays) -> Vec<Measurement> {
+pub fn interval_ends<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let scan = mixed::<R>(247, 0, 60, AcceleratorKind::Linear);
     by_each_kernel(
         vec![mixed::<R>(247, 0, 60, AcceleratorKind::default())],
         |trees| {
-            judge("T17", 248, 100_000, rays, |random| {
-                let ray = anywhere::<R>(random, 6.0);
+            judge("T17", 248, 100_000, rays, |rng| {
+                let ray = anywhere::<R>(rng, 6.0);
                 let Some(first) = scan.closest(&ray, Interval::positive(), &mut ()) else {
                     return Verdict::Skip;
                 };
-                let min = random.pick(&[R::ZERO, -R::ZERO, R::from_f64(1e-30)]);
+                let min = rng.choose(&[R::ZERO, -R::ZERO, R::from_f64(1e-30)]);
                 let (above, below) = (first.t.next_up(), -(-first.t).next_up());
                 let before = |max: R| {
                     let hit = trees[0].closest(&ray, Interval { min, max }, &mut ());
@@ -263,13 +265,13 @@ pub fn interval_ends<R: Real>(rays: Rays) -> Vec<Measurement> {
 
 /// T19: no shape returns a distance that is NaN or outside the interval, even if the interval
 /// begins at a hit.
-pub fn within_the_interval<R: Real>(rays: Rays) -> Vec<Measurement> {
-    let outcome = judge("T19", 249, 400_000, rays, |random| {
-        let shape = shape::<R>(random);
+pub fn within_the_interval<R: Real>(rays: RayCount) -> Vec<Measurement> {
+    let outcome = judge("T19", 249, 400_000, rays, |rng| {
+        let shape = shape::<R>(rng);
         let target =
-            shape.bounds().map_or(DVec3::ZERO, |bounds| bounds.centre()) + random.cube() * 0.3;
-        let ray = towards::<R>(
-            target + random.direction() * random.pick(&[0.1, 1.0, 10.0, 1e4]),
+            shape.bounds().map_or(DVec3::ZERO, |bounds| bounds.centre()) + rng.in_cube() * 0.3;
+        let ray = ray_towards::<R>(
+            target + rng.direction() * rng.choose(&[0.1, 1.0, 10.0, 1e4]),
             exact(target),
         );
         let prepared = PreparedRay::new(ray);
@@ -278,7 +280,7 @@ pub fn within_the_interval<R: Real>(rays: Rays) -> Vec<Measurement> {
             return Verdict::Skip;
         };
         let ends = [
-            R::from_f64(random.unit()),
+            R::from_f64(rng.unit()),
             first.t,
             first.t.next_up(),
             -(-first.t).next_up(),
@@ -303,7 +305,7 @@ pub fn within_the_interval<R: Real>(rays: Rays) -> Vec<Measurement> {
 }
 
 /// T20: 200 scenes of shapes of every kind, by trees and by scans.
-pub fn tree_against_scan<R: Real>(rays: Rays) -> Vec<Measurement> {
+pub fn tree_against_scan<R: Real>(rays: RayCount) -> Vec<Measurement> {
     const SCENES: u64 = 200;
     let each = |kind| {
         (0..SCENES)
@@ -312,17 +314,17 @@ pub fn tree_against_scan<R: Real>(rays: Rays) -> Vec<Measurement> {
     };
     let scans = each(AcceleratorKind::Linear);
     by_each_kernel(each(AcceleratorKind::default()), |trees| -> Outcome {
-        judge("T20", 251, 2_000_000, rays, |random| {
-            let which = (random.index() % SCENES) as usize;
-            let max = if random.sign() > 0.0 {
+        judge("T20", 251, 2_000_000, rays, |rng| {
+            let index = (rng.index() % SCENES) as usize;
+            let max = if rng.sign() > 0.0 {
                 R::INFINITY
             } else {
-                R::from_f64(random.between(0.1, 10.0))
+                R::from_f64(rng.uniform(0.1, 10.0))
             };
             same(
-                &trees[which],
-                &scans[which],
-                &anywhere::<R>(random, 6.0),
+                &trees[index],
+                &scans[index],
+                &anywhere::<R>(rng, 6.0),
                 Interval { min: R::ZERO, max },
             )
         })

@@ -18,7 +18,7 @@ pub mod triangles;
 use crate::shapes::AnyShape;
 use crate::{Geometry, Kernel, Ray, Real};
 
-use self::judge::{Outcome, Rays};
+use self::judge::{Outcome, RayCount};
 
 /// The distance of the closest hit of a ray with a shape by some arithmetic, in front of the origin
 /// and from either side.
@@ -94,7 +94,7 @@ pub fn by_each_kernel<R: Real>(
 
 /// Measures a case in both precisions and by every kernel of this processor; `None` for an unknown
 /// case number.
-pub fn measure(number: &str, rays: Rays) -> Option<Vec<Measurement>> {
+pub fn measure(number: &str, rays: RayCount) -> Option<Vec<Measurement>> {
     /// A case in both precisions.
     macro_rules! both {
         ($module:ident::$of:ident) => {

@@ -5,14 +5,14 @@ use crate::{Real, Vector};
 use glam::DVec3;
 
 use super::Intersect;
-use super::judge::{Outcome, Rays, Verdict, exact, hex, judge, ray, stored};
+use super::judge::{Outcome, RayCount, Verdict, exact, hex, judge, ray, to_scalar};
 
 /// The near root where the leading coefficient nearly vanishes, judged by its relative error.
 pub fn near_root<R: Real>(
     case: &str,
     deviation: f64,
     bound: f64,
-    rays: Rays,
+    rays: RayCount,
     intersect: Intersect<R>,
 ) -> Outcome {
     judge(
@@ -20,7 +20,7 @@ pub fn near_root<R: Real>(
         23,
         200_000,
         rays,
-        |random| {
+        |rng| {
             let cone = case == "cone";
             // A generator of the cone of radius 3 and height 4 below its apex, and an asymptote of
             // the hyperboloid a = c = 1. Both are exact in f32, also with a changed component.
@@ -30,18 +30,18 @@ pub fn near_root<R: Real>(
                 DVec3::new(1.0, 1.0, 0.0)
             };
             let (d, tip) = (
-                exact(generator + DVec3::new(-deviation, deviation, 0.0) * random.sign()),
+                exact(generator + DVec3::new(-deviation, deviation, 0.0) * rng.sign()),
                 DVec3::new(0.0, 4.0, 0.0),
             );
             let target = if cone {
-                let (low, angle) = (random.between(0.05, 0.95), random.between(1.0, 5.3));
+                let (low, angle) = (rng.uniform(0.05, 0.95), rng.uniform(1.0, 5.3));
                 tip - DVec3::Y * (4.0 * low)
                     + DVec3::new(angle.cos(), 0.0, angle.sin()) * (3.0 * low)
             } else {
-                let (y, angle) = (random.between(-1.4, 1.4), random.between(1.0, 5.3));
+                let (y, angle) = (rng.uniform(-1.4, 1.4), rng.uniform(1.0, 5.3));
                 DVec3::new(angle.cos(), 0.0, angle.sin()) * (1.0 + y * y).sqrt() + DVec3::Y * y
             };
-            let origin = exact(target - d * random.between(0.5, 3.0));
+            let origin = exact(target - d * rng.uniform(0.5, 3.0));
             let ray = ray::<R>(origin, d);
             let (o, d) = (ray.origin.to_f64(), ray.direction.to_f64());
             // In f64: the form is negative inside.
@@ -87,8 +87,8 @@ pub fn near_root<R: Real>(
             }
             let got = if cone {
                 let tip_cone = Cone::<R> {
-                    base: stored::<R>(DVec3::ZERO),
-                    axis: stored::<R>(tip),
+                    base: to_scalar::<R>(DVec3::ZERO),
+                    axis: to_scalar::<R>(tip),
                     radius: R::from_f64(3.0),
                     top_radius: R::ZERO,
                 };
@@ -96,7 +96,7 @@ pub fn near_root<R: Real>(
             } else {
                 let one = R::ONE;
                 let sheet = Hyperboloid::<R> {
-                    centre: stored::<R>(DVec3::ZERO),
+                    centre: to_scalar::<R>(DVec3::ZERO),
                     waist: one,
                     slope: one,
                     half_height: R::from_f64(1.5),
@@ -107,7 +107,7 @@ pub fn near_root<R: Real>(
                 None => Verdict::Wrong(format!("missed, root at {near}{}", hex::<R>(&ray))),
                 Some(t) => {
                     let error = (t.to_f64() - near).abs() / near;
-                    Verdict::bounded(error, bound, || {
+                    Verdict::within_bound(error, bound, || {
                         format!("root {t:?} instead of {near}{}", hex::<R>(&ray))
                     })
                 }
@@ -131,25 +131,25 @@ pub fn body(o: DVec3, d: DVec3, s: DVec3) -> Option<(f64, DVec3)> {
 pub fn extreme<R: Real>(
     k: f64,
     share: f64,
-    rays: Rays,
+    rays: RayCount,
     f: impl Fn(DVec3, &Ellipsoid<R>, DVec3, DVec3) -> Verdict + Sync,
 ) -> Outcome {
     let semi = exact(DVec3::new(1.0, 1.0, k));
     let shape = Ellipsoid::<R> {
-        centre: stored::<R>(DVec3::ZERO),
-        semi_axes: stored::<R>(semi),
+        centre: to_scalar::<R>(DVec3::ZERO),
+        semi_axes: to_scalar::<R>(semi),
     };
     judge(
         &format!("k = {k:e}"),
         25 + k.to_bits() % 97,
         200_000,
         rays,
-        |random| {
-            let out = random.direction();
+        |rng| {
+            let out = rng.direction();
             let origin = exact(out * (10.0 * semi.max_element()));
             // Over the outline: the unit disc perpendicular to the ray in the space of the unit
             // sphere.
-            let across = random.disc((origin / semi).normalize(), share) * semi;
+            let across = rng.in_disc((origin / semi).normalize(), share) * semi;
             let d = exact((across - origin).normalize());
             f(semi, &shape, origin, d)
         },
@@ -160,7 +160,7 @@ pub fn extreme<R: Real>(
 pub fn extreme_distance<R: Real>(
     k: f64,
     bound: f64,
-    rays: Rays,
+    rays: RayCount,
     intersect: Intersect<R>,
 ) -> Outcome {
     extreme::<R>(k, 0.98, rays, |semi, shape, o, d| {
@@ -172,7 +172,7 @@ pub fn extreme_distance<R: Real>(
             None => Verdict::Wrong(format!("missed{}", hex::<R>(&ray))),
             Some(found) => {
                 let error = (found.to_f64() - t).abs() / semi.min_element();
-                Verdict::bounded(error, bound, || {
+                Verdict::within_bound(error, bound, || {
                     format!("t {found:?} instead of {t}{}", hex::<R>(&ray))
                 })
             }

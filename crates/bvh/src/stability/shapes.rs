@@ -1,11 +1,11 @@
 //! P01, P02, P13, P15, P17, P21, P22: shapes that textbook formulas get wrong, by these formulas
 //! and by the library on the same rays.
 
-use super::judge::{Outcome, Rays};
+use super::judge::{Outcome, RayCount};
 use super::quadrics::{extreme_distance, near_root};
 use super::sphere::{drift, far_sphere, surface};
 use super::torus::far_torus;
-use super::triangles::{Aim, Mesh, cube, icosphere, leaks, leaks_of_library};
+use super::triangles::{ClosedMesh, RayTarget, cube, icosphere, leaks, leaks_of_library};
 use super::{Measurement, by_shapes, intersect, textbook};
 use crate::Real;
 
@@ -20,9 +20,9 @@ fn compared(textbook: Outcome, robust: Outcome, reference: Outcome) -> Vec<Measu
 }
 
 /// Sum of the outcomes of a case's parts.
-fn sum<T>(each: impl IntoIterator<Item = T>, of: impl Fn(T) -> Outcome) -> Outcome {
+fn sum<T>(each: impl IntoIterator<Item = T>, value_of: impl Fn(T) -> Outcome) -> Outcome {
     each.into_iter()
-        .map(of)
+        .map(value_of)
         .reduce(Outcome::plus)
         .expect("a case has parts")
 }
@@ -31,7 +31,7 @@ fn sum<T>(each: impl IntoIterator<Item = T>, of: impl Fn(T) -> Outcome) -> Outco
 const RATIOS: [f64; 6] = [2.0, 1e2, 1e3, 1e4, 1e5, 1e6];
 
 /// P01: spheres from 2 to 10⁶ radii away.
-pub fn far_spheres(rays: Rays) -> Vec<Measurement> {
+pub fn far_spheres(rays: RayCount) -> Vec<Measurement> {
     compared(
         sum(RATIOS, |ratio| {
             far_sphere(ratio, 8.0, rays, textbook::intersect)
@@ -46,7 +46,7 @@ pub fn far_spheres(rays: Rays) -> Vec<Measurement> {
 }
 
 /// P02: the surface points of these spheres, around the origin and far from it.
-pub fn drifts(rays: Rays) -> Vec<Measurement> {
+pub fn drifts(rays: RayCount) -> Vec<Measurement> {
     let parts = || {
         [0.0, 1e3, 1e5]
             .into_iter()
@@ -66,7 +66,7 @@ pub fn drifts(rays: Rays) -> Vec<Measurement> {
 }
 
 /// P13: rays along or nearly along a generator of a cone and an asymptote of a hyperboloid.
-pub fn vanishing_coefficients(rays: Rays) -> Vec<Measurement> {
+pub fn vanishing_coefficients(rays: RayCount) -> Vec<Measurement> {
     let parts = || {
         ["cone", "hyperboloid"]
             .into_iter()
@@ -86,7 +86,7 @@ pub fn vanishing_coefficients(rays: Rays) -> Vec<Measurement> {
 }
 
 /// P15: flat and needle-like ellipsoids.
-pub fn extreme_ellipsoids(rays: Rays) -> Vec<Measurement> {
+pub fn extreme_ellipsoids(rays: RayCount) -> Vec<Measurement> {
     const AXES: [f64; 4] = [1e-3, 1e-2, 1e2, 1e3];
     compared(
         sum(AXES, |k| {
@@ -98,7 +98,7 @@ pub fn extreme_ellipsoids(rays: Rays) -> Vec<Measurement> {
 }
 
 /// P17: tori with three tube radii, from 3 to 1000 radii away.
-pub fn far_tori(rays: Rays) -> Vec<Measurement> {
+pub fn far_tori(rays: RayCount) -> Vec<Measurement> {
     const COUNT: u32 = 10_000;
     let parts = || {
         [0.3, 0.1, 0.01]
@@ -118,23 +118,28 @@ pub fn far_tori(rays: Rays) -> Vec<Measurement> {
     )
 }
 
-const AIMS: [Aim; 4] = [Aim::Corner, Aim::Edge, Aim::FromCentre, Aim::Anywhere];
+const AIMS: [RayTarget; 4] = [
+    RayTarget::Corner,
+    RayTarget::Edge,
+    RayTarget::FromCentre,
+    RayTarget::Anywhere,
+];
 
-fn closed_meshes() -> [(&'static str, Mesh); 2] {
+fn closed_meshes() -> [(&'static str, ClosedMesh); 2] {
     [("icosphere", icosphere(5)), ("cube", cube(16))]
 }
 
 /// P22: the meshes of P21 with all faces flipped, or every second.
-pub fn turned_edges(rays: Rays) -> Vec<Measurement> {
-    fn of<R: Real>(count: u32, rays: Rays) -> Measurement {
+pub fn turned_edges(rays: RayCount) -> Vec<Measurement> {
+    fn of<R: Real>(count: u32, rays: RayCount) -> Measurement {
         let turned = [1, 2]
             .into_iter()
-            .flat_map(|every| closed_meshes().map(|(name, mesh)| (name, mesh.turned(every))));
+            .flat_map(|every| closed_meshes().map(|(name, mesh)| (name, mesh.flip_every(every))));
         let parts: Vec<_> = turned
-            .flat_map(|(name, mesh)| AIMS.map(|aim| (name, mesh.clone(), aim)))
+            .flat_map(|(name, mesh)| AIMS.map(|ray_target| (name, mesh.clone(), ray_target)))
             .collect();
-        by_shapes::<R>(sum(parts, |(name, mesh, aim)| {
-            leaks_of_library::<R>(name, &mesh, aim, count, rays)
+        by_shapes::<R>(sum(parts, |(name, mesh, ray_target)| {
+            leaks_of_library::<R>(name, &mesh, ray_target, count, rays)
         }))
     }
     vec![of::<f32>(1_000_000, rays), of::<f64>(100_000, rays)]
@@ -142,26 +147,26 @@ pub fn turned_edges(rays: Rays) -> Vec<Measurement> {
 
 /// P21: shared edges and corners in closed meshes; fewer rays for the textbook, which tests each
 /// face.
-pub fn shared_edges(rays: Rays) -> Vec<Measurement> {
+pub fn shared_edges(rays: RayCount) -> Vec<Measurement> {
     let meshes = closed_meshes();
     let parts = || {
         meshes
             .iter()
-            .flat_map(|(name, mesh)| AIMS.map(|aim| (*name, mesh, aim)))
+            .flat_map(|(name, mesh)| AIMS.map(|ray_target| (*name, mesh, ray_target)))
     };
-    let by_textbook = |(name, mesh, aim): (&str, &Mesh, Aim)| {
+    let by_textbook = |(name, mesh, ray_target): (&str, &ClosedMesh, RayTarget)| {
         let triangles = mesh.triangles();
-        leaks(name, mesh, aim, 10_000, rays, |ray| {
+        leaks(name, mesh, ray_target, 10_000, rays, |ray| {
             textbook::hits_any(&triangles, ray)
         })
     };
     compared(
         sum(parts(), by_textbook),
-        sum(parts(), |(name, mesh, aim)| {
-            leaks_of_library::<f32>(name, mesh, aim, 1_000_000, rays)
+        sum(parts(), |(name, mesh, ray_target)| {
+            leaks_of_library::<f32>(name, mesh, ray_target, 1_000_000, rays)
         }),
-        sum(parts(), |(name, mesh, aim)| {
-            leaks_of_library::<f64>(name, mesh, aim, 100_000, rays)
+        sum(parts(), |(name, mesh, ray_target)| {
+            leaks_of_library::<f64>(name, mesh, ray_target, 100_000, rays)
         }),
     )
 }

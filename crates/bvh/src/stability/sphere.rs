@@ -5,7 +5,9 @@ use crate::{PreparedRay, Ray, Real, Shape, Surface, Vector};
 use glam::DVec3;
 
 use super::Intersect;
-use super::judge::{Outcome, Rays, Verdict, exact, hex, hit, judge, stored, towards, ulp};
+use super::judge::{
+    Outcome, RayCount, Verdict, exact, hex, hit, judge, ray_towards, to_scalar, ulp,
+};
 
 /// The surface where a ray hits a sphere, by some arithmetic.
 pub type Surfaces<R> = fn(&Sphere<R>, &Ray<R>) -> Option<Surface<R>>;
@@ -17,7 +19,7 @@ pub fn surface<R: Real>(sphere: &Sphere<R>, ray: &Ray<R>) -> Option<Surface<R>> 
 
 /// Relation of an exact ray's line to a sphere, computed in f64 from the perpendicular.
 #[derive(Clone, Copy, Debug)]
-pub struct Pass {
+pub struct ClosestApproach {
     /// Distance of the line from the centre.
     pub distance: f64,
     /// True distances along the ray of both crossings; `None` for a miss.
@@ -25,13 +27,13 @@ pub struct Pass {
 }
 
 /// Relation of an exact ray's line to a sphere.
-pub fn pass(o: DVec3, d: DVec3, centre: DVec3, radius: f64) -> Pass {
+pub fn pass(o: DVec3, d: DVec3, centre: DVec3, radius: f64) -> ClosestApproach {
     let f = o - centre;
     let length = d.length();
     let middle = -f.dot(d) / d.length_squared();
     let distance = (f + d * middle).length();
     let half = ((radius - distance) * (radius + distance)).sqrt();
-    Pass {
+    ClosestApproach {
         distance,
         roots: (distance <= radius).then_some([middle * length - half, middle * length + half]),
     }
@@ -40,7 +42,7 @@ pub fn pass(o: DVec3, d: DVec3, centre: DVec3, radius: f64) -> Pass {
 /// A sphere rounded to the stored scalar.
 pub fn sphere<R: Real>(centre: DVec3, radius: f64) -> Sphere<R> {
     Sphere {
-        centre: stored::<R>(centre),
+        centre: to_scalar::<R>(centre),
         radius: R::from_f64(radius),
     }
 }
@@ -48,15 +50,20 @@ pub fn sphere<R: Real>(centre: DVec3, radius: f64) -> Sphere<R> {
 /// Rays over a disc of 1.05 radii from `ratio` radii away. Wrong are points off the surface by more
 /// than `bound` of u·(D + C), with u the roundoff of the stored scalar, and hits or misses that
 /// contradict the oracle beyond its margin.
-pub fn far_sphere<R: Real>(ratio: f64, bound: f64, rays: Rays, intersect: Intersect<R>) -> Outcome {
+pub fn far_sphere<R: Real>(
+    ratio: f64,
+    bound: f64,
+    rays: RayCount,
+    intersect: Intersect<R>,
+) -> Outcome {
     judge(
         &format!("P01 {ratio:e}"),
         1 + ratio as u64,
         200_000,
         rays,
-        |random| {
-            let out = random.direction();
-            let ray = towards::<R>(out * ratio, random.disc(out, 1.05));
+        |rng| {
+            let out = rng.direction();
+            let ray = ray_towards::<R>(out * ratio, rng.in_disc(out, 1.05));
             let (o, d) = (ray.origin.to_f64(), ray.direction.to_f64());
             let expected = pass(o, d, DVec3::ZERO, 1.0);
             // The specification allows 8·u·(D + C), which far away is the whole sphere. The margin
@@ -83,9 +90,11 @@ pub fn far_sphere<R: Real>(ratio: f64, bound: f64, rays: Rays, intersect: Inters
                 Some(t) => {
                     let p = o + d * t.to_f64();
                     let scale = o.length() + o.abs().max_element().max(p.abs().max_element());
-                    Verdict::bounded((p.length() - 1.0).abs(), bound * roundoff * scale, || {
-                        format!("off the surface{}", hex::<R>(&ray))
-                    })
+                    Verdict::within_bound(
+                        (p.length() - 1.0).abs(),
+                        bound * roundoff * scale,
+                        || format!("off the surface{}", hex::<R>(&ray)),
+                    )
                 }
             }
         },
@@ -93,16 +102,16 @@ pub fn far_sphere<R: Real>(ratio: f64, bound: f64, rays: Rays, intersect: Inters
 }
 
 /// Surface points from 2 to 1e6 radii away, around the origin and far from it.
-pub fn drift<R: Real>(offset: f64, ratio: f64, rays: Rays, surface: Surfaces<R>) -> Outcome {
+pub fn drift<R: Real>(offset: f64, ratio: f64, rays: RayCount, surface: Surfaces<R>) -> Outcome {
     judge(
         &format!("P02 at {offset:e}, {ratio:e} away"),
         2 + ratio as u64,
         50_000,
         rays,
-        |random| {
-            let centre = exact(random.direction() * offset);
-            let out = random.direction();
-            let ray = towards::<R>(centre + out * ratio, centre + random.disc(out, 0.98));
+        |rng| {
+            let centre = exact(rng.direction() * offset);
+            let out = rng.direction();
+            let ray = ray_towards::<R>(centre + out * ratio, centre + rng.in_disc(out, 0.98));
             let Some(surface) = surface(&sphere::<R>(centre, 1.0), &ray) else {
                 return Verdict::Skip;
             };
@@ -111,7 +120,7 @@ pub fn drift<R: Real>(offset: f64, ratio: f64, rays: Rays, surface: Surfaces<R>)
             let nearest = centre + from / from.length();
             let scale = p.abs().max_element().max(centre.abs().max_element());
             let error = (p - nearest).abs().max_element();
-            Verdict::bounded(error, 4.0 * ulp(scale), || {
+            Verdict::within_bound(error, 4.0 * ulp(scale), || {
                 format!("off the surface{}", hex::<R>(&ray))
             })
             // The stated error bound holds: the point is off along the normal by at most the reach
@@ -119,7 +128,7 @@ pub fn drift<R: Real>(offset: f64, ratio: f64, rays: Rays, surface: Surfaces<R>)
             .and(|| {
                 let off = (from.length() - 1.0).abs();
                 let reach = surface.error.to_f64() * surface.normal.to_f64().abs().element_sum();
-                Verdict::bounded(off, reach, || {
+                Verdict::within_bound(off, reach, || {
                     format!("beyond the stated bound{}", hex::<R>(&ray))
                 })
             })

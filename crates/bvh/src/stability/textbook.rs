@@ -6,7 +6,7 @@ use crate::{Ray, Surface};
 use glam::Vec3;
 
 /// Distances at which a ray enters and leaves a solid.
-type Crossings = [f32; 2];
+type TextbookCrossings = [f32; 2];
 
 /// Distance of the closest hit of a ray with a shape.
 pub fn intersect(shape: &AnyShape<f32>, ray: &Ray<f32>) -> Option<f32> {
@@ -27,7 +27,7 @@ pub fn intersect(shape: &AnyShape<f32>, ray: &Ray<f32>) -> Option<f32> {
 }
 
 /// The nearer crossing in front of the origin that satisfies `keep`.
-fn first(crossings: Crossings, keep: impl Fn(f32) -> bool) -> Option<f32> {
+fn first(crossings: TextbookCrossings, keep: impl Fn(f32) -> bool) -> Option<f32> {
     let ahead = crossings
         .into_iter()
         .filter(|&t| t > 0.0 && t < f32::INFINITY && keep(t));
@@ -35,7 +35,7 @@ fn first(crossings: Crossings, keep: impl Fn(f32) -> bool) -> Option<f32> {
 }
 
 /// (−b ± √(b² − a·c))/a.
-fn roots(a: f32, b: f32, c: f32) -> Option<Crossings> {
+fn roots(a: f32, b: f32, c: f32) -> Option<TextbookCrossings> {
     let discriminant = b * b - a * c;
     (discriminant >= 0.0).then(|| {
         [
@@ -45,7 +45,7 @@ fn roots(a: f32, b: f32, c: f32) -> Option<Crossings> {
     })
 }
 
-fn sphere(sphere: &Sphere<f32>, ray: &Ray<f32>) -> Option<Crossings> {
+fn sphere(sphere: &Sphere<f32>, ray: &Ray<f32>) -> Option<TextbookCrossings> {
     let (f, d) = (ray.origin - sphere.centre, ray.direction);
     roots(d.dot(d), f.dot(d), f.dot(f) - sphere.radius * sphere.radius)
 }
@@ -64,7 +64,7 @@ pub fn sphere_surface(shape: &Sphere<f32>, ray: &Ray<f32>) -> Option<Surface<f32
 }
 
 /// In the space where the ellipsoid is a sphere: each axis is scaled by the other two semi-axes.
-fn ellipsoid(body: &Ellipsoid<f32>, ray: &Ray<f32>) -> Option<Crossings> {
+fn ellipsoid(body: &Ellipsoid<f32>, ray: &Ray<f32>) -> Option<TextbookCrossings> {
     let s = body.semi_axes;
     let scale = Vec3::new(s.y * s.z, s.z * s.x, s.x * s.y);
     let (d, f, radius) = (
@@ -75,7 +75,7 @@ fn ellipsoid(body: &Ellipsoid<f32>, ray: &Ray<f32>) -> Option<Crossings> {
     roots(d.dot(d), d.dot(f), f.dot(f) - radius * radius)
 }
 
-fn hyperboloid(sheet: &Hyperboloid<f32>, ray: &Ray<f32>) -> Option<Crossings> {
+fn hyperboloid(sheet: &Hyperboloid<f32>, ray: &Ray<f32>) -> Option<TextbookCrossings> {
     let (a, c) = (sheet.waist, sheet.slope);
     let scale = Vec3::new(c, a, c);
     let (d, f) = (ray.direction * scale, (ray.origin - sheet.centre) * scale);
@@ -84,7 +84,7 @@ fn hyperboloid(sheet: &Hyperboloid<f32>, ray: &Ray<f32>) -> Option<Crossings> {
 }
 
 /// The nappe of the wall between both ends.
-fn cone(cone: &Cone<f32>, ray: &Ray<f32>) -> Option<Crossings> {
+fn cone(cone: &Cone<f32>, ray: &Ray<f32>) -> Option<TextbookCrossings> {
     let (axis, d, f) = (cone.axis, ray.direction, ray.origin - cone.base);
     let (squared, taper) = (axis.dot(axis), cone.top_radius - cone.radius);
     let (m, n) = (d.cross(axis), f.cross(axis));
@@ -115,9 +115,13 @@ fn cone(cone: &Cone<f32>, ray: &Ray<f32>) -> Option<Crossings> {
 }
 
 /// Coefficients relative to the origin, with the cubic term removed afterwards.
-fn torus(ring: &Torus<f32>, ray: &Ray<f32>) -> Option<f32> {
-    let (major, tube, axis) = (ring.major_radius, ring.minor_radius, ring.axis.normalize());
-    let (f, d) = (ray.origin - ring.centre, ray.direction);
+fn torus(torus: &Torus<f32>, ray: &Ray<f32>) -> Option<f32> {
+    let (major, tube, axis) = (
+        torus.major_radius,
+        torus.minor_radius,
+        torus.axis.normalize(),
+    );
+    let (f, d) = (ray.origin - torus.centre, ray.direction);
     let (aa, b, ff) = (d.dot(d), f.dot(d), f.dot(f));
     let (height, lean) = (f.dot(axis), d.dot(axis));
     let g = ff + major * major - tube * tube;

@@ -5,13 +5,13 @@ use crate::{Real, Vector};
 use glam::DVec3;
 
 use super::Intersect;
-use super::judge::{Outcome, Rays, Verdict, hex, judge, stored, towards};
+use super::judge::{Outcome, RayCount, Verdict, hex, judge, ray_towards, to_scalar};
 
 /// A torus around the vertical axis with major radius 1.
 pub fn torus<R: Real>(tube: f64) -> Torus<R> {
     Torus {
-        centre: stored::<R>(DVec3::ZERO),
-        axis: stored::<R>(DVec3::Y),
+        centre: to_scalar::<R>(DVec3::ZERO),
+        axis: to_scalar::<R>(DVec3::Y),
         major_radius: R::ONE,
         minor_radius: R::from_f64(tube),
     }
@@ -33,19 +33,19 @@ fn walk(o: DVec3, d: DVec3, tube: f64) -> (Option<f64>, f64) {
     if room < 0.0 {
         return (None, f64::INFINITY);
     }
-    let (mut s, end, mut least) = (-room.sqrt(), room.sqrt(), f64::INFINITY);
+    let (mut s, end, mut minimum) = (-room.sqrt(), room.sqrt(), f64::INFINITY);
     for _ in 0..5000 {
         let free = distance(near + d * s, tube);
-        least = least.min(free);
+        minimum = minimum.min(free);
         if free < 1e-12 {
             return (Some(middle + s), free);
         }
         s += free;
         if s > end {
-            return (None, least);
+            return (None, minimum);
         }
     }
-    (Some(middle + s), least)
+    (Some(middle + s), minimum)
 }
 
 /// Rays from `far` away over the bounding sphere of the torus. Wrong are misses, false hits, and
@@ -54,7 +54,7 @@ pub fn far_torus<R: Real>(
     tube: f64,
     far: f64,
     count: u32,
-    rays: Rays,
+    rays: RayCount,
     intersect: Intersect<R>,
 ) -> Outcome {
     let tube = f64::from(tube as f32);
@@ -64,47 +64,46 @@ pub fn far_torus<R: Real>(
         30 + far as u64,
         count,
         rays,
-        |random| {
-            let out = random.direction();
+        |rng| {
+            let out = rng.direction();
             // Every other ray is aimed at the tube itself.
-            let target = if random.sign() > 0.0 {
-                let ring = random.disc(DVec3::Y, 1.0).normalize();
-                ring + random.disc(out, 1.2 * tube)
+            let target = if rng.sign() > 0.0 {
+                let ring = rng.in_disc(DVec3::Y, 1.0).normalize();
+                ring + rng.in_disc(out, 1.2 * tube)
             } else {
-                random.disc(out, 1.0 + tube)
+                rng.in_disc(out, 1.0 + tube)
             };
-            let ray = towards::<R>(out * far, target);
+            let ray = ray_towards::<R>(out * far, target);
             let (o, d) = (ray.origin.to_f64(), ray.direction.to_f64());
-            let (wanted, least) = walk(o, d, tube);
+            let (requested, minimum) = walk(o, d, tube);
             match intersect(&torus::<R>(tube).into(), &ray) {
-                None if wanted.is_none() => Verdict::Right(0.0),
+                None if requested.is_none() => Verdict::Right(0.0),
                 None => {
                     // Grazing within the precision of f64.
-                    let inside =
-                        wanted.map_or(0.0, |t| distance(o + d * ((t + 1e-7) / d.length()), tube));
+                    let inside = requested
+                        .map_or(0.0, |t| distance(o + d * ((t + 1e-7) / d.length()), tube));
                     if inside > -1e-11 {
                         Verdict::Band
                     } else {
                         Verdict::Wrong(format!("missed{}", hex::<R>(&ray)))
                     }
                 }
-                Some(_) if wanted.is_none() && least < 1e-11 => Verdict::Band,
-                Some(_) if wanted.is_none() => {
-                    Verdict::Wrong(format!("false hit, {least:e} off{}", hex::<R>(&ray)))
+                Some(_) if requested.is_none() && minimum < 1e-11 => Verdict::Band,
+                Some(_) if requested.is_none() => {
+                    Verdict::Wrong(format!("false hit, {minimum:e} off{}", hex::<R>(&ray)))
                 }
                 Some(found) => {
                     let off = distance(o + d * found.to_f64(), tube).abs() / tube;
-                    let t = wanted.unwrap_or(f64::INFINITY);
+                    let t = requested.unwrap_or(f64::INFINITY);
                     // On the tube, and at its first crossing: the distance between two crossings
                     // far exceeds rounding.
                     let late = (found.to_f64() * d.length() - t).abs() / tube;
-                    Verdict::bounded(off, bound, || format!("off the tube{}", hex::<R>(&ray))).and(
-                        || {
+                    Verdict::within_bound(off, bound, || format!("off the tube{}", hex::<R>(&ray)))
+                        .and(|| {
                             Verdict::holds(late < 0.3, || {
                                 format!("not the first crossing{}", hex::<R>(&ray))
                             })
-                        },
-                    )
+                        })
                 }
             }
         },

@@ -8,12 +8,14 @@ use crate::{
 };
 use glam::{DVec3, Vec3};
 
-use super::judge::{Outcome, Rays, Verdict, exact, hex, hit, judge, ray, stored, towards, ulp};
+use super::judge::{
+    Outcome, RayCount, Verdict, exact, hex, hit, judge, ray, ray_towards, to_scalar, ulp,
+};
 use super::{Measurement, by_shapes};
 
 /// A closed mesh of corners and triangles.
 #[derive(Clone, Debug)]
-pub struct Mesh {
+pub struct ClosedMesh {
     /// Positions of corners.
     pub corners: Vec<Vec3>,
     /// Three corners each, counter-clockwise from outside.
@@ -21,7 +23,7 @@ pub struct Mesh {
 }
 
 /// An icosahedron on the unit sphere, each face subdivided into four `levels` times.
-pub fn icosphere(levels: u32) -> Mesh {
+pub fn icosphere(levels: u32) -> ClosedMesh {
     let g = (1.0 + 5.0_f64.sqrt()) / 2.0;
     let mut corners: Vec<DVec3> = vec![];
     for (a, b) in [(1.0, g), (-1.0, g), (1.0, -g), (-1.0, -g)] {
@@ -63,7 +65,7 @@ pub fn icosphere(levels: u32) -> Mesh {
         }
         faces = finer;
     }
-    Mesh {
+    ClosedMesh {
         corners: corners.into_iter().map(DVec3::as_vec3).collect(),
         faces,
     }
@@ -71,8 +73,8 @@ pub fn icosphere(levels: u32) -> Mesh {
 
 /// The cube [−1, 1]³ with `n` × `n` cells per face, two triangles each. Faces share the bits of
 /// corners at edges.
-pub fn cube(n: usize) -> Mesh {
-    let mut mesh = Mesh {
+pub fn cube(n: usize) -> ClosedMesh {
+    let mut mesh = ClosedMesh {
         corners: vec![],
         faces: vec![],
     };
@@ -104,10 +106,10 @@ pub fn cube(n: usize) -> Mesh {
     mesh
 }
 
-impl Mesh {
+impl ClosedMesh {
     /// The mesh's triangles.
     pub fn triangles<R: Real>(&self) -> Vec<Triangle<R>> {
-        let corners = |face: &[usize; 3]| face.map(|i| stored::<R>(self.corners[i].as_dvec3()));
+        let corners = |face: &[usize; 3]| face.map(|i| to_scalar::<R>(self.corners[i].as_dvec3()));
         self.faces
             .iter()
             .map(|face| Triangle::new(corners(face)))
@@ -116,7 +118,7 @@ impl Mesh {
 
     /// The mesh with every n-th face flipped.
     #[must_use]
-    pub fn turned(mut self, every: usize) -> Self {
+    pub fn flip_every(mut self, every: usize) -> Self {
         for face in self.faces.iter_mut().step_by(every) {
             face.swap(1, 2);
         }
@@ -128,7 +130,7 @@ impl Mesh {
         let mut group = PrimitiveSet::<R>::default();
         for triangle in self.triangles() {
             group
-                .shape(triangle.into(), Visibility::default())
+                .add_shape(triangle.into(), Visibility::default())
                 .expect("finite corners");
         }
         Geometry::new(group, AcceleratorKind::default())
@@ -137,7 +139,7 @@ impl Mesh {
 
 /// Target of rays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Aim {
+pub enum RayTarget {
     /// A corner.
     Corner,
     /// An edge.
@@ -151,38 +153,38 @@ pub enum Aim {
 /// Rays from inside a closed mesh, each of which must hit.
 pub fn leaks<R: Real>(
     name: &str,
-    mesh: &Mesh,
-    aim: Aim,
+    mesh: &ClosedMesh,
+    ray_target: RayTarget,
     count: u32,
-    rays: Rays,
+    rays: RayCount,
     hits: impl Fn(&Ray<R>) -> bool + Sync,
 ) -> Outcome {
     judge(
-        &format!("P21 {name} {aim:?}"),
-        60 + aim as u64,
+        &format!("P21 {name} {ray_target:?}"),
+        60 + ray_target as u64,
         count,
         rays,
-        |random| {
-            let face = mesh.faces[(random.bits() % mesh.faces.len() as u64) as usize];
+        |rng| {
+            let face = mesh.faces[(rng.bits() % mesh.faces.len() as u64) as usize];
             let corner = |i: usize| mesh.corners[face[i]].as_dvec3();
-            let along = random.unit();
-            let target = match aim {
-                Aim::Corner => corner(0),
-                Aim::Edge => corner(0) + (corner(1) - corner(0)) * along,
-                Aim::FromCentre if random.sign() > 0.0 => corner(0),
-                Aim::FromCentre => corner(0) + (corner(1) - corner(0)) * along,
-                Aim::Anywhere => random.direction() * 2.0,
+            let along = rng.unit();
+            let target = match ray_target {
+                RayTarget::Corner => corner(0),
+                RayTarget::Edge => corner(0) + (corner(1) - corner(0)) * along,
+                RayTarget::FromCentre if rng.sign() > 0.0 => corner(0),
+                RayTarget::FromCentre => corner(0) + (corner(1) - corner(0)) * along,
+                RayTarget::Anywhere => rng.direction() * 2.0,
             };
-            let origin = if aim == Aim::FromCentre {
+            let origin = if ray_target == RayTarget::FromCentre {
                 DVec3::ZERO
             } else {
-                exact(random.direction() * (0.9 * random.unit()))
+                exact(rng.direction() * (0.9 * rng.unit()))
             };
             // From the centre the direction *is* the corner, so the ray passes exactly through it.
-            let ray = if aim == Aim::FromCentre {
+            let ray = if ray_target == RayTarget::FromCentre {
                 ray::<R>(origin, target)
             } else {
-                towards::<R>(origin, target)
+                ray_towards::<R>(origin, target)
             };
             Verdict::holds(hits(&ray), || format!("leak{}", hex::<R>(&ray)))
         },
@@ -192,13 +194,13 @@ pub fn leaks<R: Real>(
 /// The leaks of the library's tree.
 pub fn leaks_of_library<R: Real>(
     name: &str,
-    mesh: &Mesh,
-    aim: Aim,
+    mesh: &ClosedMesh,
+    ray_target: RayTarget,
     count: u32,
-    rays: Rays,
+    rays: RayCount,
 ) -> Outcome {
     let geometry = mesh.geometry::<R>();
-    leaks(name, mesh, aim, count, rays, |ray| {
+    leaks(name, mesh, ray_target, count, rays, |ray| {
         geometry
             .closest(ray, Interval::positive(), &mut ())
             .is_some()
@@ -207,43 +209,44 @@ pub fn leaks_of_library<R: Real>(
 
 /// P20: rays nearly in the plane of a thin distant triangle: any hit must lie in the triangle's
 /// box.
-pub fn nearly_parallel<R: Real>(rays: Rays) -> Vec<Measurement> {
-    let outcome = judge("P20", 52, 600_000, rays, |random| {
-        let x = random.direction();
-        let y = random.disc(x, 1.0).normalize();
-        let at = random.direction() * 600.0;
+pub fn nearly_parallel<R: Real>(rays: RayCount) -> Vec<Measurement> {
+    let outcome = judge("P20", 52, 600_000, rays, |rng| {
+        let x = rng.direction();
+        let y = rng.in_disc(x, 1.0).normalize();
+        let point = rng.direction() * 600.0;
         // A needle of the bounding box 11.2 × 9.7 × 1.4, axis-aligned; or one of that length and
         // height in random orientation.
         let diagonal = DVec3::new(11.2, 9.7, 1.4);
-        let corners = if random.sign() > 0.0 {
+        let corners = if rng.sign() > 0.0 {
             [
-                at,
-                at + diagonal,
-                at + diagonal * random.between(0.6, 0.9)
-                    + random.cube() * DVec3::new(0.0, 0.5, 0.1),
+                point,
+                point + diagonal,
+                point
+                    + diagonal * rng.uniform(0.6, 0.9)
+                    + rng.in_cube() * DVec3::new(0.0, 0.5, 0.1),
             ]
             .map(exact)
         } else {
-            [at, at + x * 11.2, at + x * 9.65 + y * 0.98].map(exact)
+            [point, point + x * 11.2, point + x * 9.65 + y * 0.98].map(exact)
         };
         let (x, y) = {
             let x = (corners[1] - corners[0]).normalize();
             let normal = x.cross(corners[2] - corners[0]).normalize();
             (x, normal.cross(x))
         };
-        let angle = random.pick(&[0.5_f64, 0.01, 1e-4]).to_radians();
+        let angle = rng.choose(&[0.5_f64, 0.01, 1e-4]).to_radians();
         let normal = (corners[1] - corners[0])
             .cross(corners[2] - corners[0])
             .normalize();
-        let weights = (random.unit(), random.unit());
+        let weights = (rng.unit(), rng.unit());
         let target = corners[0]
             + (corners[1] - corners[0]) * weights.0
             + (corners[2] - corners[0]) * (weights.1 * (1.0 - weights.0));
-        let away = x * random.between(-1.0, 1.0) + y * random.between(-1.0, 1.0);
+        let away = x * rng.uniform(-1.0, 1.0) + y * rng.uniform(-1.0, 1.0);
         let origin = target + (away.normalize() + normal * angle) * 600.0;
-        let ray = towards::<R>(origin, target + random.cube() * 1e-3);
+        let ray = ray_towards::<R>(origin, target + rng.in_cube() * 1e-3);
         let (o, d) = (ray.origin.to_f64(), ray.direction.to_f64());
-        let shape = Triangle::new(corners.map(stored::<R>));
+        let shape = Triangle::new(corners.map(to_scalar::<R>));
         let Some(h) = hit::<R>(&shape, &ray) else {
             return Verdict::Skip;
         };
@@ -255,11 +258,11 @@ pub fn nearly_parallel<R: Real>(rays: Rays) -> Vec<Measurement> {
         let on_plane = shape.surface(&PreparedRay::new(ray), h).point.to_f64();
         let scale = low.abs().max(high.abs()).max(o.abs()).max_element();
         let over = |p: DVec3| (low - p).max(p - high).max_element();
-        Verdict::bounded(over(on_ray), 16.0 * ulp(scale), || {
+        Verdict::within_bound(over(on_ray), 16.0 * ulp(scale), || {
             format!("point of the ray{} {shape:?}", hex(&ray))
         })
         .and(|| {
-            Verdict::bounded(over(on_plane), 16.0 * ulp(scale), || {
+            Verdict::within_bound(over(on_plane), 16.0 * ulp(scale), || {
                 format!("point of the surface{} {shape:?}", hex(&ray))
             })
         })

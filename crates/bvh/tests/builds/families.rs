@@ -17,9 +17,9 @@ pub enum Item {
 }
 
 /// A small seeded generator (SplitMix64).
-pub struct Random(pub u64);
+pub struct ArrangementRng(pub u64);
 
-impl Random {
+impl ArrangementRng {
     /// Uniform in [0, 1).
     pub fn unit(&mut self) -> f32 {
         (step(&mut self.0) >> 40) as f32 / (1 << 24) as f32
@@ -46,9 +46,9 @@ pub type Family = (&'static str, fn(usize) -> Vec<Item>);
 
 /// Random spheres in a cube, as in the benchmark: the baseline of the other families.
 pub fn random(n: usize) -> Vec<Item> {
-    let random = &mut Random(1);
+    let rng = &mut ArrangementRng(1);
     let radius = 0.3 / (n as f32).cbrt();
-    (0..n).map(|_| Item::Ball(random.point(), radius)).collect()
+    (0..n).map(|_| Item::Ball(rng.point(), radius)).collect()
 }
 
 /// The families, each once.
@@ -112,9 +112,9 @@ pub const FAMILIES: [Family; 30] = [
         with_first(random(n), Item::Ball(Vec3::splat(1e12), 1.0))
     }),
     ("identical centres, random sizes", |n| {
-        let random = &mut Random(5);
+        let rng = &mut ArrangementRng(5);
         (0..n)
-            .map(|_| Item::Ball(Vec3::ONE, 0.1 + random.unit()))
+            .map(|_| Item::Ball(Vec3::ONE, 0.1 + rng.unit()))
             .collect()
     }),
     ("nested boxes with a common corner", |n| {
@@ -230,18 +230,18 @@ fn fan(n: usize) -> Vec<Item> {
 }
 
 fn sticks(n: usize) -> Vec<Item> {
-    let random = &mut Random(3);
+    let rng = &mut ArrangementRng(3);
     let mut stick = || {
-        let (a, b) = (random.point(), random.point());
+        let (a, b) = (rng.point(), rng.point());
         [a, b, b + Vec3::splat(1e-3)]
     };
     (0..n).map(|_| Item::Triangle(stick())).collect()
 }
 
 fn axis_sticks(n: usize) -> Vec<Item> {
-    let random = &mut Random(4);
+    let rng = &mut ArrangementRng(4);
     let mut stick = |i: usize| {
-        let (mut a, along) = (random.point(), Vec3::AXES[i % 3]);
+        let (mut a, along) = (rng.point(), Vec3::AXES[i % 3]);
         a[i % 3] = -1.0;
         [
             a,
@@ -282,9 +282,9 @@ pub fn group(items: &[Item]) -> PrimitiveSet<f32> {
     for item in items {
         let added = match *item {
             Item::Ball(centre, radius) => {
-                group.sphere(Sphere { centre, radius }, Visibility::default())
+                group.add_sphere(Sphere { centre, radius }, Visibility::default())
             }
-            Item::Triangle(corners) => group.triangle(corners, Visibility::default()),
+            Item::Triangle(corners) => group.add_triangle(corners, Visibility::default()),
         };
         added.unwrap_or_else(|e| panic!("{item:?}: {e}"));
     }

@@ -1,7 +1,7 @@
 //! Builds: none takes much longer than another of as many primitives, every tree culls, and no tree
 //! changes a hit.
 
-mod answers;
+mod agreement;
 mod families;
 mod rooms;
 mod silhouettes;

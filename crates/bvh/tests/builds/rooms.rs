@@ -7,12 +7,12 @@ use raywright_bvh::{
     Visibility,
 };
 
-use super::families::Random;
+use super::families::ArrangementRng;
 
 /// Six walls of cells × cells quads with extent 2·half around the centre, each corner moved by up
 /// to `jitter`.
 fn room(cells: usize, centre: DVec3, half: f64, jitter: f64) -> PrimitiveSet<f32> {
-    let random = &mut Random(2);
+    let rng = &mut ArrangementRng(2);
     let mut group = PrimitiveSet::default();
     let step = 2.0 * half / cells as f64;
     for wall in 0..6 {
@@ -24,15 +24,15 @@ fn room(cells: usize, centre: DVec3, half: f64, jitter: f64) -> PrimitiveSet<f32
             DVec3::splat(half) - (u + v) * (2.0 * half)
         };
         for cell in 0..cells * cells {
-            let moved = random.point().as_dvec3() * jitter * half;
-            let at = centre
+            let moved = rng.point().as_dvec3() * jitter * half;
+            let point = centre
                 + corner
                 + u * (step * (cell % cells) as f64)
                 + v * (step * (cell / cells) as f64)
                 + moved;
             group
-                .shape(
-                    AnyShape::Quad(Quad::new(at, u * step, v * step)),
+                .add_shape(
+                    AnyShape::Quad(Quad::new(point, u * step, v * step)),
                     Visibility::default(),
                 )
                 .unwrap();
@@ -44,13 +44,13 @@ fn room(cells: usize, centre: DVec3, half: f64, jitter: f64) -> PrimitiveSet<f32
 /// Nodes and primitives visited by rays that start in the room.
 fn visits(group: PrimitiveSet<f32>, centre: DVec3, half: f64, quality: BuildQuality) -> u64 {
     let geometry = Geometry::new(group, AcceleratorKind::Tree(quality));
-    let (random, mut visits) = (&mut Random(3), TraversalStats::default());
+    let (rng, mut stats) = (&mut ArrangementRng(3), TraversalStats::default());
     for _ in 0..2000 {
-        let origin = centre + random.point().as_dvec3() * (0.9 * half);
-        let ray = Ray::new(origin.as_vec3(), random.point().normalize());
-        geometry.closest(&ray, Interval::positive(), &mut visits);
+        let origin = centre + rng.point().as_dvec3() * (0.9 * half);
+        let ray = Ray::new(origin.as_vec3(), rng.point().normalize());
+        geometry.closest(&ray, Interval::positive(), &mut stats);
     }
-    visits.nodes + visits.primitives
+    stats.nodes + stats.primitives
 }
 
 /// Protects: a room costs its rays at most twice as much as the same room with slightly moved

@@ -5,7 +5,7 @@ use glam::DVec3;
 use raywright_bvh::shapes::{AnyShape, Disk, Sphere};
 use raywright_bvh::{AcceleratorKind, Geometry, Interval, PrimitiveSet, Ray, Visibility};
 
-use super::families::Random;
+use super::families::ArrangementRng;
 
 /// Unit spheres and disks in a row, enough for a tree.
 fn scene(kind: AcceleratorKind, offset: DVec3) -> Geometry<f64> {
@@ -13,7 +13,7 @@ fn scene(kind: AcceleratorKind, offset: DVec3) -> Geometry<f64> {
     for i in 0..20 {
         let centre = offset + DVec3::X * (4.0 * f64::from(i));
         group
-            .sphere(
+            .add_sphere(
                 Sphere {
                     centre,
                     radius: 1.0,
@@ -23,7 +23,7 @@ fn scene(kind: AcceleratorKind, offset: DVec3) -> Geometry<f64> {
             .unwrap();
         let disk = Disk::new(centre + DVec3::Y * 3.0, DVec3::Y, 1.0);
         group
-            .shape(AnyShape::Disk(disk), Visibility::default())
+            .add_shape(AnyShape::Disk(disk), Visibility::default())
             .unwrap();
     }
     Geometry::new(group, kind)
@@ -40,23 +40,26 @@ fn rays_along_silhouettes_are_not_culled() {
     ] {
         let scan = scene(AcceleratorKind::Linear, offset);
         let tree = scene(AcceleratorKind::default(), offset);
-        let (random, mut met) = (&mut Random(11), 0);
+        let (rng, mut hit_count) = (&mut ArrangementRng(11), 0);
         for i in 0..20_000 {
             let centre = offset + DVec3::X * (4.0 * f64::from(i % 20));
             // Towards the extreme point of a sphere along an axis, and perpendicular to that axis.
             let axis = i / 20 % 3;
             let out = DVec3::AXES[axis as usize] * if i / 60 % 2 == 0 { 1.0 } else { -1.0 };
             let across = DVec3::AXES[(axis as usize + 1) % 3];
-            let touched = centre + out * (1.0 + 1e-9 * f64::from(random.unit() * 2.0 - 1.0));
-            let ray = Ray::new(touched - across * f64::from(1.0 + random.unit()), across);
+            let touched = centre + out * (1.0 + 1e-9 * f64::from(rng.unit() * 2.0 - 1.0));
+            let ray = Ray::new(touched - across * f64::from(1.0 + rng.unit()), across);
             let expected = scan.closest(&ray, Interval::positive(), &mut ());
-            met += u32::from(expected.is_some());
+            hit_count += u32::from(expected.is_some());
             assert_eq!(
                 tree.closest(&ray, Interval::positive(), &mut ()),
                 expected,
                 "{ray:?}"
             );
         }
-        assert!((5000..19_000).contains(&met), "{met} rays met something");
+        assert!(
+            (5000..19_000).contains(&hit_count),
+            "{hit_count} rays met something"
+        );
     }
 }

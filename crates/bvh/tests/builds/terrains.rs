@@ -6,7 +6,7 @@ use raywright_bvh::{
     Visibility,
 };
 
-use super::families::Random;
+use super::families::ArrangementRng;
 
 /// Two triangles for each of cells × cells squares, over ±1 in two axes.
 fn terrain(cells: u16) -> PrimitiveSet<f32> {
@@ -24,7 +24,7 @@ fn terrain(cells: u16) -> PrimitiveSet<f32> {
         [[a, b, c], [c, b, d]]
     });
     let mut group = PrimitiveSet::default();
-    group.mesh(triangles, Visibility::default()).unwrap();
+    group.add_mesh(triangles, Visibility::default()).unwrap();
     group
 }
 
@@ -35,17 +35,13 @@ fn terrain(cells: u16) -> PrimitiveSet<f32> {
 fn rays_test_few_nodes_of_a_terrain() {
     for quality in BuildQuality::ALL {
         let geometry = Geometry::new(terrain(150), AcceleratorKind::Tree(quality));
-        let (random, mut visits, rays) = (&mut Random(4), TraversalStats::default(), 4000);
+        let (rng, mut stats, rays) = (&mut ArrangementRng(4), TraversalStats::default(), 4000);
         for _ in 0..rays {
-            let from = random.point() * Vec3::new(1.0, 0.05, 1.0) + Vec3::Y * 0.16;
-            let direction = random.point() * Vec3::new(1.0, 0.3, 1.0);
-            geometry.closest(
-                &Ray::new(from, direction),
-                Interval::positive(),
-                &mut visits,
-            );
+            let from = rng.point() * Vec3::new(1.0, 0.05, 1.0) + Vec3::Y * 0.16;
+            let direction = rng.point() * Vec3::new(1.0, 0.3, 1.0);
+            geometry.closest(&Ray::new(from, direction), Interval::positive(), &mut stats);
         }
-        let nodes = visits.nodes as f64 / f64::from(rays);
+        let nodes = stats.nodes as f64 / f64::from(rays);
         assert!(nodes < 2.85, "{quality:?}: {nodes} nodes a ray");
     }
 }

@@ -6,7 +6,7 @@ use raywright_bvh::{
     AcceleratorKind, BuildQuality, BuildWork, Geometry, Interval, Ray, TraversalStats,
 };
 
-use super::families::{FAMILIES, Item, Random, group, random, uneven};
+use super::families::{ArrangementRng, FAMILIES, Item, group, random, uneven};
 
 fn work(items: &[Item], quality: BuildQuality) -> BuildWork {
     let geometry = Geometry::new(group(items), AcceleratorKind::Tree(quality));
@@ -63,10 +63,10 @@ fn work_grows_with_the_number() {
 /// before each of its passes; an uncancelled build returns the usual tree.
 #[test]
 fn builds_can_be_given_up() {
-    let family = |wanted: &str| {
+    let family = |expected: &str| {
         FAMILIES
             .into_iter()
-            .find(|(name, _)| *name == wanted)
+            .find(|(name, _)| *name == expected)
             .expect("a family")
             .1
     };
@@ -96,23 +96,30 @@ fn builds_can_be_given_up() {
             15,
         ),
     ];
-    for (name, items, quality, count, least) in cases {
+    for (name, items, quality, count, minimum) in cases {
         let items = items(count);
-        let given_up_after = |most: usize| {
-            let asked = AtomicUsize::new(0);
-            let stop = || asked.fetch_add(1, Ordering::Relaxed) >= most;
+        let given_up_after = |maximum: usize| {
+            let requested = AtomicUsize::new(0);
+            let stop = || requested.fetch_add(1, Ordering::Relaxed) >= maximum;
             let geometry = Geometry::unless(group(&items), AcceleratorKind::Tree(quality), &stop);
             (
                 geometry.and_then(|geometry| geometry.build_work()),
-                asked.into_inner(),
+                requested.into_inner(),
             )
         };
-        let (whole, asked) = given_up_after(usize::MAX);
+        let (whole, requested) = given_up_after(usize::MAX);
         assert_eq!(whole, Some(work(&items, quality)), "{name}");
 
-        assert!(asked >= least, "{name}: {whole:?}, {asked} questions");
-        for most in 0..asked {
-            assert_eq!(given_up_after(most).0, None, "{name}: {most} of {asked}");
+        assert!(
+            requested >= minimum,
+            "{name}: {whole:?}, {requested} questions"
+        );
+        for maximum in 0..requested {
+            assert_eq!(
+                given_up_after(maximum).0,
+                None,
+                "{name}: {maximum} of {requested}"
+            );
         }
     }
 }
@@ -133,17 +140,17 @@ fn trees_of_odd_families_cull() {
     const COUNT: usize = 20_000;
     let visits = |items: &[Item]| {
         let geometry = Geometry::new(group(items), AcceleratorKind::default());
-        let (random, mut visits) = (&mut Random(9), TraversalStats::default());
+        let (rng, mut stats) = (&mut ArrangementRng(9), TraversalStats::default());
         for i in 0..400 {
             let Item::Ball(centre, radius) = items[i * 7919 % COUNT] else {
                 panic!("balls")
             };
-            let target = centre + random.point() * 0.5 * radius;
-            let origin = target + random.point() * 4.0 * radius;
+            let target = centre + rng.point() * 0.5 * radius;
+            let origin = target + rng.point() * 4.0 * radius;
             let ray = Ray::new(origin, (target - origin).as_dvec3().normalize().as_vec3());
-            geometry.closest(&ray, Interval::positive(), &mut visits);
+            geometry.closest(&ray, Interval::positive(), &mut stats);
         }
-        visits.nodes
+        stats.nodes
     };
     let base = visits(&random(COUNT));
     let apart = [
@@ -177,12 +184,12 @@ fn scans_are_counted() {
             centre + glam::Vec3::X * 1e6 * radius.max(1.0),
             glam::Vec3::X,
         );
-        let mut visits = TraversalStats::default();
+        let mut stats = TraversalStats::default();
         Geometry::new(group(&items), AcceleratorKind::Linear).closest(
             &away,
             Interval::positive(),
-            &mut visits,
+            &mut stats,
         );
-        assert_eq!((visits.nodes, visits.primitives), (0, count as u64));
+        assert_eq!((stats.nodes, stats.primitives), (0, count as u64));
     }
 }

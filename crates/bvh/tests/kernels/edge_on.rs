@@ -7,7 +7,7 @@ use raywright_bvh::{
 };
 
 use super::bits;
-use super::meshes::Random;
+use super::meshes::MeshRng;
 
 const GROUPS: usize = 1500;
 const RAYS: usize = 40;
@@ -15,18 +15,18 @@ const NEEDLES: usize = 4;
 const WALLS: usize = 4;
 
 /// A number that f32 holds in few digits, or one with all digits.
-fn step(random: &mut Random) -> f32 {
-    let whole = [1.0, 2.0, 3.0, 5.0, 7.0, -2.0, -3.0][random.below(7)];
-    if random.below(2) == 0 {
+fn step(rng: &mut MeshRng) -> f32 {
+    let whole = [1.0, 2.0, 3.0, 5.0, 7.0, -2.0, -3.0][rng.below(7)];
+    if rng.below(2) == 0 {
         whole
     } else {
-        whole * (1.0 + random.unit())
+        whole * (1.0 + rng.unit())
     }
 }
 
 /// Moves each coordinate by a unit in the last place with probability one half.
-fn nudged(random: &mut Random, v: Vec3) -> Vec3 {
-    let mut one = |x: f32| match random.below(4) {
+fn nudged(rng: &mut MeshRng, v: Vec3) -> Vec3 {
+    let mut one = |x: f32| match rng.below(4) {
         0 => x.next_up(),
         1 => x.next_down(),
         _ => x,
@@ -35,8 +35,8 @@ fn nudged(random: &mut Random, v: Vec3) -> Vec3 {
 }
 
 /// Directions that differ by units in the last place.
-fn about(random: &mut Random, direction: Vec3) -> Vec<Vec3> {
-    (0..RAYS).map(|_| nudged(random, direction)).collect()
+fn about(rng: &mut MeshRng, direction: Vec3) -> Vec<Vec3> {
+    (0..RAYS).map(|_| nudged(rng, direction)).collect()
 }
 
 /// Compares every kernel, by single rays and by packets, with the scan, also before the origin.
@@ -50,7 +50,7 @@ fn compared(
     let built = |kind: AcceleratorKind| {
         let mut group = PrimitiveSet::<f32>::default();
         group
-            .mesh(triangles.iter().copied(), Visibility::default())
+            .add_mesh(triangles.iter().copied(), Visibility::default())
             .unwrap();
         Geometry::new(group, kind)
     };
@@ -103,35 +103,34 @@ fn compared(
 /// triangles to behind them, is hit at the same distance by scan and tree.
 #[test]
 fn order_does_not_decide() {
-    let (random, mut hits) = (&mut Random(41), 0);
+    let (rng, mut hits) = (&mut MeshRng(41), 0);
     for _ in 0..GROUPS {
-        let origin = random.point() * [0.0, 1.0, 1e3][random.below(3)];
-        let direction =
-            Vec3::new(step(random), step(random), step(random)) * [1.0, 1e-3][random.below(2)];
+        let origin = rng.point() * [0.0, 1.0, 1e3][rng.below(3)];
+        let direction = Vec3::new(step(rng), step(rng), step(rng)) * [1.0, 1e-3][rng.below(2)];
         let mut triangles = vec![];
         for _ in 0..8 {
-            let along = |random: &mut Random| origin + direction * (1 << random.below(11)) as f32;
-            let corners = [along(random), along(random), along(random)];
-            triangles.push(corners.map(|corner| nudged(random, corner)));
-            let (at, size) = (along(random), direction.length() * (0.1 + random.unit()));
+            let along = |rng: &mut MeshRng| origin + direction * (1 << rng.below(11)) as f32;
+            let corners = [along(rng), along(rng), along(rng)];
+            triangles.push(corners.map(|corner| nudged(rng, corner)));
+            let (point, size) = (along(rng), direction.length() * (0.1 + rng.unit()));
             triangles.push([
-                at + random.point() * size,
-                at + random.point() * size,
-                at + random.point() * size,
+                point + rng.point() * size,
+                point + rng.point() * size,
+                point + rng.point() * size,
             ]);
         }
         // Enough for a tree.
         for _ in 0..80 {
-            let at = origin + random.point() * (direction.length() * 2000.0);
+            let point = origin + rng.point() * (direction.length() * 2000.0);
             triangles.push([
-                at,
-                at + random.point() * direction.length(),
-                at + random.point() * direction.length(),
+                point,
+                point + rng.point() * direction.length(),
+                point + rng.point() * direction.length(),
             ]);
         }
         hits += compared(
             origin,
-            &about(random, direction),
+            &about(rng, direction),
             &triangles,
             AcceleratorKind::default(),
         );
@@ -150,7 +149,7 @@ struct Flat {
     triangles: Vec<[Vec3; 3]>,
 }
 
-fn flat(random: &mut Random, turn: usize) -> Flat {
+fn flat(rng: &mut MeshRng, turn: usize) -> Flat {
     // All sums have fewer than 24 digits, so they are exact. The axes take turns.
     let on = |x: f32, y: f32| {
         let v = Vec3::new(x, y, x + y);
@@ -161,34 +160,34 @@ fn flat(random: &mut Random, turn: usize) -> Flat {
         Vec3::new(1.0, -1.0, 1.0),
         Vec3::new(-1.0, 1.0, 1.0),
     ][turn];
-    let sign = |random: &mut Random| [1.0, -1.0][random.below(2)];
-    let whole = |random: &mut Random, most: f32| (random.unit() * most).floor() * sign(random);
-    let fraction = |random: &mut Random| whole(random, 4_000_000.0) / 8_388_608.0;
-    let origin = on(fraction(random), fraction(random));
-    let size = [1000.0, 50_000.0, 1_000_000.0][random.below(3)];
-    let place = [whole(random, size), whole(random, size)];
+    let sign = |rng: &mut MeshRng| [1.0, -1.0][rng.below(2)];
+    let whole = |rng: &mut MeshRng, maximum: f32| (rng.unit() * maximum).floor() * sign(rng);
+    let fraction = |rng: &mut MeshRng| whole(rng, 4_000_000.0) / 8_388_608.0;
+    let origin = on(fraction(rng), fraction(rng));
+    let size = [1000.0, 50_000.0, 1_000_000.0][rng.below(3)];
+    let place = [whole(rng, size), whole(rng, size)];
     let (mut triangles, mut directions) = (vec![], vec![]);
     for _ in 0..NEEDLES {
-        let (way, k) = (random.below(3), sign(random));
-        let length = size * [1.0, 0.3, 0.1, 0.03, 0.01][random.below(5)];
+        let (orientation, k) = (rng.below(3), sign(rng));
+        let length = size * [1.0, 0.3, 0.1, 0.03, 0.01][rng.below(5)];
         let corner = |along: f32, up: f32| {
             let along = along.round();
-            let [x, y] = [[along, up], [up, along], [along, up - along]][way];
+            let [x, y] = [[along, up], [up, along], [along, up - along]][orientation];
             on(place[0] + x, place[1] + y)
         };
-        let step = |random: &mut Random| random.below(3) as f32 - 1.0;
-        let ends = [-k, k, k].map(|side| side * length * random.unit());
-        let needle = ends.map(|end| corner(end, step(random)));
+        let step = |rng: &mut MeshRng| rng.below(3) as f32 - 1.0;
+        let ends = [-k, k, k].map(|side| side * length * rng.unit());
+        let needle = ends.map(|end| corner(end, step(rng)));
         triangles.push(needle);
         for _ in 0..WALLS {
-            let nearer = 1.0 - 10.0_f32.powf(-1.0 - 5.0 * random.unit());
+            let nearer = 1.0 - 10.0_f32.powf(-1.0 - 5.0 * rng.unit());
             let [a, b] = [needle[0], needle[1]].map(|p| origin + (p - origin) * nearer);
-            let aside = across * (length * (0.1 + random.unit()));
+            let aside = across * (length * (0.1 + rng.unit()));
             triangles.push([a + aside, a - aside, a + (b - a) * 2.0]);
         }
         // At points of the needle, in integers of at most 22 digits.
         for _ in 0..RAYS / NEEDLES {
-            let target = needle[0].lerp(needle[1], random.unit()) - origin;
+            let target = needle[0].lerp(needle[1], rng.unit()) - origin;
             let [x, y] = [
                 [target.x, target.y],
                 [target.z, target.x],
@@ -200,8 +199,12 @@ fn flat(random: &mut Random, turn: usize) -> Flat {
     }
     // Behind all needles, enough for a tree.
     for _ in 0..60 {
-        let at = on(place[0], place[1]) * (2.5 + random.unit());
-        triangles.push([at, at + random.point() * size, at + random.point() * size]);
+        let point = on(place[0], place[1]) * (2.5 + rng.unit());
+        triangles.push([
+            point,
+            point + rng.point() * size,
+            point + rng.point() * size,
+        ]);
     }
     Flat {
         origin,
@@ -217,13 +220,13 @@ fn flat(random: &mut Random, turn: usize) -> Flat {
 /// without the rule, a few in a thousand of these rays differ.
 #[test]
 fn p20_faces_in_the_plane_of_the_ray_are_met_alike() {
-    let (random, mut hits) = (&mut Random(47), 0);
+    let (rng, mut hits) = (&mut MeshRng(47), 0);
     for round in 0..GROUPS {
         let Flat {
             origin,
             directions,
             triangles,
-        } = flat(random, round % 3);
+        } = flat(rng, round % 3);
         let quality = BuildQuality::ALL[round / 3 % BuildQuality::ALL.len()];
         hits += compared(
             origin,

@@ -6,9 +6,9 @@ use raywright_bvh::{Interval, Ray};
 use crate::split_mix::step;
 
 /// A small seeded generator (SplitMix64), so that a failure can be repeated.
-pub struct Random(pub u64);
+pub struct MeshRng(pub u64);
 
-impl Random {
+impl MeshRng {
     fn bits(&mut self) -> u64 {
         step(&mut self.0)
     }
@@ -24,29 +24,29 @@ impl Random {
     }
 }
 
-pub type Mesh = Vec<[Vec3; 3]>;
+pub type TriangleSoup = Vec<[Vec3; 3]>;
 
-fn scattered(random: &mut Random, count: usize, size: f32) -> Mesh {
+fn scattered(rng: &mut MeshRng, count: usize, size: f32) -> TriangleSoup {
     let mut one = || {
-        let a = random.point();
-        [a, a + random.point() * size, a + random.point() * size]
+        let a = rng.point();
+        [a, a + rng.point() * size, a + rng.point() * size]
     };
     (0..count).map(|_| one()).collect()
 }
 
 /// Slivers three hundred times as long as wide.
-fn needles(random: &mut Random, count: usize) -> Mesh {
+fn needles(rng: &mut MeshRng, count: usize) -> TriangleSoup {
     let mut one = || {
-        let (a, along) = (random.point(), random.point());
-        [a, a + along, a + along * 0.5 + random.point() * 0.003]
+        let (a, along) = (rng.point(), rng.point());
+        [a, a + along, a + along * 0.5 + rng.point() * 0.003]
     };
     (0..count).map(|_| one()).collect()
 }
 
 /// A rough terrain of squares, each of two triangles.
-fn terrain(random: &mut Random, side: usize) -> Mesh {
+fn terrain(rng: &mut MeshRng, side: usize) -> TriangleSoup {
     let heights: Vec<f32> = (0..(side + 1) * (side + 1))
-        .map(|_| random.unit() * 0.1)
+        .map(|_| rng.unit() * 0.1)
         .collect();
     let corner = |x: usize, z: usize| {
         let place = |i: usize| i as f32 / side as f32 * 2.0 - 1.0;
@@ -66,25 +66,25 @@ fn terrain(random: &mut Random, side: usize) -> Mesh {
 }
 
 /// Triangles in few planes, each twice, with points and segments among them.
-fn coplanar(random: &mut Random, count: usize) -> Mesh {
+fn coplanar(rng: &mut MeshRng, count: usize) -> TriangleSoup {
     let mut one = || {
-        let level = random.below(3) as f32 * 0.25;
-        let mut corner = || random.point() * Vec3::new(1.0, 0.0, 1.0) + Vec3::Y * level;
+        let level = rng.below(3) as f32 * 0.25;
+        let mut corner = || rng.point() * Vec3::new(1.0, 0.0, 1.0) + Vec3::Y * level;
         let (a, b, c) = (corner(), corner(), corner());
-        match random.below(8) {
+        match rng.below(8) {
             0 => [a; 3],
             1 => [a, b, b],
             _ => [a, b, c],
         }
     };
-    let once: Mesh = (0..count).map(|_| one()).collect();
+    let once: TriangleSoup = (0..count).map(|_| one()).collect();
     once.iter().chain(&once).copied().collect()
 }
 
 /// Axis-aligned walls and floors.
-fn room(side: usize) -> Mesh {
+fn room(side: usize) -> TriangleSoup {
     let at = |i: usize| i as f32 / side as f32 * 2.0 - 1.0;
-    let mut mesh = Mesh::new();
+    let mut mesh = TriangleSoup::new();
     for axis in 0..3 {
         for (i, level) in (0..side * side).flat_map(|i| [(i, -1.0), (i, 1.0)]) {
             let corner = |x: usize, y: usize| {
@@ -105,16 +105,16 @@ fn room(side: usize) -> Mesh {
     mesh
 }
 
-fn scaled(mesh: Mesh, scale: f32, offset: Vec3) -> Mesh {
+fn scaled(mesh: TriangleSoup, scale: f32, offset: Vec3) -> TriangleSoup {
     mesh.into_iter()
         .map(|corners| corners.map(|p| p * scale + offset))
         .collect()
 }
 
 /// Each mesh with its name.
-pub fn families() -> Vec<(&'static str, Mesh)> {
-    let random = &mut Random(5);
-    let small = scaled(scattered(random, 300, 0.1), 1e-2, Vec3::ZERO);
+pub fn families() -> Vec<(&'static str, TriangleSoup)> {
+    let rng = &mut MeshRng(5);
+    let small = scaled(scattered(rng, 300, 0.1), 1e-2, Vec3::ZERO);
     let ground = |reach: f32| {
         let [a, b, c, d] = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]
             .map(|[x, z]| Vec3::new(x, -0.02, z) * reach);
@@ -124,13 +124,13 @@ pub fn families() -> Vec<(&'static str, Mesh)> {
         ]
     };
     vec![
-        ("three", scattered(random, 3, 1.0)),
-        ("nine", scattered(random, 9, 1.0)),
-        ("scattered", scattered(random, 1000, 0.2)),
-        ("crowded", scattered(random, 300, 2.0)),
-        ("needles", needles(random, 700)),
-        ("terrain", terrain(random, 20)),
-        ("coplanar", coplanar(random, 200)),
+        ("three", scattered(rng, 3, 1.0)),
+        ("nine", scattered(rng, 9, 1.0)),
+        ("scattered", scattered(rng, 1000, 0.2)),
+        ("crowded", scattered(rng, 300, 2.0)),
+        ("needles", needles(rng, 700)),
+        ("terrain", terrain(rng, 20)),
+        ("coplanar", coplanar(rng, 200)),
         ("room", room(6)),
         (
             "small on a wide ground",
@@ -142,33 +142,33 @@ pub fn families() -> Vec<(&'static str, Mesh)> {
         ),
         (
             "far from the origin",
-            scaled(scattered(random, 400, 0.2), 1.0, Vec3::splat(1e4)),
+            scaled(scattered(rng, 400, 0.2), 1.0, Vec3::splat(1e4)),
         ),
         (
             "of micrometres",
-            scaled(scattered(random, 400, 0.2), 1e-6, Vec3::ZERO),
+            scaled(scattered(rng, 400, 0.2), 1e-6, Vec3::ZERO),
         ),
         (
             "of nothing",
-            scaled(scattered(random, 400, 0.2), 1e-22, Vec3::ZERO),
+            scaled(scattered(rng, 400, 0.2), 1e-22, Vec3::ZERO),
         ),
         (
             "of gigametres",
-            scaled(scattered(random, 400, 0.2), 1e9, Vec3::ZERO),
+            scaled(scattered(rng, 400, 0.2), 1e9, Vec3::ZERO),
         ),
         (
             "beyond the filter",
-            scaled(scattered(random, 400, 0.2), 1e13, Vec3::ZERO),
+            scaled(scattered(rng, 400, 0.2), 1e13, Vec3::ZERO),
         ),
     ]
 }
 
 /// A ray at the mesh: at a corner, at an edge, into a face, along a face or anywhere, from near and
 /// far, some along axes, and some with the mesh behind them.
-pub fn ray(random: &mut Random, mesh: &[[Vec3; 3]]) -> Ray<f32> {
-    let [a, b, c] = mesh[random.below(mesh.len())];
-    let (u, v) = (random.unit(), random.unit());
-    let target = match random.below(4) {
+pub fn ray(rng: &mut MeshRng, mesh: &[[Vec3; 3]]) -> Ray<f32> {
+    let [a, b, c] = mesh[rng.below(mesh.len())];
+    let (u, v) = (rng.unit(), rng.unit());
+    let target = match rng.below(4) {
         0 => a,
         1 => a + (b - a) * u,
         2 => a + (b - a) * (u * (1.0 - v)) + (c - a) * v,
@@ -179,27 +179,27 @@ pub fn ray(random: &mut Random, mesh: &[[Vec3; 3]]) -> Ray<f32> {
         .max_element()
         .max((c - a).abs().max_element())
         .max(f32::MIN_POSITIVE);
-    let away = size * [0.01, 1.0, 30.0, 1e4][random.below(4)];
-    let mut direction = random.point();
-    match random.below(6) {
+    let away = size * [0.01, 1.0, 30.0, 1e4][rng.below(4)];
+    let mut direction = rng.point();
+    match rng.below(6) {
         // Nearly in the plane of the face.
         0 => direction = (b - a) / size + (c - a) / size * (u - 0.5),
-        1 => direction *= [Vec3::X, -Vec3::Y, Vec3::Z][random.below(3)],
-        2 => direction *= [Vec3::new(1.0, 1.0, -0.0), Vec3::new(0.0, 1.0, 1.0)][random.below(2)],
+        1 => direction *= [Vec3::X, -Vec3::Y, Vec3::Z][rng.below(3)],
+        2 => direction *= [Vec3::new(1.0, 1.0, -0.0), Vec3::new(0.0, 1.0, 1.0)][rng.below(2)],
         _ => {}
     }
     let direction = direction.as_dvec3().normalize_or(glam::DVec3::X).as_vec3();
-    let ahead = if random.below(4) == 0 { -1.0 } else { 1.0 };
+    let ahead = if rng.below(4) == 0 { -1.0 } else { 1.0 };
     // Directions need no unit length.
-    let length = [1.0, 1.0, 1.0, 1.0, 1e-30, 1e-10, 1e10, 1e30][random.below(8)];
+    let length = [1.0, 1.0, 1.0, 1.0, 1e-30, 1e-10, 1e10, 1e30][rng.below(8)];
     Ray::new(target - direction * (away * ahead), direction * length)
 }
 
 /// Accepted distances: up to a hit and from it, including and excluding it, before and behind the
 /// origin.
-pub fn range(random: &mut Random, first: Option<f32>) -> Interval<f32> {
+pub fn range(rng: &mut MeshRng, first: Option<f32>) -> Interval<f32> {
     let t = first.unwrap_or(1.0);
-    let (min, max) = match random.below(7) {
+    let (min, max) = match rng.below(7) {
         0 => (-t.abs(), t.next_up()),
         1 => (t - t.abs(), t),
         2 => (t - t.abs(), t.next_up()),

@@ -3,7 +3,7 @@
 
 mod edge_on;
 mod meshes;
-mod pencils;
+mod packets;
 mod rows;
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};
@@ -13,22 +13,22 @@ use raywright_bvh::{
     Side, TraversalStats, Visibility,
 };
 
-use self::meshes::{Mesh, Random, families, range, ray};
+use self::meshes::{MeshRng, TriangleSoup, families, range, ray};
 
 /// Objects of a few triangles each, with every kind of visibility, and optionally spheres between
 /// them.
-fn group(mesh: &Mesh, balls: bool) -> PrimitiveSet<f32> {
+fn group(mesh: &TriangleSoup, balls: bool) -> PrimitiveSet<f32> {
     let mut group = PrimitiveSet::default();
     for (i, part) in mesh.chunks(5).enumerate() {
         let side = [Side::Both, Side::Culled, Side::Outside, Side::Inside][i % 4];
         let occlusion = [Occlusion::Ask, Occlusion::Opaque, Occlusion::None][i % 3];
         group
-            .mesh(part.iter().copied(), Visibility { side, occlusion })
+            .add_mesh(part.iter().copied(), Visibility { side, occlusion })
             .unwrap();
         if balls && i % 6 == 0 {
             let radius = (part[0][1] - part[0][0]).length();
             group
-                .sphere(
+                .add_sphere(
                     Sphere {
                         centre: part[0][0],
                         radius,
@@ -47,7 +47,11 @@ fn bits(hit: Option<Hit<f32>>) -> Option<([u32; 3], [u32; 3])> {
 }
 
 /// All hits passed to an any-hit filter, sorted, and whether an opaque object ended the query.
-fn asked(geometry: &Geometry<f32>, ray: &Ray<f32>, range: Interval<f32>) -> (bool, Vec<[u32; 3]>) {
+fn closest_hits(
+    geometry: &Geometry<f32>,
+    ray: &Ray<f32>,
+    range: Interval<f32>,
+) -> (bool, Vec<[u32; 3]>) {
     let mut hits = Vec::new();
     let ended = geometry.any(
         ray,
@@ -82,14 +86,14 @@ fn t20_kernels_find_what_the_scan_finds() {
             assert!(tree.kernel().is_some(), "{name}");
             for kernel in Kernel::available() {
                 tree.set_kernel(kernel);
-                let random = &mut Random(11);
+                let rng = &mut MeshRng(11);
                 let mut hits = 0;
                 for i in 0..1500 {
                     let ray = Ray {
                         culls: i % 3 == 0,
-                        ..ray(random, &mesh)
+                        ..ray(rng, &mesh)
                     };
-                    let what = format!("{name}, {quality:?}, {kernel:?}, ray {i}: {ray:?}");
+                    let label = format!("{name}, {quality:?}, {kernel:?}, ray {i}: {ray:?}");
                     let min = [0.0, f32::NEG_INFINITY][i % 2];
                     let all = Interval {
                         min,
@@ -99,20 +103,20 @@ fn t20_kernels_find_what_the_scan_finds() {
                     assert_eq!(
                         bits(tree.closest(&ray, all, &mut ())),
                         bits(first),
-                        "{what}"
+                        "{label}"
                     );
                     hits += usize::from(first.is_some());
-                    let range = range(random, first.map(|hit| hit.t));
+                    let range = range(rng, first.map(|hit| hit.t));
                     let expected = bits(scan.closest(&ray, range, &mut ()));
                     assert_eq!(
                         bits(tree.closest(&ray, range, &mut ())),
                         expected,
-                        "{what}, {range:?}"
+                        "{label}, {range:?}"
                     );
                     assert_eq!(
-                        asked(&tree, &ray, range),
-                        asked(&scan, &ray, range),
-                        "{what}, {range:?}"
+                        closest_hits(&tree, &ray, range),
+                        closest_hits(&scan, &ray, range),
+                        "{label}, {range:?}"
                     );
                 }
                 assert!(hits > 300, "{name}: {hits} of 1500 rays hit anything");
@@ -147,18 +151,18 @@ fn t20_instances_show_what_the_scan_finds() {
         .into_iter()
         .zip([true, false].into_iter().cycle())
     {
-        for (place, map) in maps().into_iter().enumerate() {
+        for (index, map) in maps().into_iter().enumerate() {
             let shown = |kind: AcceleratorKind| {
                 let mut outer = PrimitiveSet::<f32>::default();
                 let part = outer
-                    .part(Geometry::new(group(&mesh, balls), kind))
+                    .add_part(Geometry::new(group(&mesh, balls), kind))
                     .unwrap();
                 let visibility = Visibility {
                     occlusion: Occlusion::Ask,
                     ..Visibility::default()
                 };
                 outer
-                    .instance(part, map, visibility)
+                    .add_instance(part, map, visibility)
                     .ok()
                     .map(|_| Geometry::new(outer, AcceleratorKind::Linear))
             };
@@ -169,38 +173,38 @@ fn t20_instances_show_what_the_scan_finds() {
             let mut tree = shown(AcceleratorKind::default()).unwrap();
             for kernel in Kernel::available() {
                 tree.set_kernel(kernel);
-                let random = &mut Random(17);
+                let rng = &mut MeshRng(17);
                 for i in 0..400 {
-                    let there = ray(random, &mesh);
+                    let there = ray(rng, &mesh);
                     let origin = map.transform_point3(there.origin.as_dvec3());
                     let direction = map
                         .transform_vector3(there.direction.as_dvec3())
                         .normalize_or(DVec3::X);
                     let ray = Ray::new(origin.as_vec3(), direction.as_vec3());
-                    let what = format!("{name}, map {place}, {kernel:?}, ray {i}: {ray:?}");
+                    let label = format!("{name}, map {index}, {kernel:?}, ray {i}: {ray:?}");
                     let min = [0.0, f32::NEG_INFINITY][i % 2];
-                    let whole = Interval {
+                    let whole_range = Interval {
                         min,
                         max: f32::INFINITY,
                     };
-                    let first = scan.closest(&ray, whole, &mut ());
+                    let first = scan.closest(&ray, whole_range, &mut ());
                     assert_eq!(
-                        bits(tree.closest(&ray, whole, &mut ())),
+                        bits(tree.closest(&ray, whole_range, &mut ())),
                         bits(first),
-                        "{what}"
+                        "{label}"
                     );
                     all += usize::from(first.is_some());
-                    let range = range(random, first.map(|hit| hit.t));
+                    let range = range(rng, first.map(|hit| hit.t));
                     let expected = bits(scan.closest(&ray, range, &mut ()));
                     assert_eq!(
                         bits(tree.closest(&ray, range, &mut ())),
                         expected,
-                        "{what}, {range:?}"
+                        "{label}, {range:?}"
                     );
                     assert_eq!(
-                        asked(&tree, &ray, range),
-                        asked(&scan, &ray, range),
-                        "{what}, {range:?}"
+                        closest_hits(&tree, &ray, range),
+                        closest_hits(&scan, &ray, range),
+                        "{label}, {range:?}"
                     );
                 }
             }
@@ -210,8 +214,8 @@ fn t20_instances_show_what_the_scan_finds() {
 }
 
 /// An octahedron with its faces subdivided into four `times` times and projected onto a sphere.
-fn globe(times: usize) -> Mesh {
-    let mut faces = Mesh::new();
+fn globe(times: usize) -> TriangleSoup {
+    let mut faces = TriangleSoup::new();
     for octant in 0..8_usize {
         let sign = |bit: usize| if octant >> bit & 1 == 0 { 1.0 } else { -1.0 };
         faces.push([Vec3::X * sign(0), Vec3::Y * sign(1), Vec3::Z * sign(2)]);
@@ -231,31 +235,27 @@ fn globe(times: usize) -> Mesh {
 #[test]
 fn p21_closed_meshes_do_not_leak() {
     for offset in [Vec3::ZERO, Vec3::new(1000.0, -200.0, 30.0)] {
-        let mesh: Mesh = globe(5)
+        let mesh: TriangleSoup = globe(5)
             .into_iter()
             .map(|face| face.map(|p| p + offset))
             .collect();
         let mut group = PrimitiveSet::<f32>::default();
         group
-            .mesh(mesh.iter().copied(), Visibility::default())
+            .add_mesh(mesh.iter().copied(), Visibility::default())
             .unwrap();
         let mut tree = Geometry::new(group, AcceleratorKind::default());
         for kernel in Kernel::available() {
             tree.set_kernel(kernel);
-            let random = &mut Random(3);
+            let rng = &mut MeshRng(3);
             let mut leaks = 0;
             for i in 0..100_000 {
-                let [a, b, _] = mesh[random.below(mesh.len())];
-                let target = if i % 2 == 0 {
-                    a
-                } else {
-                    a.lerp(b, random.unit())
-                };
-                let origin = offset + random.point() * 0.5;
+                let [a, b, _] = mesh[rng.below(mesh.len())];
+                let target = if i % 2 == 0 { a } else { a.lerp(b, rng.unit()) };
+                let origin = offset + rng.point() * 0.5;
                 let ray = Ray::new(origin, (target - origin).as_dvec3().normalize().as_vec3());
-                let met = tree.closest(&ray, Interval::positive(), &mut ()).is_some();
+                let is_hit = tree.closest(&ray, Interval::positive(), &mut ()).is_some();
                 let blocked = tree.any(&ray, Interval::positive(), &mut |_| false, &mut ());
-                leaks += usize::from(!met) + usize::from(!blocked);
+                leaks += usize::from(!is_hit) + usize::from(!blocked);
             }
             assert_eq!(leaks, 0, "{kernel:?} at {offset}");
         }
@@ -266,8 +266,8 @@ fn p21_closed_meshes_do_not_leak() {
 /// kilometres wide, rays test at most a few times as many triangles as without it.
 #[test]
 fn a_wide_ground_does_not_blind_the_filter() {
-    let random = &mut Random(1);
-    let small: Mesh = globe(4)
+    let rng = &mut MeshRng(1);
+    let small: TriangleSoup = globe(4)
         .into_iter()
         .map(|face| face.map(|p| p * 0.01))
         .collect();
@@ -276,27 +276,27 @@ fn a_wide_ground_does_not_blind_the_filter() {
         Vec3::new(1e6, -0.011, -1e6),
         Vec3::new(0.0, -0.011, 1e6),
     ];
-    let visits = |mesh: &mut dyn Iterator<Item = [Vec3; 3]>, random: &mut Random| {
+    let visits = |mesh: &mut dyn Iterator<Item = [Vec3; 3]>, rng: &mut MeshRng| {
         let mut group = PrimitiveSet::<f32>::default();
-        group.mesh(mesh, Visibility::default()).unwrap();
-        let (tree, mut visits) = (
+        group.add_mesh(mesh, Visibility::default()).unwrap();
+        let (tree, mut stats) = (
             Geometry::new(group, AcceleratorKind::default()),
             TraversalStats::default(),
         );
         for _ in 0..500 {
-            let origin = random.point().normalize() * 0.03;
-            let direction = (random.point() * 0.01 - origin).normalize();
+            let origin = rng.point().normalize() * 0.03;
+            let direction = (rng.point() * 0.01 - origin).normalize();
             tree.closest(
                 &Ray::new(origin, direction),
                 Interval::positive(),
-                &mut visits,
+                &mut stats,
             );
         }
-        visits
+        stats
     };
-    let alone = visits(&mut small.iter().copied(), &mut Random(2));
-    let both = visits(&mut small.iter().copied().chain([ground]), &mut Random(2));
-    let _ = random.unit();
+    let alone = visits(&mut small.iter().copied(), &mut MeshRng(2));
+    let both = visits(&mut small.iter().copied().chain([ground]), &mut MeshRng(2));
+    let _ = rng.unit();
     assert!(
         both.nodes <= 2 * alone.nodes && both.primitives <= 2 * alone.primitives + 5000,
         "{both:?} against {alone:?}"
@@ -313,12 +313,12 @@ fn t05_directions_may_have_any_length() {
         let mut tree = Geometry::new(group(&mesh, false), AcceleratorKind::default());
         for kernel in Kernel::available() {
             tree.set_kernel(kernel);
-            let random = &mut Random(12);
+            let rng = &mut MeshRng(12);
             for exponent in [
                 -100, -64, -63, -40, -21, -20, -19, 19, 20, 21, 40, 62, 63, 64, 100,
             ] {
                 for _ in 0..60 {
-                    let straight: Ray<f32> = ray(random, &mesh);
+                    let straight: Ray<f32> = ray(rng, &mesh);
                     let ray =
                         Ray::new(straight.origin, straight.direction * 2.0_f32.powi(exponent));
                     // Below that length box tests are undefined: a component whose inverse
@@ -339,8 +339,8 @@ fn t05_directions_may_have_any_length() {
                         "{name}, {kernel:?}, 2^{exponent}: {ray:?}"
                     );
                     assert_eq!(
-                        asked(&tree, &ray, all),
-                        asked(&scan, &ray, all),
+                        closest_hits(&tree, &ray, all),
+                        closest_hits(&scan, &ray, all),
                         "{name}, {kernel:?}, 2^{exponent}: {ray:?}"
                     );
                 }

@@ -8,8 +8,8 @@ use raywright_bvh::{
     PrimitiveSet, Ray, RayPacket, Side, Visibility,
 };
 
-use super::meshes::{Random, range};
-use super::{asked, bits};
+use super::meshes::{MeshRng, range};
+use super::{bits, closest_hits};
 
 /// Numbers of spheres, planes, triangles, disks, quads and boxes.
 const SETS: [[usize; 6]; 16] = [
@@ -67,7 +67,7 @@ fn group(
     [spheres, planes, triangles, disks, quads, boxes]: [usize; 6],
     (_, spread, size, away): (&str, f32, f32, f32),
 ) -> (PrimitiveSet<f32>, Vec<Sphere<f32>>) {
-    let (random, mut group, mut aims) = (&mut Random(3), PrimitiveSet::default(), vec![]);
+    let (rng, mut group, mut aims) = (&mut MeshRng(3), PrimitiveSet::default(), vec![]);
     let unit = spread.max(size);
     // Kinds alternate, so that object order differs from row order.
     for i in 0..spheres
@@ -77,41 +77,41 @@ fn group(
         .max(quads)
         .max(boxes)
     {
-        let centre = random.point() * spread + away;
+        let centre = rng.point() * spread + away;
         let radius = if size < 0.0 {
-            1e-9_f32.powf(random.unit())
+            1e-9_f32.powf(rng.unit())
         } else {
-            size * (0.1 + random.unit())
+            size * (0.1 + rng.unit())
         };
         if i < disks {
             let disk = Disk::new(
                 centre.as_dvec3(),
-                random.point().as_dvec3().normalize(),
+                rng.point().as_dvec3().normalize(),
                 f64::from(unit),
             );
             group
-                .shape(AnyShape::Disk(disk), visibility(i + 1))
+                .add_shape(AnyShape::Disk(disk), visibility(i + 1))
                 .unwrap();
         }
         if i < triangles {
-            let corner = |random: &mut Random| centre + random.point() * unit;
-            let corners = [corner(random), corner(random), corner(random)];
-            group.mesh([corners], visibility(i + 2)).unwrap();
+            let corner = |rng: &mut MeshRng| centre + rng.point() * unit;
+            let corners = [corner(rng), corner(rng), corner(rng)];
+            group.add_mesh([corners], visibility(i + 2)).unwrap();
         }
         if i < planes {
             let normal = if i.is_multiple_of(2) {
                 Vec3::Y
             } else {
-                random.point().normalize()
+                rng.point().normalize()
             };
             group
-                .plane(Plane::new(centre, normal), visibility(i))
+                .add_plane(Plane::new(centre, normal), visibility(i))
                 .unwrap();
         }
         if i < boxes {
-            let half = (random.point().abs() * size.abs() + unit * 0.01).as_dvec3();
+            let half = (rng.point().abs() * size.abs() + unit * 0.01).as_dvec3();
             group
-                .shape(
+                .add_shape(
                     Cuboid::new(centre.as_dvec3() - half, centre.as_dvec3() + half).into(),
                     visibility(i),
                 )
@@ -122,24 +122,24 @@ fn group(
             });
         }
         if i < quads {
-            let quad = quad(random, i, centre, size.abs());
-            group.shape(quad.into(), visibility(i)).unwrap();
+            let quad = quad(rng, i, centre, size.abs());
+            group.add_shape(quad.into(), visibility(i)).unwrap();
             let [a, b, c, d] = quad.corners;
             // A corner, an edge, the diagonal between both halves, and any point.
-            let aim = [
+            let target = [
                 a,
                 a.lerp(b, 0.3),
                 a.lerp(c, 0.6),
-                d.lerp(a.lerp(b, random.unit()), random.unit()),
-            ][random.below(4)];
+                d.lerp(a.lerp(b, rng.unit()), rng.unit()),
+            ][rng.below(4)];
             aims.push(Sphere {
-                centre: aim,
-                radius: unit * [1e-7, 0.01][random.below(2)],
+                centre: target,
+                radius: unit * [1e-7, 0.01][rng.below(2)],
             });
         }
         if i < spheres {
             group
-                .sphere(Sphere { centre, radius }, visibility(i))
+                .add_sphere(Sphere { centre, radius }, visibility(i))
                 .unwrap();
             aims.push(Sphere { centre, radius });
         }
@@ -154,14 +154,14 @@ fn group(
 }
 
 /// A parallelogram: every other one is axis-aligned; some have no area, some are a point.
-fn quad(random: &mut Random, i: usize, corner: Vec3, size: f32) -> Quad<f32> {
-    let edge = |random: &mut Random| (random.point() * size).as_dvec3();
+fn quad(rng: &mut MeshRng, i: usize, corner: Vec3, size: f32) -> Quad<f32> {
+    let edge = |rng: &mut MeshRng| (rng.point() * size).as_dvec3();
     let (u, v) = match i % 12 {
         0 => (DVec3::ZERO, DVec3::ZERO),
-        1 => (edge(random), DVec3::ZERO),
+        1 => (edge(rng), DVec3::ZERO),
         2 => (DVec3::Y * f64::from(size), DVec3::Y * f64::from(size)),
-        3..7 => (DVec3::X * edge(random), DVec3::Z * edge(random)),
-        _ => (edge(random), edge(random)),
+        3..7 => (DVec3::X * edge(rng), DVec3::Z * edge(rng)),
+        _ => (edge(rng), edge(rng)),
     };
     Quad::new(corner.as_dvec3(), u, v)
 }
@@ -169,30 +169,30 @@ fn quad(random: &mut Random, i: usize, corner: Vec3, size: f32) -> Quad<f32> {
 /// A ray at a sphere: at any point, just past its silhouette, from inside, from nearby, and from so
 /// far that the sphere's test uses another formula. Some rays lie along axes or in axis-aligned
 /// planes, some have the spheres behind them, and some are not of unit length.
-fn ray(random: &mut Random, aims: &[Sphere<f32>]) -> Ray<f32> {
-    let Sphere { centre, radius } = aims[random.below(aims.len())];
-    let mut direction = random.point();
-    match random.below(6) {
-        0 => direction *= [Vec3::X, -Vec3::Y, Vec3::Z][random.below(3)],
-        1 => direction *= [Vec3::new(1.0, -0.0, 1.0), Vec3::new(0.0, 1.0, 1.0)][random.below(2)],
+fn ray(rng: &mut MeshRng, aims: &[Sphere<f32>]) -> Ray<f32> {
+    let Sphere { centre, radius } = aims[rng.below(aims.len())];
+    let mut direction = rng.point();
+    match rng.below(6) {
+        0 => direction *= [Vec3::X, -Vec3::Y, Vec3::Z][rng.below(3)],
+        1 => direction *= [Vec3::new(1.0, -0.0, 1.0), Vec3::new(0.0, 1.0, 1.0)][rng.below(2)],
         _ => {}
     }
     let direction = direction.as_dvec3().normalize_or(DVec3::X);
-    let across = random
+    let across = rng
         .point()
         .as_dvec3()
         .cross(direction)
         .normalize_or(DVec3::ZERO);
-    let beside = match random.below(3) {
-        0 => f64::from(random.unit()),
-        1 => 1.0 + 1e-7 * f64::from(random.unit() - 0.5),
+    let beside = match rng.below(3) {
+        0 => f64::from(rng.unit()),
+        1 => 1.0 + 1e-7 * f64::from(rng.unit() - 0.5),
         _ => 1.0,
     };
-    let away = [0.3, 3.0, 1e3, 2e3, 1e6][random.below(5)] * f64::from(radius);
-    let ahead = if random.below(5) == 0 { -1.0 } else { 1.0 };
+    let away = [0.3, 3.0, 1e3, 2e3, 1e6][rng.below(5)] * f64::from(radius);
+    let ahead = if rng.below(5) == 0 { -1.0 } else { 1.0 };
     let origin =
         centre.as_dvec3() + across * (f64::from(radius) * beside) - direction * (away * ahead);
-    let length = [1.0, 1.0, 1.0, 1e-3, 1e5][random.below(5)];
+    let length = [1.0, 1.0, 1.0, 1e-3, 1e5][rng.below(5)];
     Ray::new(origin.as_vec3(), (direction * length).as_vec3())
 }
 
@@ -206,16 +206,16 @@ fn agree(
     let mut hits = 0;
     for kernel in Kernel::available() {
         rows.set_kernel(kernel);
-        let random = &mut Random(23);
+        let rng = &mut MeshRng(23);
         for i in 0..300 {
-            let there = ray(random, aims);
+            let there = ray(rng, aims);
             let to_world = |p: DVec3| map.transform_point3(p).as_vec3();
             let direction = map.transform_vector3(there.direction.as_dvec3()).as_vec3();
             let ray = Ray {
                 culls: i % 4 == 1,
                 ..Ray::new(to_world(there.origin.as_dvec3()), direction)
             };
-            let what = format!("{name}, {kernel:?}, ray {i}: {ray:?}");
+            let label = format!("{name}, {kernel:?}, ray {i}: {ray:?}");
             let all = Interval {
                 min: [0.0, f32::NEG_INFINITY][i % 2],
                 max: f32::INFINITY,
@@ -224,19 +224,19 @@ fn agree(
             assert_eq!(
                 bits(rows.closest(&ray, all, &mut ())),
                 bits(first),
-                "{what}"
+                "{label}"
             );
             hits += usize::from(first.is_some());
-            let range = range(random, first.map(|hit| hit.t));
+            let range = range(rng, first.map(|hit| hit.t));
             assert_eq!(
                 bits(rows.closest(&ray, range, &mut ())),
                 bits(scan.closest(&ray, range, &mut ())),
-                "{what}, {range:?}"
+                "{label}, {range:?}"
             );
             assert_eq!(
-                asked(rows, &ray, range),
-                asked(scan, &ray, range),
-                "{what}, {range:?}"
+                closest_hits(rows, &ray, range),
+                closest_hits(scan, &ray, range),
+                "{label}, {range:?}"
             );
         }
     }
@@ -266,8 +266,8 @@ fn t20_rows_find_what_the_scan_finds() {
         hits += agree(&name, &scan, &mut rows, &aims, DAffine3::IDENTITY);
         let shown = |kind: AcceleratorKind| {
             let mut outer = PrimitiveSet::<f32>::default();
-            let part = outer.part(built(kind)).unwrap();
-            let shown = outer.instance(
+            let part = outer.add_part(built(kind)).unwrap();
+            let shown = outer.add_instance(
                 part,
                 turned,
                 Visibility {
@@ -296,16 +296,12 @@ fn leaves_are_the_same_in_every_quality() {
     for family in FAMILIES {
         let (mut one, aims) = group([200, 1, 40, 3, 200, 9], family);
         // Slivers that lie across the axes.
-        let (random, size) = (&mut Random(7), family.1.max(family.2));
+        let (rng, size) = (&mut MeshRng(7), family.1.max(family.2));
         let sliver = |_| {
-            let (a, along) = (random.point() * size + family.3, random.point() * size);
-            [
-                a,
-                a + along,
-                a + along * 0.5 + random.point() * (size * 0.01),
-            ]
+            let (a, along) = (rng.point() * size + family.3, rng.point() * size);
+            [a, a + along, a + along * 0.5 + rng.point() * (size * 0.01)]
         };
-        one.mesh(
+        one.add_mesh(
             (0..if family == FAMILIES[0] { 4000 } else { 100 }).map(sliver),
             visibility(0),
         )
@@ -331,7 +327,7 @@ fn leaves_are_the_same_in_every_quality() {
 #[test]
 fn leaves_of_many_are_shared() {
     let thin = ("scattered", 1.0, 0.02, 0.0);
-    for (set, most) in [
+    for (set, maximum) in [
         ([9000, 0, 0, 0, 0, 0], 80),
         ([0, 0, 0, 0, 9000, 0], 170),
         ([9000, 2, 0, 0, 9000, 0], 200),
@@ -343,7 +339,7 @@ fn leaves_of_many_are_shared() {
             Geometry::new(one, AcceleratorKind::default()),
         );
         assert!(
-            tree.bytes() < count * most,
+            tree.bytes() < count * maximum,
             "{} bytes each",
             tree.bytes() / count
         );
@@ -360,35 +356,35 @@ fn leaves_of_many_are_shared() {
 
 /// Protects: packets find in these leaves what each ray finds alone.
 #[test]
-fn leaves_are_met_together() {
+fn packets_equal_single_rays_in_leaves() {
     for family in FAMILIES {
         let (one, aims) = group([60, 1, 20, 2, 60, 3], family);
-        let (random, mut found, mut hits) = (&mut Random(5), vec![], 0);
+        let (rng, mut found_hits, mut hits) = (&mut MeshRng(5), vec![], 0);
         let mut tree = Geometry::new(one, AcceleratorKind::default());
         for kernel in Kernel::available() {
             tree.set_kernel(kernel);
             for i in 0..150 {
-                let first = ray(random, &aims);
-                let width = first.direction.length() * [1e-6, 1e-3, 0.1][random.below(3)];
+                let first = ray(rng, &aims);
+                let width = first.direction.length() * [1e-6, 1e-3, 0.1][rng.below(3)];
                 let directions: Vec<Vec3> = (0..16)
-                    .map(|_| first.direction + random.point() * width)
+                    .map(|_| first.direction + rng.point() * width)
                     .collect();
                 let t = tree
                     .closest(&first, Interval::positive(), &mut ())
                     .map(|hit| hit.t);
-                let range = range(random, t);
-                let asked = RayPacket {
+                let range = range(rng, t);
+                let requested = RayPacket {
                     origin: first.origin,
                     directions: &directions,
                     time: 0.0,
                     culls: i % 2 == 0,
                     range,
                 };
-                tree.closest_from(&asked, &mut PacketBackoff::default(), &mut found);
-                for (&direction, hit) in directions.iter().zip(&found) {
+                tree.closest_from(&requested, &mut PacketBackoff::default(), &mut found_hits);
+                for (&direction, hit) in directions.iter().zip(&found_hits) {
                     let alone = tree.closest(
                         &Ray {
-                            culls: asked.culls,
+                            culls: requested.culls,
                             ..Ray::new(first.origin, direction)
                         },
                         range,
@@ -397,7 +393,7 @@ fn leaves_are_met_together() {
                     assert_eq!(
                         bits(*hit),
                         bits(alone),
-                        "{}, {kernel:?}: {direction} {asked:?}",
+                        "{}, {kernel:?}: {direction} {requested:?}",
                         family.0
                     );
                     hits += usize::from(alone.is_some());
@@ -417,7 +413,7 @@ fn nothing_and_next_to_nothing() {
     assert!(!empty.any(&down, Interval::positive(), &mut |_| true, &mut ()));
     let mut group = PrimitiveSet::<f32>::default();
     group
-        .plane(Plane::new(Vec3::ZERO, Vec3::Y), Visibility::default())
+        .add_plane(Plane::new(Vec3::ZERO, Vec3::Y), Visibility::default())
         .unwrap();
     let plane = Geometry::new(group, AcceleratorKind::default());
     assert_eq!(
@@ -437,7 +433,7 @@ fn rays_that_touch_hit() {
     for i in 0..8_u8 {
         let centre = Vec3::X * 10.0 * f32::from(i);
         group
-            .sphere(
+            .add_sphere(
                 Sphere {
                     centre,
                     radius: 1.0,
@@ -463,14 +459,14 @@ fn rays_that_touch_hit() {
                 "{kernel:?}"
             );
             let mut together = vec![];
-            let asked = RayPacket {
+            let requested = RayPacket {
                 origin,
                 directions: &[Vec3::X, Vec3::NEG_X, Vec3::X],
                 time: 0.0,
                 culls: false,
                 range,
             };
-            rows.closest_from(&asked, &mut PacketBackoff::default(), &mut together);
+            rows.closest_from(&requested, &mut PacketBackoff::default(), &mut together);
             let together: Vec<_> = together.into_iter().map(hit).collect();
             assert_eq!(together, [Some((t, i)), None, Some((t, i))], "{kernel:?}");
         }

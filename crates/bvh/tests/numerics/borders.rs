@@ -1,10 +1,14 @@
 //! P09, P11, P14: borders of flat shapes, seams of solids, clipped quadrics.
 
 use glam::DVec3;
-use raywright_bvh::shapes::{AnyShape, Cone, Cylinder, Disk, Ends, Hyperboloid, Paraboloid, Quad};
+use raywright_bvh::shapes::{
+    AnyShape, Cone, Cylinder, CylinderEnds, Disk, Hyperboloid, Paraboloid, Quad,
+};
 use raywright_bvh::{Interval, PreparedRay, Real, Shape, Side};
 
-use super::support::{Expect, Random, Verdict, exact, hex, hit, judge, ray, stored, towards, ulp};
+use super::support::{
+    CaseRng, Expect, Verdict, exact, hex, hit, judge, ray, ray_towards, to_scalar, ulp,
+};
 
 const STEPS: [f64; 7] = [0.0, 1.0, -1.0, 4.0, -4.0, 64.0, -64.0];
 
@@ -21,21 +25,21 @@ fn meet(o: DVec3, d: DVec3, through: DVec3, normal: DVec3) -> DVec3 {
 /// Protects: hits near a quad's border agree with f64 from four units in the last place on.
 #[test]
 fn p09_quad_border() {
-    judge("P09 quad", 9, 1_000_000, |random| {
-        let corner = grid(random.cube() * 10.0);
-        let (eu, ev) = (grid(random.cube() * 2.0), grid(random.cube() * 2.0));
+    judge("P09 quad", 9, 1_000_000, |rng| {
+        let corner = grid(rng.in_cube() * 10.0);
+        let (eu, ev) = (grid(rng.in_cube() * 2.0), grid(rng.in_cube() * 2.0));
         let normal = eu.cross(ev);
         if normal.length() < 0.3 * eu.length() * ev.length() {
             return Verdict::Skip;
         }
         let quad = Quad::<f32>::new(corner, eu, ev);
-        let along = random.between(0.01, 0.99);
-        let edge = random.pick(&[(along, 0.0), (along, 1.0), (0.0, along), (1.0, along)]);
+        let along = rng.uniform(0.01, 0.99);
+        let edge = rng.choose(&[(along, 0.0), (along, 1.0), (0.0, along), (1.0, along)]);
         let border = corner + eu * edge.0 + ev * edge.1;
         let scale = corner.abs().max((corner + eu + ev).abs()).max_element();
         let out = (border - (corner + (eu + ev) * 0.5)).normalize();
-        let origin = border + random.direction() * random.between(1.0, 10.0);
-        let ray = towards::<f32>(origin, border + out * (random.pick(&STEPS) * ulp(scale)));
+        let origin = border + rng.direction() * rng.uniform(1.0, 10.0);
+        let ray = ray_towards::<f32>(origin, border + out * (rng.choose(&STEPS) * ulp(scale)));
         let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
         let scale = scale.max(o.abs().max_element());
         if normal.dot(d).abs() < 0.05 * normal.length()
@@ -66,20 +70,20 @@ fn p09_quad_border() {
 /// Protects: hits near a disk's rim, likewise.
 #[test]
 fn p09_disk_border() {
-    judge("P09 disk", 10, 400_000, |random| {
-        let (centre, normal) = (exact(random.cube() * 10.0), exact(random.direction()));
-        let radius = f64::from(random.between(0.1, 3.0) as f32);
+    judge("P09 disk", 10, 400_000, |rng| {
+        let (centre, normal) = (exact(rng.in_cube() * 10.0), exact(rng.direction()));
+        let radius = f64::from(rng.uniform(0.1, 3.0) as f32);
         let disk = Disk::<f32> {
-            centre: stored::<f32>(centre),
-            normal: stored::<f32>(normal),
+            centre: to_scalar::<f32>(centre),
+            normal: to_scalar::<f32>(normal),
             radius: radius as f32,
         };
-        let rim = random.disc(normal.normalize(), 1.0).normalize();
+        let rim = rng.in_disc(normal.normalize(), 1.0).normalize();
         let scale = centre.abs().max_element() + radius;
-        let origin = centre + rim * radius + random.direction() * random.between(1.0, 10.0);
-        let ray = towards::<f32>(
+        let origin = centre + rim * radius + rng.direction() * rng.uniform(1.0, 10.0);
+        let ray = ray_towards::<f32>(
             origin,
-            centre + rim * (radius + random.pick(&STEPS) * ulp(scale)),
+            centre + rim * (radius + rng.choose(&STEPS) * ulp(scale)),
         );
         let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
         let scale = scale.max(o.abs().max_element());
@@ -101,31 +105,31 @@ fn p09_disk_border() {
 /// Protects: no ray passes between two quads with a bitwise common edge.
 #[test]
 fn p09_no_leak_between_quads() {
-    judge("P09 seam", 11, 3_000_000, |random| {
-        let at = random.cube() * 10_f64.powf(random.between(-2.0, 4.0));
-        let (corner, edge) = (exact(at), random.cube());
-        let [left, right] = [random.cube(), random.cube()];
+    judge("P09 seam", 11, 3_000_000, |rng| {
+        let point = rng.in_cube() * 10_f64.powf(rng.uniform(-2.0, 4.0));
+        let (corner, edge) = (exact(point), rng.in_cube());
+        let [left, right] = [rng.in_cube(), rng.in_cube()];
         let end = exact(corner + edge);
         // Both quads list the shared corners with the same bits, in opposite order.
         let a = Quad::<f32>::new(corner, end - corner, left);
         let b = Quad::<f32>::new(end, corner - end, right);
-        let target = corner + (end - corner) * random.between(0.05, 0.95);
-        let away = -(left.normalize() + right.normalize()).normalize() + random.direction() * 0.5;
-        let ray = towards::<f32>(target + away * random.between(0.5, 20.0), target);
+        let target = corner + (end - corner) * rng.uniform(0.05, 0.95);
+        let away = -(left.normalize() + right.normalize()).normalize() + rng.direction() * 0.5;
+        let ray = ray_towards::<f32>(target + away * rng.uniform(0.5, 20.0), target);
         // The ray must pass between the two far edges, as seen from its origin.
         let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
         let seam = end - corner;
-        let side = |way: DVec3| d.cross(seam).dot(way);
+        let side = |direction: DVec3| d.cross(seam).dot(direction);
         let (l, r) = (side(left), side(right));
-        let steep = |way: DVec3, s: f64| s.abs() > 0.1 * way.length() * seam.length();
+        let steep = |direction: DVec3, s: f64| s.abs() > 0.1 * direction.length() * seam.length();
         let behind = o.distance(target) < 0.4;
         let far_off = ulp(corner.abs().max_element().max(o.abs().max_element())) * 64.0
             > 0.05 * seam.length();
         if l * r >= 0.0 || !steep(left, l) || !steep(right, r) || behind || far_off {
             return Verdict::Skip;
         }
-        let met = hit::<f32>(&a, &ray).is_some() || hit::<f32>(&b, &ray).is_some();
-        Verdict::holds(met, || format!("leak{} {a:?} {b:?}", hex::<f32>(&ray)))
+        let is_hit = hit::<f32>(&a, &ray).is_some() || hit::<f32>(&b, &ray).is_some();
+        Verdict::holds(is_hit, || format!("leak{} {a:?} {b:?}", hex::<f32>(&ray)))
     })
     .expect_right(1_000_000);
 }
@@ -141,17 +145,17 @@ pub fn depth(p: DVec3, base: DVec3, axis: DVec3, radii: [f64; 2]) -> f64 {
 }
 
 /// A solid of revolution with a rim as a target.
-fn solid(random: &mut Random) -> (AnyShape<f32>, DVec3, DVec3, [f64; 2]) {
-    let (base, axis) = (exact(random.cube() * 3.0), exact(random.cube() * 2.0));
+fn solid(rng: &mut CaseRng) -> (AnyShape<f32>, DVec3, DVec3, [f64; 2]) {
+    let (base, axis) = (exact(rng.in_cube() * 3.0), exact(rng.in_cube() * 2.0));
     let axis = if axis.length() < 0.3 { DVec3::Y } else { axis };
-    let radii = random.pick(&[[1.0, 1.0], [1.0, 0.0], [1.25, 0.5], [0.25, 0.75]]);
-    let (b, a) = (stored::<f32>(base), stored::<f32>(axis));
+    let radii = rng.choose(&[[1.0, 1.0], [1.0, 0.0], [1.25, 0.5], [0.25, 0.75]]);
+    let (b, a) = (to_scalar::<f32>(base), to_scalar::<f32>(axis));
     let shape = if radii[0] == radii[1] {
         Cylinder {
             base: b,
             axis: a,
             radius: radii[0] as f32,
-            ends: Ends::Capped,
+            ends: CylinderEnds::Capped,
         }
         .into()
     } else {
@@ -170,27 +174,27 @@ fn solid(random: &mut Random) -> (AnyShape<f32>, DVec3, DVec3, [f64; 2]) {
 /// ray that enters also leaves.
 #[test]
 fn p11_cap_seam() {
-    judge("P11", 12, 1_300_000, |random| {
-        let (shape, base, axis, radii) = solid(random);
-        let top = random.sign() > 0.0;
+    judge("P11", 12, 1_300_000, |rng| {
+        let (shape, base, axis, radii) = solid(rng);
+        let top = rng.sign() > 0.0;
         let (end, radius) = if top {
             (base + axis, radii[1])
         } else {
             (base, radii[0])
         };
-        let out = random.disc(axis.normalize(), 1.0).normalize();
+        let out = rng.in_disc(axis.normalize(), 1.0).normalize();
         let scale = base.abs().max_element() + axis.abs().max_element() + 1.25;
-        let jitter = random.cube() * (4.0 * ulp(scale));
+        let jitter = rng.in_cube() * (4.0 * ulp(scale));
         let rim = end + out * radius + jitter;
-        let ray = towards::<f32>(rim + random.direction() * random.between(3.0, 10.0), rim);
+        let ray = ray_towards::<f32>(rim + rng.direction() * rng.uniform(3.0, 10.0), rim);
         let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3().normalize());
         if depth(o, base, axis, radii) > -1e-3 {
             return Verdict::Skip;
         }
-        let probe = PreparedRay::new(ray);
+        let prepared_ray = PreparedRay::new(ray);
         let all = Interval::positive();
-        let enters = shape.intersect(&probe, all, Side::Outside);
-        let leaves = shape.intersect(&probe, all, Side::Inside);
+        let enters = shape.intersect(&prepared_ray, all, Side::Outside);
+        let leaves = shape.intersect(&prepared_ray, all, Side::Inside);
         if enters.is_some() != leaves.is_some() {
             return Verdict::Wrong(format!(
                 "enters {enters:?}, leaves {leaves:?}{} {shape:?}",
@@ -200,7 +204,7 @@ fn p11_cap_seam() {
         // One by one, as a chain of queries finds them.
         let (mut count, mut from) = (0, 0.0);
         while let Some(h) = shape.intersect(
-            &probe,
+            &prepared_ray,
             Interval {
                 min: from,
                 max: f32::INFINITY,
@@ -240,13 +244,13 @@ fn p11_cap_seam() {
 #[test]
 fn p14_empty_and_thin_clips() {
     let thin = f64::from(f32::EPSILON);
-    judge("P14", 14, 300_000, |random| {
-        let height = random.pick(&[0.0, thin, 2.0 * thin, 64.0 * thin, 0.5]);
-        let origin = exact(random.direction() * random.between(2.0, 5.0));
-        let angle = random.unit() * core::f64::consts::TAU;
-        let jitter = random.pick(&STEPS) * thin;
+    judge("P14", 14, 300_000, |rng| {
+        let height = rng.choose(&[0.0, thin, 2.0 * thin, 64.0 * thin, 0.5]);
+        let origin = exact(rng.direction() * rng.uniform(2.0, 5.0));
+        let angle = rng.unit() * core::f64::consts::TAU;
+        let jitter = rng.choose(&STEPS) * thin;
         let waist = DVec3::new(angle.cos(), height + jitter, angle.sin());
-        let level = random.unit() < 0.2;
+        let level = rng.unit() < 0.2;
         let origin = if level {
             exact(DVec3::new(origin.x, 0.0, origin.z))
         } else {
@@ -261,7 +265,7 @@ fn p14_empty_and_thin_clips() {
         let (one, zero, up) = (
             1.0_f32,
             <f32 as Real>::Vec3::ZERO,
-            stored::<f32>(DVec3::Y * height),
+            to_scalar::<f32>(DVec3::Y * height),
         );
         let h = height as f32;
         let shapes: [AnyShape<f32>; 5] = [
@@ -282,14 +286,14 @@ fn p14_empty_and_thin_clips() {
                 base: zero,
                 axis: up,
                 radius: one,
-                ends: Ends::Open,
+                ends: CylinderEnds::Open,
             }
             .into(),
             Cylinder {
                 base: zero,
                 axis: up,
                 radius: one,
-                ends: Ends::Capped,
+                ends: CylinderEnds::Capped,
             }
             .into(),
             Cone {
@@ -316,7 +320,7 @@ fn p14_empty_and_thin_clips() {
                         0.0
                     };
                     let over = (y - height).max(low - y);
-                    Verdict::bounded(over, 4.0 * ulp(scale), || {
+                    Verdict::within_bound(over, 4.0 * ulp(scale), || {
                         format!("beyond the clip{} {shape:?}", hex::<f32>(&ray))
                     })
                 }
@@ -328,7 +332,7 @@ fn p14_empty_and_thin_clips() {
 
 /// An open quadric of revolution around y: the shape, the implicit form that is negative inside,
 /// and its height limits.
-struct Open {
+struct OpenQuadric {
     shape: AnyShape<f32>,
     /// Coefficients of x² + z², y², y and 1.
     form: [f64; 4],
@@ -336,15 +340,15 @@ struct Open {
     high: f64,
 }
 
-impl Open {
+impl OpenQuadric {
     /// One of three quadrics, with its centre, base or apex at a point.
-    fn any(random: &mut Random, at: DVec3) -> Self {
+    fn any(rng: &mut CaseRng, point: DVec3) -> Self {
         let (centre, height) = (
-            stored::<f32>(at),
-            f64::from(random.between(0.2, 2.0) as f32),
+            to_scalar::<f32>(point),
+            f64::from(rng.uniform(0.2, 2.0) as f32),
         );
-        let (half, up) = (height as f32, stored::<f32>(DVec3::Y * height));
-        match random.bits() % 3 {
+        let (half, up) = (height as f32, to_scalar::<f32>(DVec3::Y * height));
+        match rng.bits() % 3 {
             0 => Self {
                 shape: Hyperboloid {
                     centre,
@@ -373,7 +377,7 @@ impl Open {
                     base: centre,
                     axis: up,
                     radius: 0.5,
-                    ends: Ends::Open,
+                    ends: CylinderEnds::Open,
                 }
                 .into(),
                 form: [4.0, 0.0, 0.0, -1.0],
@@ -398,24 +402,24 @@ impl Open {
 /// Protects: hits near the clip planes of open quadrics agree with f64.
 #[test]
 fn p14_clips_are_exact() {
-    judge("P14 border", 15, 600_000, |random| {
-        let at = exact(random.cube() * 3.0);
-        let open = Open::any(random, at);
-        let y = if open.low.is_finite() && random.sign() > 0.0 {
+    judge("P14 border", 15, 600_000, |rng| {
+        let point = exact(rng.in_cube() * 3.0);
+        let open = OpenQuadric::any(rng, point);
+        let y = if open.low.is_finite() && rng.sign() > 0.0 {
             open.low
         } else {
             open.high
         };
-        let (radius, angle) = (open.radius(y), random.unit() * core::f64::consts::TAU);
-        let scale = at.abs().max_element() + radius + y.abs();
-        let jitter = random.pick(&STEPS) * ulp(scale);
-        let rim = at + DVec3::new(radius * angle.cos(), y + jitter, radius * angle.sin());
-        let ray = towards::<f32>(rim + random.direction() * random.between(1.0, 8.0), rim);
+        let (radius, angle) = (open.radius(y), rng.unit() * core::f64::consts::TAU);
+        let scale = point.abs().max_element() + radius + y.abs();
+        let jitter = rng.choose(&STEPS) * ulp(scale);
+        let rim = point + DVec3::new(radius * angle.cos(), y + jitter, radius * angle.sin());
+        let ray = ray_towards::<f32>(rim + rng.direction() * rng.uniform(1.0, 8.0), rim);
         let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
         let scale = scale.max(o.abs().max_element());
         // All roots of the unclipped surface, in f64 relative to the ray's point nearest to the
         // centre.
-        let f = o - at;
+        let f = o - point;
         let ahead = -f.dot(d) / d.length_squared();
         let f = f + d * ahead;
         let [out, yy, y1, one] = open.form;
@@ -441,17 +445,17 @@ fn p14_clips_are_exact() {
         {
             return Verdict::Skip;
         }
-        let wanted = roots
+        let expected = roots
             .iter()
             .zip(margins)
             .filter(|(t, m)| **t > 0.0 && *m > 0.0)
             .map(|r| *r.0)
             .fold(f64::INFINITY, f64::min);
         let got = hit::<f32>(&open.shape, &ray).map_or(f64::INFINITY, |h| f64::from(h.t));
-        let same = got == wanted || (got - wanted).abs() < 1e-4;
+        let same = got == expected || (got - expected).abs() < 1e-4;
         Verdict::holds(same, || {
             format!(
-                "{got} instead of {wanted}, margins {margins:?}{} {:?}",
+                "{got} instead of {expected}, margins {margins:?}{} {:?}",
                 hex::<f32>(&ray),
                 open.shape
             )

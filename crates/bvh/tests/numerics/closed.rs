@@ -5,14 +5,16 @@ use glam::{DQuat, DVec3, Vec3};
 use raywright_bvh::shapes::{AnyShape, Cuboid, Quad, Sphere, Triangle};
 use raywright_bvh::{AcceleratorKind, Geometry, Interval, PrimitiveSet, Ray, Surface, Visibility};
 
-use super::support::{Expect, Random, Verdict, exact, hex, judge, stored, towards, ulp};
+use super::support::{CaseRng, Expect, Verdict, exact, hex, judge, ray_towards, to_scalar, ulp};
 
 const GAP: f64 = 1e-4;
 
 fn geometry(shapes: impl IntoIterator<Item = AnyShape<f32>>) -> Geometry<f32> {
     let mut group = PrimitiveSet::<f32>::default();
     for shape in shapes {
-        group.shape(shape, Visibility::default()).expect("finite");
+        group
+            .add_shape(shape, Visibility::default())
+            .expect("finite");
     }
     Geometry::new(group, AcceleratorKind::default())
 }
@@ -21,42 +23,41 @@ fn geometry(shapes: impl IntoIterator<Item = AnyShape<f32>>) -> Geometry<f32> {
 /// is never visible, and a light in the gap always is.
 #[test]
 fn s04_thin_gap() {
-    judge("S04 gap", 130, 400_000, |random| {
-        let turn = DQuat::from_axis_angle(random.direction(), random.between(0.0, 6.0));
-        let turn = if random.unit() < 0.25 {
+    judge("S04 gap", 130, 400_000, |rng| {
+        let turn = DQuat::from_axis_angle(rng.direction(), rng.uniform(0.0, 6.0));
+        let turn = if rng.unit() < 0.25 {
             DQuat::IDENTITY
         } else {
             turn
         };
-        let at = random.cube();
+        let point = rng.in_cube();
         let sheet = |height: f64| -> AnyShape<f32> {
             Quad::new(
-                at + turn * DVec3::new(-1.0, height, -1.0),
+                point + turn * DVec3::new(-1.0, height, -1.0),
                 turn * (DVec3::X * 2.0),
                 turn * (DVec3::Z * 2.0),
             )
             .into()
         };
         let geometry = geometry([sheet(0.0), sheet(GAP)]);
-        let inner = |random: &mut Random| {
-            DVec3::new(random.between(-0.9, 0.9), 0.0, random.between(-0.9, 0.9))
-        };
+        let inner =
+            |rng: &mut CaseRng| DVec3::new(rng.uniform(-0.9, 0.9), 0.0, rng.uniform(-0.9, 0.9));
         // A point on the upper side of the lower or of the upper sheet.
-        let lower = random.sign() > 0.0;
-        let place = inner(random);
+        let lower = rng.sign() > 0.0;
+        let position = inner(rng);
         let (target, from) = if lower {
             // Seen from within the gap.
             (
-                place,
-                place + random.disc(DVec3::Y, 0.05) + DVec3::Y * (0.7 * GAP),
+                position,
+                position + rng.in_disc(DVec3::Y, 0.05) + DVec3::Y * (0.7 * GAP),
             )
         } else {
             (
-                place + DVec3::Y * GAP,
-                place + random.disc(DVec3::Y, 1.0) + DVec3::Y * random.between(0.1, 2.0),
+                position + DVec3::Y * GAP,
+                position + rng.in_disc(DVec3::Y, 1.0) + DVec3::Y * rng.uniform(0.1, 2.0),
             )
         };
-        let ray = towards::<f32>(at + turn * from, at + turn * target);
+        let ray = ray_towards::<f32>(point + turn * from, point + turn * target);
         let Some(hit) = geometry.closest(&ray, Interval::positive(), &mut ()) else {
             return Verdict::Skip;
         };
@@ -64,18 +65,18 @@ fn s04_thin_gap() {
             return Verdict::Skip;
         }
         let surface = geometry.surface(&ray, &hit);
-        let beside = inner(random);
-        let (light, dark) = match (lower, random.sign() > 0.0) {
+        let beside = inner(rng);
+        let (light, dark) = match (lower, rng.sign() > 0.0) {
             // In the gap, near enough for f32 to resolve the height.
             (true, true) => (
-                place + random.disc(DVec3::Y, 0.05) + DVec3::Y * (0.5 * GAP),
+                position + rng.in_disc(DVec3::Y, 0.05) + DVec3::Y * (0.5 * GAP),
                 false,
             ),
             (true, false) => (beside * 0.5 + DVec3::Y * (2.0 * GAP), true),
-            (false, true) => (beside + DVec3::Y * random.between(2.0 * GAP, 1.0), false),
+            (false, true) => (beside + DVec3::Y * rng.uniform(2.0 * GAP, 1.0), false),
             (false, false) => (beside * 0.5 - DVec3::Y * GAP, true),
         };
-        let light = at + turn * light;
+        let light = point + turn * light;
         let Some((shadow, range)) = surface.spawn_to(light.as_vec3()) else {
             return Verdict::Wrong("no shadow ray".into());
         };
@@ -109,35 +110,35 @@ fn interfaces(impact: f64, inner: f64) -> Vec<u32> {
 #[test]
 fn s04_thin_shell() {
     const ETA: f64 = 1.5;
-    judge("S04 shell", 131, 400_000, |random| {
-        let centre = exact(random.cube() * random.pick(&[0.0, 1.0, 10.0]));
+    judge("S04 shell", 131, 400_000, |rng| {
+        let centre = exact(rng.in_cube() * rng.choose(&[0.0, 1.0, 10.0]));
         let inner = f64::from((1.0 - GAP) as f32);
         let ball = |radius: f64| -> AnyShape<f32> {
             Sphere {
-                centre: stored::<f32>(centre),
+                centre: to_scalar::<f32>(centre),
                 radius: radius as f32,
             }
             .into()
         };
         let geometry = geometry([ball(1.0), ball(inner)]);
-        let out = random.direction();
-        let ray = towards::<f32>(
-            centre + out * random.between(1.5, 10.0),
-            centre + random.disc(out, 1.0),
+        let out = rng.direction();
+        let ray = ray_towards::<f32>(
+            centre + out * rng.uniform(1.5, 10.0),
+            centre + rng.in_disc(out, 1.0),
         );
         let (o, d) = (
             ray.origin.as_dvec3() - centre,
             ray.direction.as_dvec3().normalize(),
         );
         let impact = (o - d * o.dot(d)).length();
-        let bends = random.sign() > 0.0;
+        let bends = rng.sign() > 0.0;
         // Without refraction, a grazing ray crosses the outer surface only.
         let straight = if impact < inner {
             vec![0, 1, 1, 0]
         } else {
             vec![0, 0]
         };
-        let wanted = if bends {
+        let expected = if bends {
             interfaces(impact, inner)
         } else {
             straight
@@ -148,10 +149,10 @@ fn s04_thin_shell() {
         if (impact - inner).abs() < room || impact > 1.0 - room {
             return Verdict::Band;
         }
-        let (mut ray, mut met) = (ray, vec![]);
+        let (mut ray, mut hit_primitives) = (ray, vec![]);
         while let Some(hit) = geometry.closest(&ray, Interval::positive(), &mut ()) {
-            met.push(hit.object);
-            if met.len() > wanted.len() {
+            hit_primitives.push(hit.object);
+            if hit_primitives.len() > expected.len() {
                 break;
             }
             let surface = geometry.surface(&ray, &hit);
@@ -163,9 +164,9 @@ fn s04_thin_shell() {
             };
             ray = Ray::new(surface.spawn(onward.as_vec3()), onward.as_vec3());
         }
-        Verdict::holds(met == wanted, || {
+        Verdict::holds(hit_primitives == expected, || {
             format!(
-                "met {met:?}, not {wanted:?}, impact {impact}{}",
+                "met {hit_primitives:?}, not {expected:?}, impact {impact}{}",
                 hex::<f32>(&ray)
             )
         })
@@ -191,7 +192,7 @@ fn bend(d: DVec3, normal: DVec3, surface: u32, eta: f64) -> DVec3 {
 }
 
 /// The faces of a box, each with outward winding: the box is spanned by three edges at a corner.
-fn faces(at: DVec3, edges: [DVec3; 3]) -> Vec<[Vec3; 4]> {
+fn faces(point: DVec3, edges: [DVec3; 3]) -> Vec<[Vec3; 4]> {
     let corner = |i: usize| {
         let part = |k: usize| {
             if i >> k & 1 == 1 {
@@ -200,7 +201,7 @@ fn faces(at: DVec3, edges: [DVec3; 3]) -> Vec<[Vec3; 4]> {
                 DVec3::ZERO
             }
         };
-        (at + part(0) + part(1) + part(2)).as_vec3()
+        (point + part(0) + part(1) + part(2)).as_vec3()
     };
     [
         [0, 2, 3, 1],
@@ -216,26 +217,26 @@ fn faces(at: DVec3, edges: [DVec3; 3]) -> Vec<[Vec3; 4]> {
 
 /// A closed room as one box, six quads or twelve triangles; rotated unless it is a box.
 fn room(kind: usize, seed: u64) -> (Geometry<f32>, DVec3, [DVec3; 3]) {
-    let random = &mut Random::new(seed, 0);
-    let (at, size) = (
-        exact(random.cube() * 10.0),
-        DVec3::new(1.3, 0.7, 2.1) * random.between(0.5, 2.0),
+    let rng = &mut CaseRng::new(seed, 0);
+    let (point, size) = (
+        exact(rng.in_cube() * 10.0),
+        DVec3::new(1.3, 0.7, 2.1) * rng.uniform(0.5, 2.0),
     );
     let turn = DQuat::from_axis_angle(
-        random.direction(),
+        rng.direction(),
         if kind == 0 {
             0.0
         } else {
-            random.between(0.0, 6.0)
+            rng.uniform(0.0, 6.0)
         },
     );
     let edges = [DVec3::X * size.x, DVec3::Y * size.y, DVec3::Z * size.z].map(|e| turn * e);
-    let walls = faces(at, edges);
+    let walls = faces(point, edges);
     let shapes: Vec<AnyShape<f32>> = match kind {
         0 => vec![
             Cuboid {
-                min: at.as_vec3(),
-                max: (at + size).as_vec3(),
+                min: point.as_vec3(),
+                max: (point + size).as_vec3(),
             }
             .into(),
         ],
@@ -253,24 +254,24 @@ fn room(kind: usize, seed: u64) -> (Geometry<f32>, DVec3, [DVec3; 3]) {
             })
             .collect(),
     };
-    (geometry(shapes), at, edges)
+    (geometry(shapes), point, edges)
 }
 
 const ROOMS: [&str; 3] = ["box", "quads", "triangles"];
 
 /// A direction from a wall into the room: any, nearly along the wall, or towards an edge again.
 fn onward(
-    random: &mut Random,
+    rng: &mut CaseRng,
     surface: &Surface<f32>,
     inward: DVec3,
-    at: DVec3,
+    point: DVec3,
     edges: [DVec3; 3],
 ) -> DVec3 {
     loop {
-        let d = match random.bits() % 3 {
-            0 => random.direction(),
-            1 => random.direction() * DVec3::splat(1e-3) + random.disc(inward, 1.0).normalize(),
-            _ => near_edge(random, at, edges) - surface.point.as_dvec3(),
+        let d = match rng.bits() % 3 {
+            0 => rng.direction(),
+            1 => rng.direction() * DVec3::splat(1e-3) + rng.in_disc(inward, 1.0).normalize(),
+            _ => near_edge(rng, point, edges) - surface.point.as_dvec3(),
         };
         let d = exact(d.normalize());
         let rise = inward.dot(d);
@@ -281,26 +282,22 @@ fn onward(
 }
 
 /// A point of a wall at a distance of one unit in the last place to a thousandth from an edge.
-fn near_edge(random: &mut Random, at: DVec3, edges: [DVec3; 3]) -> DVec3 {
-    let along = (random.bits() % 3) as usize;
+fn near_edge(rng: &mut CaseRng, point: DVec3, edges: [DVec3; 3]) -> DVec3 {
+    let along = (rng.bits() % 3) as usize;
     let (b, c) = (edges[(along + 1) % 3], edges[(along + 2) % 3]);
-    let end = |random: &mut Random, off: f64, edge: DVec3| {
+    let end = |rng: &mut CaseRng, off: f64, edge: DVec3| {
         let share = off / edge.length();
-        edge * if random.sign() > 0.0 {
-            share
-        } else {
-            1.0 - share
-        }
+        edge * if rng.sign() > 0.0 { share } else { 1.0 - share }
     };
-    let least = ulp(at.abs().max_element());
-    let off = least * (1e-3 / least).powf(random.unit());
+    let minimum = ulp(point.abs().max_element());
+    let off = minimum * (1e-3 / minimum).powf(rng.unit());
     // Sometimes in a corner of three walls.
-    let place = if random.unit() < 0.2 {
-        end(random, off, edges[along])
+    let position = if rng.unit() < 0.2 {
+        end(rng, off, edges[along])
     } else {
-        edges[along] * random.unit()
+        edges[along] * rng.unit()
     };
-    at + place + end(random, off, b) + end(random, 0.0, c)
+    point + position + end(rng, off, b) + end(rng, 0.0, c)
 }
 
 /// Protects: a million paths of eight bounces in closed rooms, starting and bouncing at edges and
@@ -309,43 +306,37 @@ fn near_edge(random: &mut Random, at: DVec3, edges: [DVec3; 3]) -> DVec3 {
 fn s05_nothing_escapes() {
     for (kind, name) in ROOMS.iter().enumerate() {
         for seed in 0..4 {
-            let (geometry, at, edges) = room(kind, 140 + seed);
-            let middle = at + (edges[0] + edges[1] + edges[2]) * 0.5;
-            judge(
-                &format!("S05 {name} {seed}"),
-                141 + seed,
-                250_000,
-                |random| {
-                    let start = exact(
-                        middle
-                            + edges
-                                .into_iter()
-                                .map(|edge| edge * random.between(-0.3, 0.3))
-                                .sum::<DVec3>(),
-                    );
-                    let mut ray = towards::<f32>(start, near_edge(random, at, edges));
-                    for bounce in 0..=8 {
-                        let Some(hit) = geometry.closest(&ray, Interval::positive(), &mut ())
-                        else {
-                            return Verdict::Wrong(format!(
-                                "escaped after {bounce} bounces{}",
-                                hex::<f32>(&ray)
-                            ));
-                        };
-                        let surface = geometry.surface(&ray, &hit);
-                        let inward = -surface.normal.as_dvec3();
-                        if inward.dot(middle - surface.point.as_dvec3()) <= 0.0 {
-                            return Verdict::Wrong(format!(
-                                "a wall from behind after {bounce} bounces{}",
-                                hex::<f32>(&ray)
-                            ));
-                        }
-                        let d = onward(random, &surface, inward, at, edges);
-                        ray = Ray::new(surface.spawn(d.as_vec3()), d.as_vec3());
+            let (geometry, point, edges) = room(kind, 140 + seed);
+            let middle = point + (edges[0] + edges[1] + edges[2]) * 0.5;
+            judge(&format!("S05 {name} {seed}"), 141 + seed, 250_000, |rng| {
+                let start = exact(
+                    middle
+                        + edges
+                            .into_iter()
+                            .map(|edge| edge * rng.uniform(-0.3, 0.3))
+                            .sum::<DVec3>(),
+                );
+                let mut ray = ray_towards::<f32>(start, near_edge(rng, point, edges));
+                for bounce in 0..=8 {
+                    let Some(hit) = geometry.closest(&ray, Interval::positive(), &mut ()) else {
+                        return Verdict::Wrong(format!(
+                            "escaped after {bounce} bounces{}",
+                            hex::<f32>(&ray)
+                        ));
+                    };
+                    let surface = geometry.surface(&ray, &hit);
+                    let inward = -surface.normal.as_dvec3();
+                    if inward.dot(middle - surface.point.as_dvec3()) <= 0.0 {
+                        return Verdict::Wrong(format!(
+                            "a wall from behind after {bounce} bounces{}",
+                            hex::<f32>(&ray)
+                        ));
                     }
-                    Verdict::Right(0.0)
-                },
-            )
+                    let d = onward(rng, &surface, inward, point, edges);
+                    ray = Ray::new(surface.spawn(d.as_vec3()), d.as_vec3());
+                }
+                Verdict::Right(0.0)
+            })
             .expect_right(250_000);
         }
     }

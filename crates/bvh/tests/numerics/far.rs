@@ -11,7 +11,7 @@ use raywright_bvh::{Interval, PreparedRay, Ray, Real, Shape, Side, Vector};
 
 use super::stated::shapes;
 use super::support::{
-    Expect, Outcome, Random, U, Verdict, exact, hex, judge, stored, towards, ulp,
+    CaseRng, Expect, Outcome, U, Verdict, exact, hex, judge, ray_towards, to_scalar, ulp,
 };
 
 /// The shapes whose tests solve an equation; flat shapes have other tests.
@@ -36,22 +36,22 @@ const REACH: f64 = 2.0;
 /// offset across the plane is free; any other ray is rounded before it is intersected, and mostly
 /// misses.
 #[derive(Clone, Copy, Debug)]
-enum Way {
+enum RayExactness {
     Axis,
     Plane,
     Any,
 }
 
-fn from_afar<R: Real>(random: &mut Random, way: Way, far: f64) -> Ray<R> {
-    let target = MIDDLE + random.cube() * REACH;
+fn from_afar<R: Real>(rng: &mut CaseRng, exactness: RayExactness, far: f64) -> Ray<R> {
+    let target = MIDDLE + rng.in_cube() * REACH;
     let mut d = DVec3::ZERO;
-    let axis = (random.bits() % 3) as usize;
-    match way {
-        Way::Any => return towards::<R>(target + random.direction() * far, target),
-        Way::Axis => d[axis] = random.sign(),
-        Way::Plane => {
+    let axis = (rng.bits() % 3) as usize;
+    match exactness {
+        RayExactness::Any => return ray_towards::<R>(target + rng.direction() * far, target),
+        RayExactness::Axis => d[axis] = rng.sign(),
+        RayExactness::Plane => {
             // Few bits, so that the product that leads back to the axis is exact.
-            let (x, y) = (random.between(-1.0, 1.0), random.sign());
+            let (x, y) = (rng.uniform(-1.0, 1.0), rng.sign());
             (d[axis], d[(axis + 1) % 3]) = ((x * 64.0).round() / 64.0, y);
             d = exact(d);
         }
@@ -63,7 +63,7 @@ fn from_afar<R: Real>(random: &mut Random, way: Way, far: f64) -> Ray<R> {
             origin[i] = f64::from(target[i] as f32);
         }
     }
-    Ray::new(stored::<R>(origin), stored::<R>(d))
+    Ray::new(to_scalar::<R>(origin), to_scalar::<R>(d))
 }
 
 /// The origin of the same ray a few sizes before the shapes, exactly.
@@ -75,11 +75,11 @@ fn near(o: DVec3, d: DVec3) -> DVec3 {
     } else {
         rounded
     });
-    let (way, start) = (d * ahead, o + d * ahead);
+    let (direction, start) = (d * ahead, o + d * ahead);
     // The rounding error of a sum, exactly ("Accurate Sum and Dot Product", Ogita, Rump, Oishi
     // 2005).
     let back = start - o;
-    let lost = (o - (start - back)) + (way - back);
+    let lost = (o - (start - back)) + (direction - back);
     assert!(
         lost.abs().max_element() <= 1e-14,
         "the judge's ray is not the same: {lost}"
@@ -89,17 +89,17 @@ fn near(o: DVec3, d: DVec3) -> DVec3 {
 
 /// Point and outward normal of the first hit of an exact ray, in f64.
 fn judged(shape: &AnyShape<f64>, start: DVec3, d: DVec3) -> Option<(DVec3, DVec3)> {
-    let probe = PreparedRay::new(Ray::<f64>::new(start, d));
+    let prepared_ray = PreparedRay::new(Ray::<f64>::new(start, d));
     let hit = shape.intersect(
-        &probe,
+        &prepared_ray,
         Interval {
             min: f64::NEG_INFINITY,
             max: f64::INFINITY,
         },
         Side::Both,
     )?;
-    let located = shape.locate(&probe, hit);
-    Some((located.point, located.normal))
+    let surface_point = shape.locate(&prepared_ray, hit);
+    Some((surface_point.point, surface_point.normal))
 }
 
 /// Judges false hits, misses, and points and normals with errors above those of the distance in
@@ -108,24 +108,24 @@ fn far<R: Real>(
     name: &str,
     shape: &AnyShape<R>,
     best: &AnyShape<f64>,
-    way: Way,
+    exactness: RayExactness,
     far: f64,
 ) -> Outcome {
     let case = format!(
-        "P01 {name}, {way:?}, {far:e} away in {}",
+        "P01 {name}, {exactness:?}, {far:e} away in {}",
         std::any::type_name::<R>()
     );
-    judge(&case, 200 + far.log10() as u64, 4000, |random| {
-        let ray = from_afar::<R>(random, way, far);
+    judge(&case, 200 + far.log10() as u64, 4000, |rng| {
+        let ray = from_afar::<R>(rng, exactness, far);
         let (o, d) = (ray.origin.to_f64(), ray.direction.to_f64());
         let start = near(o, d);
         let margin = 32.0 * f64::EPSILON * far + 1e-12;
         let (a, b) = d.any_orthogonal_vector().normalize().any_orthonormal_pair();
-        let wanted = judged(best, start, d);
+        let expected = judged(best, start, d);
         // Where the surface ends, folds or occludes itself within the margin, f64 can't decide
         // either.
         let beside = [a, -a, b, -b].map(|across| judged(best, start + across * margin, d));
-        let continued = beside.iter().all(|other| match (&wanted, other) {
+        let continued = beside.iter().all(|other| match (&expected, other) {
             (None, None) => true,
             (Some((p, n)), Some((q, m))) => p.distance(*q) < 0.01 && n.distance(*m) < 0.01,
             _ => false,
@@ -133,14 +133,14 @@ fn far<R: Real>(
         if !continued {
             return Verdict::Band;
         }
-        let probe = PreparedRay::new(ray);
-        let got = shape.intersect(&probe, Interval::positive(), Side::Both);
-        match (got, wanted) {
+        let prepared_ray = PreparedRay::new(ray);
+        let got = shape.intersect(&prepared_ray, Interval::positive(), Side::Both);
+        match (got, expected) {
             (None, None) => Verdict::Right(0.0),
             (None, Some((p, _))) => Verdict::Wrong(format!("missed at {p}{}", hex::<R>(&ray))),
             (Some(_), None) => Verdict::Wrong(format!("false hit{}", hex::<R>(&ray))),
             (Some(hit), Some((p, n))) => {
-                let surface = shape.surface(&probe, hit);
+                let surface = shape.surface(&prepared_ray, hit);
                 let slant = n.dot(d.normalize()).abs();
                 // Up to 2¹⁰ sizes away, the point of a sphere or torus is computed from the stored
                 // distance.
@@ -154,14 +154,14 @@ fn far<R: Real>(
                     surface.point.to_f64().distance(p),
                     surface.normal.to_f64().distance(n),
                 );
-                Verdict::bounded(off, bound, || {
+                Verdict::within_bound(off, bound, || {
                     format!("{:?} instead of {p}{}", surface.point, hex::<R>(&ray))
                 })
                 // No surface here has a radius of curvature below a fifth of its size, except at a
                 // cone's apex.
                 .and(|| {
                     let curved = if name == "cone" { 1e-2 } else { 5.0 * bound };
-                    Verdict::bounded(turned, curved, || format!("normal{}", hex::<R>(&ray)))
+                    Verdict::within_bound(turned, curved, || format!("normal{}", hex::<R>(&ray)))
                 })
             }
         }
@@ -178,9 +178,9 @@ fn p01_far_curved_shapes() {
         }
         for exponent in 2..=9 {
             let distance = 10_f64.powi(exponent);
-            for way in [Way::Axis, Way::Plane, Way::Any] {
-                far::<f32>(name, &robust, &best, way, distance).expect_right(3900);
-                far::<f64>(name, &best, &best, way, distance).expect_right(3900);
+            for exactness in [RayExactness::Axis, RayExactness::Plane, RayExactness::Any] {
+                far::<f32>(name, &robust, &best, exactness, distance).expect_right(3900);
+                far::<f64>(name, &best, &best, exactness, distance).expect_right(3900);
             }
         }
     }
@@ -193,55 +193,50 @@ fn p01_far_curved_shapes() {
 fn stated_bounds_hold_far_from_the_origin() {
     for exponent in 1..=9 {
         let place = 10_f64.powi(exponent);
-        judge(
-            &format!("stated bounds at {place:e}"),
-            190,
-            20_000,
-            |random| {
-                let centre = random.direction() * place;
-                let probe = PreparedRay::new(Ray::<f64>::new(
-                    centre + random.direction() * 5.0,
-                    random.direction(),
-                ));
-                let target = (centre + random.cube() - probe.origin).normalize();
-                let probe = PreparedRay::new(Ray::<f64>::new(probe.origin, target));
-                let ball = Sphere {
-                    centre,
-                    radius: 1.0,
+        judge(&format!("stated bounds at {place:e}"), 190, 20_000, |rng| {
+            let centre = rng.direction() * place;
+            let prepared_ray = PreparedRay::new(Ray::<f64>::new(
+                centre + rng.direction() * 5.0,
+                rng.direction(),
+            ));
+            let target = (centre + rng.in_cube() - prepared_ray.origin).normalize();
+            let prepared_ray = PreparedRay::new(Ray::<f64>::new(prepared_ray.origin, target));
+            let ball = Sphere {
+                centre,
+                radius: 1.0,
+            };
+            let torus = Torus {
+                centre,
+                axis: DVec3::Y,
+                major_radius: 0.75,
+                minor_radius: 0.25,
+            };
+            // The difference of nearby numbers is exact.
+            let from_ball = |p: DVec3| (p - centre).length() - 1.0;
+            let from_ring = |p: DVec3| {
+                let f = p - centre;
+                let out = (f.x * f.x + f.z * f.z).sqrt() - 0.75;
+                (out * out + f.y * f.y).sqrt() - 0.25
+            };
+            let off = |shape: &AnyShape<f64>, height: &dyn Fn(DVec3) -> f64| {
+                let Some(hit) = shape.intersect(&prepared_ray, Interval::positive(), Side::Both)
+                else {
+                    return Verdict::Skip;
                 };
-                let ring = Torus {
-                    centre,
-                    axis: DVec3::Y,
-                    major_radius: 0.75,
-                    minor_radius: 0.25,
-                };
-                // The difference of nearby numbers is exact.
-                let from_ball = |p: DVec3| (p - centre).length() - 1.0;
-                let from_ring = |p: DVec3| {
-                    let f = p - centre;
-                    let out = (f.x * f.x + f.z * f.z).sqrt() - 0.75;
-                    (out * out + f.y * f.y).sqrt() - 0.25
-                };
-                let off = |shape: &AnyShape<f64>, height: &dyn Fn(DVec3) -> f64| {
-                    let Some(hit) = shape.intersect(&probe, Interval::positive(), Side::Both)
-                    else {
-                        return Verdict::Skip;
-                    };
-                    let located = shape.locate(&probe, hit);
-                    let reach = located.error * located.normal.abs().element_sum();
-                    Verdict::bounded(height(located.point).abs(), reach, || {
-                        format!("{shape:?} {probe:?}")
-                    })
-                };
-                match off(&ball.into(), &from_ball) {
-                    Verdict::Right(a) => match off(&ring.into(), &from_ring) {
-                        Verdict::Skip => Verdict::Right(a),
-                        verdict => verdict,
-                    },
+                let surface_point = shape.locate(&prepared_ray, hit);
+                let reach = surface_point.error * surface_point.normal.abs().element_sum();
+                Verdict::within_bound(height(surface_point.point).abs(), reach, || {
+                    format!("{shape:?} {prepared_ray:?}")
+                })
+            };
+            match off(&ball.into(), &from_ball) {
+                Verdict::Right(a) => match off(&torus.into(), &from_ring) {
+                    Verdict::Skip => Verdict::Right(a),
                     verdict => verdict,
-                }
-            },
-        )
+                },
+                verdict => verdict,
+            }
+        })
         .expect_right(5_000);
     }
 }

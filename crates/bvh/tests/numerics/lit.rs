@@ -6,10 +6,10 @@ use glam::{DQuat, DVec3};
 use raywright_bvh::shapes::{AnyShape, Quad};
 use raywright_bvh::{AcceleratorKind, Geometry, Interval, PrimitiveSet, Ray, Surface, Visibility};
 
-use super::support::{Expect, Random, Verdict, exact, hex, judge, towards};
+use super::support::{CaseRng, Expect, Verdict, exact, hex, judge, ray_towards};
 
 /// A light, the ceiling around it in the same plane, and a wall that crosses neither.
-struct Room {
+struct LitRoom {
     geometry: Geometry<f32>,
     light: Quad<f32>,
     /// Centre of the light, its half edges, and the downward direction.
@@ -20,14 +20,14 @@ struct Room {
 
 const LIGHT: u32 = 0;
 
-fn room(seed: u64) -> Room {
-    let random = &mut Random::new(seed, 0);
+fn room(seed: u64) -> LitRoom {
+    let rng = &mut CaseRng::new(seed, 0);
     let turn = if seed == 0 {
         DQuat::IDENTITY
     } else {
-        DQuat::from_axis_angle(random.direction(), random.between(0.0, 6.0))
+        DQuat::from_axis_angle(rng.direction(), rng.uniform(0.0, 6.0))
     };
-    let middle = exact(random.cube() * if seed == 0 { 0.0 } else { 5.0 });
+    let middle = exact(rng.in_cube() * if seed == 0 { 0.0 } else { 5.0 });
     let (x, z, down) = (turn * DVec3::X, turn * DVec3::Z, turn * DVec3::NEG_Y);
     let quad = |reach: f64| {
         Quad::new(
@@ -39,9 +39,11 @@ fn room(seed: u64) -> Room {
     let light = quad(0.5);
     let mut group = PrimitiveSet::<f32>::default();
     for shape in [AnyShape::from(light), AnyShape::from(quad(3.0))] {
-        group.shape(shape, Visibility::default()).expect("finite");
+        group
+            .add_shape(shape, Visibility::default())
+            .expect("finite");
     }
-    Room {
+    LitRoom {
         geometry: Geometry::new(group, AcceleratorKind::default()),
         light,
         middle,
@@ -51,24 +53,27 @@ fn room(seed: u64) -> Room {
 }
 
 /// The surface at a sampled point of the light.
-fn drawn(room: &Room, u: f64, v: f64) -> Surface<f32> {
+fn drawn(room: &LitRoom, u: f64, v: f64) -> Surface<f32> {
     use raywright_bvh::shapes::SampleArea;
-    room.light.sample_area(u as f32, v as f32).0.stored::<f32>()
+    room.light
+        .sample_area(u as f32, v as f32)
+        .0
+        .to_scalar::<f32>()
 }
 
 /// The surface of a receiver at a point, facing the light, from a hit on a small quad.
-fn receiver(place: DVec3, facing: DVec3) -> Option<Surface<f32>> {
+fn receiver(position: DVec3, facing: DVec3) -> Option<Surface<f32>> {
     let (a, b) = facing.any_orthonormal_pair();
     let mut group = PrimitiveSet::<f32>::default();
     // `facing` is a × b, the outward normal.
     group
-        .shape(
-            Quad::new(place - (a + b) * 0.05, a * 0.1, b * 0.1).into(),
+        .add_shape(
+            Quad::new(position - (a + b) * 0.05, a * 0.1, b * 0.1).into(),
             Visibility::default(),
         )
         .expect("finite");
     let geometry = Geometry::new(group, AcceleratorKind::default());
-    let ray = towards::<f32>(place + facing, place);
+    let ray = ray_towards::<f32>(position + facing, position);
     let hit = geometry.closest(&ray, Interval::positive(), &mut ())?;
     Some(geometry.surface(&ray, &hit))
 }
@@ -81,14 +86,14 @@ const DISTANCES: [f64; 6] = [1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1.0];
 fn s06_no_shadow_by_the_light_or_its_holder() {
     for seed in 0..3 {
         let room = room(seed);
-        judge(&format!("S06 {seed}"), 160 + seed, 400_000, |random| {
-            let at =
-                room.half[0] * random.between(-1.5, 1.5) + room.half[1] * random.between(-1.5, 1.5);
-            let place = room.middle + at + room.down * random.pick(&DISTANCES);
-            let Some(receiver) = receiver(place, -room.down) else {
+        judge(&format!("S06 {seed}"), 160 + seed, 400_000, |rng| {
+            let point =
+                room.half[0] * rng.uniform(-1.5, 1.5) + room.half[1] * rng.uniform(-1.5, 1.5);
+            let position = room.middle + point + room.down * rng.choose(&DISTANCES);
+            let Some(receiver) = receiver(position, -room.down) else {
                 return Verdict::Skip;
             };
-            let target = drawn(&room, random.unit(), random.unit());
+            let target = drawn(&room, rng.unit(), rng.unit());
             let Some((ray, range)) = receiver.spawn_to_surface(&target) else {
                 return Verdict::Wrong(format!(
                     "no shadow ray from {:?} to {:?}",
@@ -98,7 +103,7 @@ fn s06_no_shadow_by_the_light_or_its_holder() {
             let blocked = room.geometry.any(&ray, range, &mut |_| true, &mut ());
             Verdict::holds(!blocked, || {
                 format!(
-                    "shadowed at {place:?}, {:?}{}",
+                    "shadowed at {position:?}, {:?}{}",
                     target.point,
                     hex::<f32>(&ray)
                 )
@@ -110,11 +115,11 @@ fn s06_no_shadow_by_the_light_or_its_holder() {
 
 /// The form factor from a small patch to a polygon, in f64 ("Photometria", Lambert 1760): the sum
 /// over edges of the subtended angle times the patch's cosine with the plane through the edge.
-fn form_factor(place: DVec3, normal: DVec3, corners: &[DVec3]) -> f64 {
+fn form_factor(position: DVec3, normal: DVec3, corners: &[DVec3]) -> f64 {
     let edges = corners.iter().zip(corners.iter().cycle().skip(1));
     let sum: f64 = edges
         .map(|(a, b)| {
-            let (a, b) = ((*a - place).normalize(), (*b - place).normalize());
+            let (a, b) = ((*a - position).normalize(), (*b - position).normalize());
             let across = a.cross(b);
             across.length().atan2(a.dot(b)) * across.normalize().dot(normal)
         })
@@ -133,14 +138,14 @@ fn s06_irradiance_is_the_form_factor() {
     let [x, z] = room.half.map(DVec3::normalize);
     for distance in DISTANCES {
         for beside in [0.0, 0.3, 0.49, 0.8] {
-            let place = room.middle + room.half[0] * (2.0 * beside) + room.down * distance;
+            let position = room.middle + room.half[0] * (2.0 * beside) + room.down * distance;
             let facing = -room.down;
-            let receiver = receiver(place, facing).expect("aimed at it");
+            let receiver = receiver(position, facing).expect("aimed at it");
             let (p, normal) = (receiver.point.as_dvec3(), receiver.normal.as_dvec3());
-            let random = &mut Random::new(170, (distance * 1e6) as u64);
-            let term = |random: &mut Random| {
+            let rng = &mut CaseRng::new(170, (distance * 1e6) as u64);
+            let term = |rng: &mut CaseRng| {
                 if distance >= 0.1 {
-                    let target = drawn(&room, random.unit(), random.unit());
+                    let target = drawn(&room, rng.unit(), rng.unit());
                     let Some((ray, range)) = receiver.spawn_to_surface(&target) else {
                         return f64::NAN;
                     };
@@ -151,7 +156,7 @@ fn s06_irradiance_is_the_form_factor() {
                     return if seen { cosines.abs() / PI } else { 0.0 };
                 }
                 // Malley's method.
-                let (r, angle) = (random.unit().sqrt(), random.unit() * TAU);
+                let (r, angle) = (rng.unit().sqrt(), rng.unit() * TAU);
                 let d = x * (r * angle.cos())
                     + z * (r * angle.sin())
                     + facing * (1.0 - r * r).max(0.0).sqrt();
@@ -166,16 +171,16 @@ fn s06_irradiance_is_the_form_factor() {
             const SAMPLES: u32 = 100_000;
             let (mut sum, mut squares) = (0.0, 0.0);
             for _ in 0..SAMPLES {
-                let value = term(random);
+                let value = term(rng);
                 (sum, squares) = (sum + value, squares + value * value);
             }
             let count = f64::from(SAMPLES);
             let mean = sum / count;
             let error = ((squares / count - mean * mean).max(0.0) / count).sqrt();
-            let wanted = form_factor(p, normal, &corners);
+            let expected = form_factor(p, normal, &corners);
             assert!(
-                (mean - wanted).abs() <= 3.0 * error + 1e-4,
-                "{distance} below, {beside} beside: {mean} ± {error}, not {wanted}"
+                (mean - expected).abs() <= 3.0 * error + 1e-4,
+                "{distance} below, {beside} beside: {mean} ± {error}, not {expected}"
             );
         }
     }
@@ -186,8 +191,8 @@ fn s06_irradiance_is_the_form_factor() {
 #[test]
 fn s06_at_no_distance() {
     let room = room(1);
-    judge("S06 touching", 175, 100_000, |random| {
-        let target = drawn(&room, random.unit(), random.unit());
+    judge("S06 touching", 175, 100_000, |rng| {
+        let target = drawn(&room, rng.unit(), rng.unit());
         let Some(receiver) = receiver(target.point.as_dvec3(), -room.down) else {
             return Verdict::Skip;
         };
@@ -214,12 +219,12 @@ fn s06_at_no_distance() {
 #[test]
 fn s06_a_distant_lamp_is_not_in_its_own_light() {
     use raywright_bvh::shapes::SampleArea;
-    judge("S06 distant lamp", 176, 200_000, |random| {
-        let (out, distance) = (random.direction(), 10_f64.powf(random.between(1.0, 6.0)));
+    judge("S06 distant lamp", 176, 200_000, |rng| {
+        let (out, distance) = (rng.direction(), 10_f64.powf(rng.uniform(1.0, 6.0)));
         // Tilted, but facing the ray and large enough to be crossed by a ray that is off.
         let (eu, ev) = (
-            random.cube() * distance * 1e-4,
-            random.cube() * distance * 1e-4,
+            rng.in_cube() * distance * 1e-4,
+            rng.in_cube() * distance * 1e-4,
         );
         let lamp = Quad::<f32>::new((eu + ev) * -0.5, eu, ev);
         let normal = eu.cross(ev).normalize();
@@ -228,7 +233,7 @@ fn s06_a_distant_lamp_is_not_in_its_own_light() {
         }
         let mut group = PrimitiveSet::<f32>::default();
         group
-            .shape(lamp.into(), Visibility::default())
+            .add_shape(lamp.into(), Visibility::default())
             .expect("finite");
         let geometry = Geometry::new(group, AcceleratorKind::default());
         let point = (out * distance).as_vec3();
@@ -240,9 +245,9 @@ fn s06_a_distant_lamp_is_not_in_its_own_light() {
             normal: (-out).as_vec3(),
         };
         let target = lamp
-            .sample_area(random.unit() as f32, random.unit() as f32)
+            .sample_area(rng.unit() as f32, rng.unit() as f32)
             .0
-            .stored::<f32>();
+            .to_scalar::<f32>();
         let Some((ray, range)) = receiver.spawn_to_surface(&target) else {
             return Verdict::Wrong("no ray".into());
         };

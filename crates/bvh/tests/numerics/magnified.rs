@@ -12,44 +12,51 @@ use super::support::{Expect, Verdict, hex, judge};
 /// with the flattening. In any other direction the normal grows as much and hides them. All in f64,
 /// since f32 storage would hide them too.
 #[test]
-fn bounds_count_the_way_back() {
+fn bounds_include_the_inverse_map() {
     judge(
         "rays that leave a face flattened along itself",
         424,
         40_000,
-        |random| {
-            let (u, v) = (random.direction(), random.direction());
+        |rng| {
+            let (u, v) = (rng.direction(), rng.direction());
             let normal = u.cross(v);
             if normal.length() < 0.3 {
                 return Verdict::Skip;
             }
-            let by = 10_f64.powf(random.between(-6.0, -3.0));
-            let along = (u * random.between(-1.0, 1.0) + v * random.between(-1.0, 1.0)).normalize();
+            let by = 10_f64.powf(rng.uniform(-6.0, -3.0));
+            let along = (u * rng.uniform(-1.0, 1.0) + v * rng.uniform(-1.0, 1.0)).normalize();
             let squeeze = DMat3::IDENTITY
                 + DMat3::from_cols(along * along.x, along * along.y, along * along.z) * (by - 1.0);
-            let turn = DMat3::from_axis_angle(random.direction(), random.between(0.0, 6.0));
+            let turn = DMat3::from_axis_angle(rng.direction(), rng.uniform(0.0, 6.0));
             let map = DAffine3::from_mat3(turn * squeeze);
-            let quad: AnyShape<f64> = Quad::new(random.cube(), u, v).into();
-            let placed = TransformedShape::<f64>::new(quad, map).expect("an invertible map");
+            let quad: AnyShape<f64> = Quad::new(rng.in_cube(), u, v).into();
+            let transformed_shape =
+                TransformedShape::<f64>::new(quad, map).expect("an invertible map");
             let AnyShape::Quad(own) = quad else {
                 return Verdict::Skip;
             };
-            let corner =
-                own.corners[0] + u * random.between(0.2, 0.8) + v * random.between(0.2, 0.8);
+            let corner = own.corners[0] + u * rng.uniform(0.2, 0.8) + v * rng.uniform(0.2, 0.8);
             let target = map.transform_point3(corner);
-            let origin = target + turn * normal * random.pick(&[1.0, 30.0]);
-            let probe = PreparedRay::new(Ray::<f64>::new(origin, (target - origin).normalize()));
-            let Some(hit) = placed.intersect(&probe, Interval::positive(), Side::Outside) else {
+            let origin = target + turn * normal * rng.choose(&[1.0, 30.0]);
+            let prepared_ray =
+                PreparedRay::new(Ray::<f64>::new(origin, (target - origin).normalize()));
+            let Some(hit) =
+                transformed_shape.intersect(&prepared_ray, Interval::positive(), Side::Outside)
+            else {
                 return Verdict::Skip;
             };
-            let surface = placed.locate(&probe, hit).stored::<f64>();
+            let surface = transformed_shape
+                .locate(&prepared_ray, hit)
+                .to_scalar::<f64>();
             for _ in 0..4 {
-                let d = random.direction();
+                let d = rng.direction();
                 let d = if surface.normal.dot(d) < 0.0 { -d } else { d };
                 let leaving = Ray::new(surface.spawn(d), d);
-                if let Some(again) =
-                    placed.intersect(&PreparedRay::new(leaving), Interval::positive(), Side::Both)
-                {
+                if let Some(again) = transformed_shape.intersect(
+                    &PreparedRay::new(leaving),
+                    Interval::positive(),
+                    Side::Both,
+                ) {
                     return Verdict::Wrong(format!(
                         "{again:?} {surface:?} {map:?}{}",
                         hex::<f64>(&leaving)

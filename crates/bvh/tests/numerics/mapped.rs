@@ -2,45 +2,44 @@
 
 use glam::{DAffine3, DMat3, DVec3};
 use raywright_bvh::shapes::{
-    AnyShape, Cuboid, Cylinder, Ends, Quad, Sphere, Torus, TransformedShape, Triangle,
+    AnyShape, Cuboid, Cylinder, CylinderEnds, Quad, Sphere, Torus, TransformedShape, Triangle,
 };
 use raywright_bvh::{
     AcceleratorKind, Geometry, Interval, PreparedRay, PrimitiveSet, Ray, Real, Side, Surface,
     Visibility,
 };
 
-use super::support::{Expect, Random, U, Verdict, exact, hex, judge, stored, towards};
+use super::support::{CaseRng, Expect, U, Verdict, exact, hex, judge, ray_towards, to_scalar};
 
 /// Scales from 1e-3 to 1e3 in each axis, sheared, rotated and, every other time, reflected.
-fn map(random: &mut Random) -> DAffine3 {
+fn map(rng: &mut CaseRng) -> DAffine3 {
     let scale = DVec3::from_array(core::array::from_fn(|_| {
-        10_f64.powf(random.between(-3.0, 3.0)) * random.sign()
+        10_f64.powf(rng.uniform(-3.0, 3.0)) * rng.sign()
     }));
     let mut shear = DMat3::IDENTITY;
     (shear.y_axis.x, shear.z_axis.x, shear.z_axis.y) = (
-        random.between(-1.0, 1.0),
-        random.between(-1.0, 1.0),
-        random.between(-1.0, 1.0),
+        rng.uniform(-1.0, 1.0),
+        rng.uniform(-1.0, 1.0),
+        rng.uniform(-1.0, 1.0),
     );
-    let turn =
-        |random: &mut Random| DMat3::from_axis_angle(random.direction(), random.between(0.0, 6.0));
-    let matrix = turn(random) * shear * DMat3::from_diagonal(scale) * turn(random);
+    let turn = |rng: &mut CaseRng| DMat3::from_axis_angle(rng.direction(), rng.uniform(0.0, 6.0));
+    let matrix = turn(rng) * shear * DMat3::from_diagonal(scale) * turn(rng);
     DAffine3 {
         matrix3: matrix,
-        translation: random.direction() * 10_f64.powf(random.between(-3.0, 3.0)),
+        translation: rng.direction() * 10_f64.powf(rng.uniform(-3.0, 3.0)),
     }
 }
 
 /// A shape and one of its points, away from its edges.
-fn shape<R: Real>(random: &mut Random, kind: usize) -> (AnyShape<R>, DVec3) {
-    let v = |p: DVec3| stored::<R>(exact(p));
+fn shape<R: Real>(rng: &mut CaseRng, kind: usize) -> (AnyShape<R>, DVec3) {
+    let v = |p: DVec3| to_scalar::<R>(exact(p));
     let r = |x: f64| R::from_f64(f64::from(x as f32));
     let (centre, radius) = (
-        exact(random.cube() * 2.0),
-        f64::from(random.between(0.2, 2.0) as f32),
+        exact(rng.in_cube() * 2.0),
+        f64::from(rng.uniform(0.2, 2.0) as f32),
     );
-    let (a, b) = (random.between(0.1, 0.45), random.between(0.1, 0.45));
-    let angle = random.unit() * core::f64::consts::TAU;
+    let (a, b) = (rng.uniform(0.1, 0.45), rng.uniform(0.1, 0.45));
+    let angle = rng.unit() * core::f64::consts::TAU;
     let round = DVec3::new(angle.cos(), 0.0, angle.sin());
     match kind {
         0 => (
@@ -49,14 +48,14 @@ fn shape<R: Real>(random: &mut Random, kind: usize) -> (AnyShape<R>, DVec3) {
                 radius: r(radius),
             }
             .into(),
-            centre + random.direction() * radius,
+            centre + rng.direction() * radius,
         ),
         1 => {
-            let corners = [random.cube(), random.cube(), random.cube()].map(exact);
+            let corners = [rng.in_cube(), rng.in_cube(), rng.in_cube()].map(exact);
             let target = corners[0] + (corners[1] - corners[0]) * a + (corners[2] - corners[0]) * b;
             (
                 Triangle {
-                    vertices: corners.map(stored::<R>),
+                    vertices: corners.map(to_scalar::<R>),
                 }
                 .into(),
                 target,
@@ -66,7 +65,7 @@ fn shape<R: Real>(random: &mut Random, kind: usize) -> (AnyShape<R>, DVec3) {
             let size = DVec3::new(radius, 0.5 * radius, 2.0 * radius);
             let (min, max) = (exact(centre - size), exact(centre + size));
             let target =
-                min + (max - min) * DVec3::new(a, if random.sign() > 0.0 { 0.0 } else { 1.0 }, b);
+                min + (max - min) * DVec3::new(a, if rng.sign() > 0.0 { 0.0 } else { 1.0 }, b);
             (
                 Cuboid {
                     min: v(min),
@@ -77,7 +76,7 @@ fn shape<R: Real>(random: &mut Random, kind: usize) -> (AnyShape<R>, DVec3) {
             )
         }
         3 => {
-            let (eu, ev) = (exact(random.cube()), exact(random.cube()));
+            let (eu, ev) = (exact(rng.in_cube()), exact(rng.in_cube()));
             let corners = [centre, centre + eu, centre + eu + ev, centre + ev].map(v);
             (Quad { corners }.into(), centre + eu * a + ev * b)
         }
@@ -89,7 +88,7 @@ fn shape<R: Real>(random: &mut Random, kind: usize) -> (AnyShape<R>, DVec3) {
                     base: v(centre),
                     axis: v(axis),
                     radius: r(radius),
-                    ends: Ends::Capped,
+                    ends: CylinderEnds::Capped,
                 }
                 .into(),
                 target,
@@ -166,16 +165,16 @@ pub fn solved(m: DMat3, b: DVec3) -> DVec3 {
 fn expected(shape: &AnyShape<f64>, map: DAffine3, o: DVec3, d: DVec3) -> Option<Expected> {
     use raywright_bvh::Shape;
     let m = map.matrix3;
-    let probe = PreparedRay::new(Ray::<f64>::new(
+    let prepared_ray = PreparedRay::new(Ray::<f64>::new(
         solved(m, o - map.translation),
         solved(m, d),
     ));
-    let hit = shape.intersect(&probe, Interval::positive(), Side::Both)?;
-    let own = shape.locate(&probe, hit);
-    let normal = solved(m.transpose(), own.normal).normalize();
+    let hit = shape.intersect(&prepared_ray, Interval::positive(), Side::Both)?;
+    let surface_point = shape.locate(&prepared_ray, hit);
+    let normal = solved(m.transpose(), surface_point.normal).normalize();
     Some(Expected {
         t: hit.t,
-        own: own.point,
+        own: surface_point.point,
         point: o + d * hit.t,
         normal,
     })
@@ -205,7 +204,7 @@ fn compare(
         .cross(expected.normal)
         .length()
         .atan2(normal.dot(expected.normal));
-    Verdict::bounded(off.max_element(), 1.0, || {
+    Verdict::within_bound(off.max_element(), 1.0, || {
         format!(
             "point {:?} for {:?}{}",
             surface.point,
@@ -214,7 +213,7 @@ fn compare(
         )
     })
     .and(|| {
-        Verdict::bounded(angle, turn, || {
+        Verdict::within_bound(angle, turn, || {
             format!(
                 "normal {normal:?} for {:?}{}",
                 expected.normal,
@@ -224,7 +223,7 @@ fn compare(
     })
     .and(|| {
         let late = (f64::from(t) - expected.t).abs() * d.length();
-        Verdict::bounded(late, 4.0 * U * expected.t * d.length(), || {
+        Verdict::within_bound(late, 4.0 * U * expected.t * d.length(), || {
             format!("t {t} for {}{}", expected.t, hex::<f32>(ray))
         })
     })
@@ -240,50 +239,56 @@ fn p23_mapped_shapes() {
         } else {
             1e-4
         };
-        judge(&format!("P23 {name}"), 70 + kind as u64, 60_000, |random| {
-            let map = map(random);
-            let seed = random.bits();
-            let (own, target) = shape::<f32>(&mut Random::new(seed, 0), kind);
-            let (best, _) = shape::<f64>(&mut Random::new(seed, 0), kind);
+        judge(&format!("P23 {name}"), 70 + kind as u64, 60_000, |rng| {
+            let map = map(rng);
+            let seed = rng.bits();
+            let (own, target) = shape::<f32>(&mut CaseRng::new(seed, 0), kind);
+            let (best, _) = shape::<f64>(&mut CaseRng::new(seed, 0), kind);
             let target = map.transform_point3(target);
-            let away = random.direction() * 10_f64.powf(random.between(-1.0, 3.0));
-            let ray = towards::<f32>(target + away, target);
+            let away = rng.direction() * 10_f64.powf(rng.uniform(-1.0, 3.0));
+            let ray = ray_towards::<f32>(target + away, target);
             let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
-            let Some(wanted) = expected(&best, map, o, d) else {
+            let Some(wanted_value) = expected(&best, map, o, d) else {
                 return Verdict::Skip;
             };
             // A ray whose hit changes when moved by the f64 error of a map of condition 1e6 is not
             // judged.
             let (a, b) = d.any_orthonormal_pair();
-            let step = 1e-9 * (wanted.t + wanted.point.length());
-            let moved = [a, -a, b, -b]
-                .map(|way| expected(&best, map, o + way * step, d).map_or(f64::INFINITY, |e| e.t));
-            let steep = wanted.normal.dot(d).abs();
+            let step = 1e-9 * (wanted_value.t + wanted_value.point.length());
+            let moved = [a, -a, b, -b].map(|direction| {
+                expected(&best, map, o + direction * step, d).map_or(f64::INFINITY, |e| e.t)
+            });
+            let steep = wanted_value.normal.dot(d).abs();
             if moved
                 .iter()
-                .any(|t| (t - wanted.t).abs() > 1e2 * step / steep)
+                .any(|t| (t - wanted_value.t).abs() > 1e2 * step / steep)
             {
                 return Verdict::Skip;
             }
-            let placed = TransformedShape::<f32>::new(own, map).expect("an invertible map");
-            let probe = PreparedRay::new(ray);
-            let outward = if wanted.normal.dot(d) < 0.0 {
+            let transformed_shape =
+                TransformedShape::<f32>::new(own, map).expect("an invertible map");
+            let prepared_ray = PreparedRay::new(ray);
+            let outward = if wanted_value.normal.dot(d) < 0.0 {
                 Side::Outside
             } else {
                 Side::Inside
             };
-            let Some(hit) = placed.intersect(&probe, Interval::positive(), outward) else {
+            let Some(hit) =
+                transformed_shape.intersect(&prepared_ray, Interval::positive(), outward)
+            else {
                 return Verdict::Wrong(format!("missed from {outward:?}{}", hex::<f32>(&ray)));
             };
-            let surface = placed.locate(&probe, hit).stored::<f32>();
-            compare(turn, &wanted, map, hit.t, &surface, d, &ray).and(|| {
+            let surface = transformed_shape
+                .locate(&prepared_ray, hit)
+                .to_scalar::<f32>();
+            compare(turn, &wanted_value, map, hit.t, &surface, d, &ray).and(|| {
                 let geometry = instance(own, map);
                 let Some(hit) = geometry.closest(&ray, Interval::positive(), &mut ()) else {
                     return Verdict::Wrong(format!("instance missed{}", hex::<f32>(&ray)));
                 };
                 compare(
                     turn,
-                    &wanted,
+                    &wanted_value,
                     map,
                     hit.t,
                     &geometry.surface(&ray, &hit),
@@ -299,13 +304,15 @@ fn p23_mapped_shapes() {
 /// One instance of a geometry with a single shape.
 fn instance(shape: AnyShape<f32>, map: DAffine3) -> Geometry<f32> {
     let mut inner = PrimitiveSet::<f32>::default();
-    inner.shape(shape, Visibility::default()).expect("finite");
+    inner
+        .add_shape(shape, Visibility::default())
+        .expect("finite");
     let mut group = PrimitiveSet::<f32>::default();
     let inner = group
-        .part(Geometry::new(inner, AcceleratorKind::default()))
+        .add_part(Geometry::new(inner, AcceleratorKind::default()))
         .expect("no instances in it");
     group
-        .instance(inner, map, Visibility::default())
+        .add_instance(inner, map, Visibility::default())
         .expect("an invertible map");
     Geometry::new(group, AcceleratorKind::default())
 }

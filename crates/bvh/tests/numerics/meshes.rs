@@ -6,7 +6,7 @@ use raywright_bvh::shapes::{Quad, Triangle};
 use raywright_bvh::{AcceleratorKind, Geometry, Interval, PrimitiveSet, Real, Vector, Visibility};
 
 use super::sharp::{back, flattening, is_thin};
-use super::support::{Expect, Outcome, Random, Verdict, hex, judge, stored, towards};
+use super::support::{CaseRng, Expect, Outcome, Verdict, hex, judge, ray_towards, to_scalar};
 
 /// A convex body around the origin. Each face has three corners, or four for a parallelogram,
 /// counter-clockwise from outside.
@@ -101,19 +101,19 @@ fn height(faces: &[Vec<DVec3>], p: DVec3) -> f64 {
 fn mesh<R: Real>(faces: &[Vec<DVec3>], inside_out: bool) -> Geometry<R> {
     let mut group = PrimitiveSet::<R>::default();
     for face in faces {
-        let mut corners: Vec<_> = face.iter().map(|&p| stored::<R>(p)).collect();
+        let mut corners: Vec<_> = face.iter().map(|&p| to_scalar::<R>(p)).collect();
         if inside_out {
             corners.reverse();
         }
         match *corners {
-            [a, b, c] => group.shape(
+            [a, b, c] => group.add_shape(
                 Triangle {
                     vertices: [a, b, c],
                 }
                 .into(),
                 Visibility::default(),
             ),
-            [a, b, c, d] => group.shape(
+            [a, b, c, d] => group.add_shape(
                 Quad {
                     corners: [a, b, c, d],
                 }
@@ -145,7 +145,7 @@ fn least_circle(faces: &[Vec<DVec3>]) -> f64 {
 
 /// Rays to both sides from hits near edges of a body, under maps that flatten by the factor `by`.
 fn starts<R: Real>(Body { name, faces }: &Body, by: f64, inside_out: bool) -> Outcome {
-    let what = if inside_out {
+    let label = if inside_out {
         "the inside of the"
     } else {
         "the"
@@ -154,31 +154,27 @@ fn starts<R: Real>(Body { name, faces }: &Body, by: f64, inside_out: bool) -> Ou
     let mesh = mesh::<R>(faces, inside_out);
     judge(
         &format!(
-            "starts on {what} {name}, flattened by {by:e}, in {}",
+            "starts on {label} {name}, flattened by {by:e}, in {}",
             std::any::type_name::<R>()
         ),
         424,
         20_000,
-        |random: &mut Random| {
-            let map = flattening(random, by);
+        |rng: &mut CaseRng| {
+            let map = flattening(rng, by);
             let mut group = PrimitiveSet::<R>::default();
-            let part = group.part(mesh.clone()).expect("no instances in it");
+            let part = group.add_part(mesh.clone()).expect("no instances in it");
             group
-                .instance(part, map, Visibility::default())
+                .add_instance(part, map, Visibility::default())
                 .expect("an invertible map");
             let geometry = Geometry::new(group, AcceleratorKind::default());
-            let face = &faces[(random.bits() % faces.len() as u64) as usize];
-            let i = (random.bits() % face.len() as u64) as usize;
-            let along = if random.unit() < 0.3 {
-                0.0
-            } else {
-                random.unit()
-            };
+            let face = &faces[(rng.bits() % faces.len() as u64) as usize];
+            let i = (rng.bits() % face.len() as u64) as usize;
+            let along = if rng.unit() < 0.3 { 0.0 } else { rng.unit() };
             let edge = face[i] + (face[(i + 1) % face.len()] - face[i]) * along;
-            let target = map
-                .transform_point3(edge + random.cube() * 10_f64.powf(random.between(-9.0, -0.5)));
-            let ray = towards::<R>(
-                target + random.direction() * random.pick(&[0.5, 3.0, 30.0]),
+            let target =
+                map.transform_point3(edge + rng.in_cube() * 10_f64.powf(rng.uniform(-9.0, -0.5)));
+            let ray = ray_towards::<R>(
+                target + rng.direction() * rng.choose(&[0.5, 3.0, 30.0]),
                 target,
             );
             let Some(hit) = geometry.closest(&ray, Interval::positive(), &mut ()) else {
@@ -189,8 +185,12 @@ fn starts<R: Real>(Body { name, faces }: &Body, by: f64, inside_out: bool) -> Ou
                 return Verdict::Skip;
             }
             let normal = surface.normal.to_f64();
-            let above = [normal, -normal]
-                .map(|way| height(faces, back(map, surface.spawn(stored::<R>(way)).to_f64())));
+            let above = [normal, -normal].map(|direction| {
+                height(
+                    faces,
+                    back(map, surface.spawn(to_scalar::<R>(direction)).to_f64()),
+                )
+            });
             let [out, into] = if inside_out {
                 [above[1], above[0]]
             } else {

@@ -5,7 +5,7 @@ use raywright_bvh::{
     AcceleratorKind, Geometry, Interval, PrimitiveSet, Ray, Real, Vector, Visibility,
 };
 
-use super::support::{Expect, Verdict, hex, judge, stored};
+use super::support::{Expect, Verdict, hex, judge, to_scalar};
 
 /// Units per metre of the ends of the motion.
 const UNIT: f64 = 4_294_967_296.0;
@@ -22,10 +22,10 @@ fn passing<R: Real>() {
         ),
         77,
         20_000,
-        |random| {
-            let time = 1 + i128::from(random.bits() % (TIMES as u64 - 1));
-            let from = -i128::from(random.bits() >> 12);
-            let to = -from * (TIMES - time) / time + i128::from(random.bits() % UNIT as u64);
+        |rng| {
+            let time = 1 + i128::from(rng.bits() % (TIMES as u64 - 1));
+            let from = -i128::from(rng.bits() >> 12);
+            let to = -from * (TIMES - time) / time + i128::from(rng.bits() % UNIT as u64);
             if to >= 1 << 53 {
                 return Verdict::Skip;
             }
@@ -39,34 +39,37 @@ fn passing<R: Real>() {
                 DVec3::new(0.0, 3.0, 0.0),
             ];
             sheet
-                .triangle(corners.map(stored::<R>), Visibility::default())
+                .add_triangle(corners.map(to_scalar::<R>), Visibility::default())
                 .expect("a triangle");
             let sheet = group
-                .part(Geometry::new(sheet, AcceleratorKind::Linear))
+                .add_part(Geometry::new(sheet, AcceleratorKind::Linear))
                 .expect("no instances");
             group
-                .moving(sheet, [end(from), end(to)], Visibility::default())
+                .add_moving_instance(sheet, [end(from), end(to)], Visibility::default())
                 .expect("an invertible way");
             let geometry = Geometry::new(group, AcceleratorKind::Linear);
             let origin = DVec3::new(
-                random.between(-0.5, 0.5),
-                random.between(-0.5, 0.5),
-                height + random.between(0.5, 2.0),
+                rng.uniform(-0.5, 0.5),
+                rng.uniform(-0.5, 0.5),
+                height + rng.uniform(0.5, 2.0),
             );
-            let ray = Ray::new(stored::<R>(origin), stored::<R>(DVec3::NEG_Z))
+            let ray = Ray::new(to_scalar::<R>(origin), to_scalar::<R>(DVec3::NEG_Z))
                 .at_time(R::from_f64(time as f64 / TIMES as f64));
             let Some(hit) = geometry.closest(&ray, Interval::positive(), &mut ()) else {
                 return Verdict::Wrong(format!("no hit{}", hex::<R>(&ray)));
             };
-            let (located, surface) = (geometry.located(&ray, &hit), geometry.surface(&ray, &hit));
-            let bound = located.error.to_f64();
+            let (surface_point, surface) = (
+                geometry.surface_point(&ray, &hit),
+                geometry.surface(&ray, &hit),
+            );
+            let bound = surface_point.error.to_f64();
             // A bound that included the whole distance of the motion would hold trivially.
             if bound > 1e-13 {
                 return Verdict::Wrong(format!("{bound} is no bound{}", hex::<R>(&ray)));
             }
             let stored = (surface.point.to_f64().z - height).abs() / surface.error.to_f64();
-            let off = (located.point.to_f64().z - height).abs() / bound;
-            Verdict::bounded(off.max(stored), 1.0, || {
+            let off = (surface_point.point.to_f64().z - height).abs() / bound;
+            Verdict::within_bound(off.max(stored), 1.0, || {
                 format!("beyond the stated bound{}", hex::<R>(&ray))
             })
         },
@@ -77,7 +80,7 @@ fn passing<R: Real>() {
 /// Protects: the error bound of a point on a moving instance, including digits of the ends that
 /// cancel in its position.
 #[test]
-fn bounds_hold_on_the_way() {
+fn error_bounds_hold_during_motion() {
     passing::<f32>();
     passing::<f64>();
 }
@@ -85,12 +88,12 @@ fn bounds_hold_on_the_way() {
 /// Protects: a mesh's own normal under a rotating and stretching instance is mapped by the map at
 /// the ray's time, as for a still instance under that map.
 #[test]
-fn own_normals_turn_on_the_way() {
+fn mesh_normals_turn_with_moving_instances() {
     let ends = [
         DAffine3::IDENTITY,
         DAffine3::from_rotation_x(0.9) * DAffine3::from_scale(DVec3::new(1.0, 3.0, 0.5)),
     ];
-    let seen = |map: [DAffine3; 2], time: f64| {
+    let actual = |map: [DAffine3; 2], time: f64| {
         let (mut sheet, mut group) = (
             PrimitiveSet::<f64>::default(),
             PrimitiveSet::<f64>::default(),
@@ -101,13 +104,13 @@ fn own_normals_turn_on_the_way() {
             DVec3::new(0.0, 9.0, 0.0),
         ];
         sheet
-            .triangle(corners, Visibility::default())
+            .add_triangle(corners, Visibility::default())
             .expect("a triangle");
         let sheet = group
-            .part(Geometry::new(sheet, AcceleratorKind::Linear))
+            .add_part(Geometry::new(sheet, AcceleratorKind::Linear))
             .expect("no instances");
         group
-            .moving(sheet, map, Visibility::default())
+            .add_moving_instance(sheet, map, Visibility::default())
             .expect("an invertible way");
         let geometry = Geometry::new(group, AcceleratorKind::Linear);
         let ray = Ray::new(DVec3::new(0.1, -0.2, 5.0), DVec3::NEG_Z).at_time(time);
@@ -121,7 +124,7 @@ fn own_normals_turn_on_the_way() {
     for time in [0.0, 0.25, 0.5, 0.75, 1.0] {
         let between = ends[0].matrix3 * (1.0 - time) + ends[1].matrix3 * time;
         let still = DAffine3::from_mat3(between);
-        let (moving, standing) = (seen(ends, time), seen([still; 2], 0.0));
+        let (moving, standing) = (actual(ends, time), actual([still; 2], 0.0));
         // A normal is mapped by the inverse transpose.
         let expected = (between.inverse().transpose() * DVec3::new(0.1, 0.2, 1.0)).normalize();
         assert!(

@@ -6,7 +6,7 @@ use raywright_bvh::shapes::{AnyShape, Ellipsoid, Sphere};
 use raywright_bvh::{AcceleratorKind, Geometry, Interval, PrimitiveSet, Real, Vector, Visibility};
 
 use super::sharp::{back, flattening, is_thin};
-use super::support::{Expect, Outcome, Random, Verdict, hex, judge, stored, towards};
+use super::support::{CaseRng, Expect, Outcome, Verdict, hex, judge, ray_towards, to_scalar};
 
 /// A sphere of radius 1, or an ellipsoid of at least that thickness, around the origin.
 fn round<R: Real>(semi_axes: DVec3) -> AnyShape<R> {
@@ -19,7 +19,7 @@ fn round<R: Real>(semi_axes: DVec3) -> AnyShape<R> {
     } else {
         Ellipsoid {
             centre: Vector::ZERO,
-            semi_axes: stored::<R>(semi_axes),
+            semi_axes: to_scalar::<R>(semi_axes),
         }
         .into()
     }
@@ -28,30 +28,30 @@ fn round<R: Real>(semi_axes: DVec3) -> AnyShape<R> {
 /// Rays to both sides from hits of the shape, whose own map flattens by `own` and whose instance
 /// flattens by `outer`.
 fn starts<R: Real>(semi_axes: DVec3, own: f64, outer: f64) -> Outcome {
-    let what = format!(
+    let label = format!(
         "starts on {semi_axes}, flattened by {own:e} and {outer:e}, in {}",
         std::any::type_name::<R>()
     );
-    judge(&what, 431, 10_000, |random: &mut Random| {
+    judge(&label, 431, 10_000, |rng: &mut CaseRng| {
         // Without a translation, so that the first map leaves all rounding to the second.
         let inner = DAffine3 {
             translation: DVec3::ZERO,
-            ..flattening(random, own)
+            ..flattening(rng, own)
         };
-        let outside = flattening(random, outer);
+        let outside = flattening(rng, outer);
         let (mut part, mut group) = (PrimitiveSet::<R>::default(), PrimitiveSet::<R>::default());
-        part.placed(round::<R>(semi_axes), inner, Visibility::default())
+        part.add_transformed(round::<R>(semi_axes), inner, Visibility::default())
             .expect("an invertible map");
         let part = group
-            .part(Geometry::new(part, AcceleratorKind::Linear))
+            .add_part(Geometry::new(part, AcceleratorKind::Linear))
             .expect("no instances in it");
         group
-            .instance(part, outside, Visibility::default())
+            .add_instance(part, outside, Visibility::default())
             .expect("an invertible map");
         let geometry = Geometry::new(group, AcceleratorKind::Linear);
-        let target = (outside * inner).transform_point3(random.direction() * semi_axes);
-        let ray = towards::<R>(
-            target + random.direction() * random.pick(&[0.5, 3.0, 30.0]),
+        let target = (outside * inner).transform_point3(rng.direction() * semi_axes);
+        let ray = ray_towards::<R>(
+            target + rng.direction() * rng.choose(&[0.5, 3.0, 30.0]),
             target,
         );
         let Some(hit) = geometry.closest(&ray, Interval::positive(), &mut ()) else {
@@ -66,7 +66,8 @@ fn starts<R: Real>(semi_axes: DVec3, own: f64, outer: f64) -> Outcome {
         let height =
             |start: DVec3| (back(inner, back(outside, start)) / semi_axes).length_squared() - 1.0;
         let normal = surface.normal.to_f64();
-        let above = [normal, -normal].map(|way| height(surface.spawn(stored::<R>(way)).to_f64()));
+        let above = [normal, -normal]
+            .map(|direction| height(surface.spawn(to_scalar::<R>(direction)).to_f64()));
         Verdict::holds(above[0] > 0.0 && above[1] < 0.0, || {
             format!(
                 "{above:?} {surface:?} {inner:?} {outside:?}{}",

@@ -5,7 +5,7 @@ use raywright_bvh::shapes::{Plane, TransformedShape};
 use raywright_bvh::{Interval, PreparedRay, Ray, Shape, Side};
 
 use super::stated::shapes;
-use super::support::{Expect, Verdict, exact, expect_all, hex, hit, judge, ray, stored, ulp};
+use super::support::{Expect, Verdict, exact, expect_all, hex, hit, judge, ray, to_scalar, ulp};
 
 /// Protects: hits do not depend on the length of the direction, for every shape, with and without a
 /// transform. The oracle uses the unit direction in f64; a ray whose hit changes when moved by a
@@ -14,42 +14,42 @@ use super::support::{Expect, Verdict, exact, expect_all, hex, hit, judge, ray, s
 fn p06_any_length_of_direction() {
     let map = DAffine3::from_rotation_x(0.7) * DAffine3::from_scale(DVec3::new(0.5, -1.5, 1.25));
     for ((name, shape), (_, best)) in shapes::<f32>().into_iter().zip(shapes::<f64>()) {
-        let placed = TransformedShape::<f32>::new(shape, map).unwrap();
+        let transformed_shape = TransformedShape::<f32>::new(shape, map).unwrap();
         let best_placed = TransformedShape::<f64>::new(best, map).unwrap();
-        judge(&format!("P06 {name}"), 6, 60_000, |random| {
-            let length = random.pick(&[1e-20, 1e-8, 1e-3, 1.0, 1e3, 1e8]);
-            let origin = exact(random.direction() * 4.0);
-            let d = exact((random.cube() - origin).normalize() * length);
-            let world = random.sign() > 0.0;
+        judge(&format!("P06 {name}"), 6, 60_000, |rng| {
+            let length = rng.choose(&[1e-20, 1e-8, 1e-3, 1.0, 1e3, 1e8]);
+            let origin = exact(rng.direction() * 4.0);
+            let d = exact((rng.in_cube() - origin).normalize() * length);
+            let world = rng.sign() > 0.0;
             let ray = ray::<f32>(origin, d);
             let robust = PreparedRay::new(ray);
             let got = if world {
                 shape.intersect(&robust, Interval::positive(), Side::Both)
             } else {
-                placed.intersect(&robust, Interval::positive(), Side::Both)
+                transformed_shape.intersect(&robust, Interval::positive(), Side::Both)
             };
             let expect = |o: DVec3| {
-                let probe = PreparedRay::new(Ray::<f64>::new(o, d.normalize()));
+                let prepared_ray = PreparedRay::new(Ray::<f64>::new(o, d.normalize()));
                 let range = Interval::positive();
                 let hit = if world {
-                    best.intersect(&probe, range, Side::Both)
+                    best.intersect(&prepared_ray, range, Side::Both)
                 } else {
-                    best_placed.intersect(&probe, range, Side::Both)
+                    best_placed.intersect(&prepared_ray, range, Side::Both)
                 };
                 hit.map_or(f64::INFINITY, |h| h.t)
             };
             let t = got.map_or(f64::INFINITY, |h| f64::from(h.t) * d.length());
-            let wanted = expect(origin);
-            if (t - wanted).abs() <= 4.0 * ulp(wanted) || t == wanted {
+            let expected = expect(origin);
+            if (t - expected).abs() <= 4.0 * ulp(expected) || t == expected {
                 return Verdict::Right(0.0);
             }
             let (a, b) = d.normalize().any_orthonormal_pair();
-            let moved = [a, -a, b, -b].map(|way| expect(origin + way * 1e-9));
+            let moved = [a, -a, b, -b].map(|direction| expect(origin + direction * 1e-9));
             let sure = moved
                 .iter()
-                .all(|&m| (m - wanted).abs() < 1e-6 || m == wanted);
+                .all(|&m| (m - expected).abs() < 1e-6 || m == expected);
             if sure {
-                Verdict::Wrong(format!("{t} instead of {wanted}{}", hex::<f32>(&ray)))
+                Verdict::Wrong(format!("{t} instead of {expected}{}", hex::<f32>(&ray)))
             } else {
                 Verdict::Band
             }
@@ -65,7 +65,7 @@ fn p07_grazing_plane() {
     for zero in [0.0, -0.0] {
         for height in [1.0, 0.0] {
             let ray = ray::<f32>(DVec3::Y * height, DVec3::new(1.0, zero, 0.0));
-            let plane = Plane::new(stored::<f32>(DVec3::ZERO), stored::<f32>(DVec3::Y));
+            let plane = Plane::new(to_scalar::<f32>(DVec3::ZERO), to_scalar::<f32>(DVec3::Y));
             assert!(
                 hit::<f32>(&plane, &ray).is_none(),
                 "hit along the plane at height {height}"

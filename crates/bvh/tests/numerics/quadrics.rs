@@ -2,11 +2,11 @@
 //! coefficient or of extreme shape.
 
 use glam::DVec3;
-use raywright_bvh::shapes::{Cone, Cylinder, Ellipsoid, Ends};
+use raywright_bvh::shapes::{Cone, Cylinder, CylinderEnds, Ellipsoid};
 use raywright_bvh::{Interval, PreparedRay, Shape, Side};
 
 use super::support::{
-    Expect, U, Verdict, exact, hex, hit, judge, ray, rays, stored, textbook_share, towards,
+    Expect, U, Verdict, exact, hex, hit, judge, ray, ray_towards, rays, textbook_share, to_scalar,
 };
 use raywright_bvh::stability::quadrics::{body, extreme, extreme_distance, near_root};
 use raywright_bvh::stability::{intersect, textbook};
@@ -15,35 +15,35 @@ use raywright_bvh::stability::{intersect, textbook};
 /// along it hit the cap.
 #[test]
 fn p10_cylinder_along_its_axis() {
-    judge("P10", 20, 400_000, |random| {
-        let angle = random.pick(&[1e-1, 1e-3, 1e-5, 1e-8, 0.0]);
-        let radius = f64::from(random.between(0.1, 10.0) as f32);
-        let height = f64::from(random.between(0.5, 100.0) as f32);
+    judge("P10", 20, 400_000, |rng| {
+        let angle = rng.choose(&[1e-1, 1e-3, 1e-5, 1e-8, 0.0]);
+        let radius = f64::from(rng.uniform(0.1, 10.0) as f32);
+        let height = f64::from(rng.uniform(0.5, 100.0) as f32);
         let base = exact(DVec3::new(
-            random.between(-5.0, 5.0),
-            random.between(-5.0, 5.0),
-            random.between(-5.0, 5.0),
+            rng.uniform(-5.0, 5.0),
+            rng.uniform(-5.0, 5.0),
+            rng.uniform(-5.0, 5.0),
         ));
-        let inside = random.sign() > 0.0;
+        let inside = rng.sign() > 0.0;
         let reach = if inside {
-            random.between(0.0, 0.99)
+            rng.uniform(0.0, 0.99)
         } else {
-            random.between(1.01, 3.0)
+            rng.uniform(1.01, 3.0)
         };
-        let out = random.disc(DVec3::Y, 1.0).normalize();
+        let out = rng.in_disc(DVec3::Y, 1.0).normalize();
         let origin =
-            exact(base + out * (reach * radius) + DVec3::Y * (height * random.between(0.01, 0.99)));
+            exact(base + out * (reach * radius) + DVec3::Y * (height * rng.uniform(0.01, 0.99)));
         let toward = if inside {
-            random.disc(DVec3::Y, 1.0).normalize()
+            rng.in_disc(DVec3::Y, 1.0).normalize()
         } else {
             -out
         };
-        let d = exact((toward * angle + DVec3::Y * random.sign()).normalize());
+        let d = exact((toward * angle + DVec3::Y * rng.sign()).normalize());
         let ray = ray::<f32>(origin, d);
-        let ends = random.pick(&[Ends::None, Ends::Capped]);
+        let ends = rng.choose(&[CylinderEnds::None, CylinderEnds::Capped]);
         let shape = Cylinder::<f32> {
-            base: stored::<f32>(base),
-            axis: stored::<f32>(DVec3::Y * height),
+            base: to_scalar::<f32>(base),
+            axis: to_scalar::<f32>(DVec3::Y * height),
             radius: radius as f32,
             ends,
         };
@@ -51,7 +51,7 @@ fn p10_cylinder_along_its_axis() {
         let got = hit::<f32>(&shape, &ray);
         let along = d.x == 0.0 && d.z == 0.0;
         let Some(h) = got else {
-            let hits = if ends == Ends::None {
+            let hits = if ends == CylinderEnds::None {
                 inside && !along
             } else {
                 off(origin) < 0.0
@@ -60,7 +60,7 @@ fn p10_cylinder_along_its_axis() {
                 format!("missed at angle {angle}{} {shape:?}", hex::<f32>(&ray))
             });
         };
-        if along && ends == Ends::None {
+        if along && ends == CylinderEnds::None {
             return Verdict::Wrong(format!("wall hit along the axis{}", hex::<f32>(&ray)));
         }
         let t = f64::from(h.t);
@@ -73,12 +73,12 @@ fn p10_cylinder_along_its_axis() {
         // On the wall between the ends, or on an end within the wall.
         let (wall, low, high) = (off(p), base.y - p.y, p.y - base.y - height);
         let caps = low.abs().min(high.abs()).max(wall);
-        let error = if ends == Ends::None {
+        let error = if ends == CylinderEnds::None {
             wall.abs()
         } else {
             wall.abs().max(low).max(high).min(caps)
         };
-        Verdict::bounded(error, bound, || {
+        Verdict::within_bound(error, bound, || {
             format!("off at angle {angle}{} {shape:?}", hex::<f32>(&ray))
         })
         .and(|| {
@@ -94,39 +94,36 @@ fn p10_cylinder_along_its_axis() {
 /// the apex, and every hit has a normal.
 #[test]
 fn p12_cone_tip_and_other_nappe() {
-    judge("P12", 22, 600_000, |random| {
+    judge("P12", 22, 600_000, |rng| {
         let (base, axis) = (
-            exact(random.cube() * 3.0),
-            exact(random.direction() * random.between(0.3, 4.0)),
+            exact(rng.in_cube() * 3.0),
+            exact(rng.direction() * rng.uniform(0.3, 4.0)),
         );
-        let radius = f64::from(random.between(0.05, 3.0) as f32);
+        let radius = f64::from(rng.uniform(0.05, 3.0) as f32);
         let cone = Cone::<f32> {
-            base: stored::<f32>(base),
-            axis: stored::<f32>(axis),
+            base: to_scalar::<f32>(base),
+            axis: to_scalar::<f32>(axis),
             radius: radius as f32,
             top_radius: 0.0,
         };
         let tip = base + axis;
-        let target = match random.bits() % 3 {
+        let target = match rng.bits() % 3 {
             0 => tip,
-            1 => tip + random.cube() * 1e-6,
+            1 => tip + rng.in_cube() * 1e-6,
             // The opposite nappe: the cone mirrored at its apex.
-            _ => tip + axis * random.unit() + random.disc(axis.normalize(), radius),
+            _ => tip + axis * rng.unit() + rng.in_disc(axis.normalize(), radius),
         };
-        let ray = towards::<f32>(
-            target + random.direction() * random.between(1.0, 8.0),
-            target,
-        );
+        let ray = ray_towards::<f32>(target + rng.direction() * rng.uniform(1.0, 8.0), target);
         let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
-        let probe = PreparedRay::new(ray);
+        let prepared_ray = PreparedRay::new(ray);
         for side in [Side::Both, Side::Outside, Side::Inside] {
-            let Some(h) = cone.intersect(&probe, Interval::positive(), side) else {
+            let Some(h) = cone.intersect(&prepared_ray, Interval::positive(), side) else {
                 continue;
             };
             let p = o + d * f64::from(h.t);
             let scale = o.abs().max_element() + p.abs().max_element() + f64::from(h.t);
             let beyond = (p - tip).dot(axis) / axis.length();
-            let normal = cone.surface(&probe, h).normal.as_dvec3();
+            let normal = cone.surface(&prepared_ray, h).normal.as_dvec3();
             if beyond > 4.0 * U * scale {
                 return Verdict::Wrong(format!(
                     "hit {beyond:e} beyond the tip{} {cone:?}",
@@ -180,11 +177,11 @@ fn p16_extreme_normals() {
             };
             let n = shape.surface(&PreparedRay::new(ray), h).normal.as_dvec3();
             let angle = n.cross(gradient).length().atan2(n.dot(gradient));
-            Verdict::bounded(angle, 1e-4, || {
+            Verdict::within_bound(angle, 1e-4, || {
                 format!("normal {n:?} instead of {gradient:?}{}", hex::<f32>(&ray))
             })
             .and(|| {
-                Verdict::bounded((n.length() - 1.0).abs(), 2.0 * U, || {
+                Verdict::within_bound((n.length() - 1.0).abs(), 2.0 * U, || {
                     format!("length{}", hex::<f32>(&ray))
                 })
             })
@@ -193,8 +190,8 @@ fn p16_extreme_normals() {
         // Straight at the pole and at the rim.
         let semi = exact(DVec3::new(1.0, 1.0, k));
         let shape = Ellipsoid::<f32> {
-            centre: stored::<f32>(DVec3::ZERO),
-            semi_axes: stored::<f32>(semi),
+            centre: to_scalar::<f32>(DVec3::ZERO),
+            semi_axes: to_scalar::<f32>(semi),
         };
         for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
             for sign in [-1.0, 1.0] {

@@ -9,7 +9,7 @@ use raywright_bvh::{
 };
 
 use super::stated::shapes;
-use super::support::{Expect, Random, Verdict, exact, hex, judge, stored, towards};
+use super::support::{CaseRng, Expect, Verdict, exact, hex, judge, ray_towards, to_scalar};
 
 /// Visibility that passes every hit to the filter.
 const ASKED: Visibility = Visibility {
@@ -48,7 +48,7 @@ fn agree<R: Real>(
     case: &str,
     group: &PrimitiveSet<R>,
     count: u32,
-    ray: impl Fn(&mut Random) -> Ray<R> + Sync,
+    ray: impl Fn(&mut CaseRng) -> Ray<R> + Sync,
 ) {
     let all = every(group);
     let (scan, others) = all.split_first().expect("a scan at least");
@@ -56,26 +56,26 @@ fn agree<R: Real>(
         &format!("{case} in {}", std::any::type_name::<R>()),
         400,
         count,
-        |random| {
-            let ray = ray(random);
+        |rng| {
+            let ray = ray(rng);
             let far = scan
                 .closest(&ray, Interval::positive(), &mut ())
                 .map_or(R::ONE, |h| h.t);
-            let far = far * R::from_f64(random.pick(&[1.0, 1.5, 0.9]));
+            let far = far * R::from_f64(rng.choose(&[1.0, 1.5, 0.9]));
             for max in [R::INFINITY, far] {
                 let range = Interval { min: R::ZERO, max };
-                let (nearest, met) = (
+                let (nearest, hits) = (
                     scan.closest(&ray, range, &mut ()),
                     offered(scan, &ray, range),
                 );
                 for (i, other) in others.iter().enumerate() {
-                    let (found, among) = (
+                    let (hit, among) = (
                         other.closest(&ray, range, &mut ()),
                         offered(other, &ray, range),
                     );
-                    if found != nearest || among != met {
+                    if hit != nearest || among != hits {
                         return Verdict::Wrong(format!(
-                            "{i}: {found:?} for {nearest:?}, {among:?} for {met:?}{}",
+                            "{i}: {hit:?} for {nearest:?}, {among:?} for {hits:?}{}",
                             hex::<R>(&ray)
                         ));
                     }
@@ -94,30 +94,30 @@ fn agree_everywhere<R: Real>() {
         let mut group = PrimitiveSet::<R>::default();
         for i in 0..4 {
             let centre = DVec3::new(f64::from(i) * 0.7, 0.0, f64::from(i) * 1.5);
-            let ring = Torus::new(centre, DVec3::new(0.2, 1.0, 0.3), 0.8, 0.25);
-            group.shape(ring.into(), ASKED).expect("finite");
+            let torus = Torus::new(centre, DVec3::new(0.2, 1.0, 0.3), 0.8, 0.25);
+            group.add_shape(torus.into(), ASKED).expect("finite");
         }
-        agree(&format!("tori from {away}"), &group, 40_000, |random| {
-            let origin = exact(random.direction() * away);
-            towards::<R>(origin, random.cube() * 2.0)
+        agree(&format!("tori from {away}"), &group, 40_000, |rng| {
+            let origin = exact(rng.direction() * away);
+            ray_towards::<R>(origin, rng.in_cube() * 2.0)
         });
     }
     // False hits before the shape: spheres too far away for a textbook formula.
     let mut group = PrimitiveSet::<R>::default();
-    let random = &mut Random::new(401, 0);
+    let rng = &mut CaseRng::new(401, 0);
     let balls: Vec<DVec3> = (0..40)
-        .map(|_| exact(random.direction() * (300.0 * 1000_f64.powf(random.unit()))))
+        .map(|_| exact(rng.direction() * (300.0 * 1000_f64.powf(rng.unit()))))
         .collect();
     for &centre in &balls {
         let ball = Sphere {
-            centre: stored::<R>(centre),
+            centre: to_scalar::<R>(centre),
             radius: real(1.0),
         };
-        group.sphere(ball, ASKED).expect("finite");
+        group.add_sphere(ball, ASKED).expect("finite");
     }
-    agree("far spheres", &group, 80_000, |random| {
-        let target = random.pick(&balls) + random.cube() * 1.2;
-        towards::<R>(random.cube(), target)
+    agree("far spheres", &group, 80_000, |rng| {
+        let target = rng.choose(&balls) + rng.in_cube() * 1.2;
+        ray_towards::<R>(rng.in_cube(), target)
     });
 }
 
@@ -134,16 +134,16 @@ fn family<R: Real>() -> PrimitiveSet<R> {
     let mut group = PrimitiveSet::<R>::default();
     let mut inner = PrimitiveSet::<R>::default();
     for (i, (_, shape)) in shapes::<R>().into_iter().enumerate() {
-        let at = DVec3::new(i as f64 % 4.0, (i / 4) as f64, 0.0) * 3.0;
+        let point = DVec3::new(i as f64 % 4.0, (i / 4) as f64, 0.0) * 3.0;
         // An unbounded shape lies outside every accelerator and hides the shapes behind it.
         if matches!(shape, AnyShape::Plane(_)) || raywright_bvh::Shape::bounds(&shape).is_none() {
             continue;
         }
-        inner.shape(shape, ASKED).expect("finite");
-        let turned = DAffine3::from_translation(at)
+        inner.add_shape(shape, ASKED).expect("finite");
+        let turned = DAffine3::from_translation(point)
             * DAffine3::from_axis_angle(DVec3::new(0.6, 0.0, 0.8), 1.0 + i as f64);
         group
-            .placed(
+            .add_transformed(
                 shape,
                 turned * DAffine3::from_scale(DVec3::new(1.0, 0.6, -1.2)),
                 ASKED,
@@ -152,15 +152,15 @@ fn family<R: Real>() -> PrimitiveSet<R> {
     }
     for kind in [AcceleratorKind::Linear, AcceleratorKind::default()] {
         let inner = group
-            .part(Geometry::new(inner.clone(), kind))
+            .add_part(Geometry::new(inner.clone(), kind))
             .expect("no instances in it");
         let map =
             DAffine3::from_translation(DVec3::new(4.0, 4.0, -4.0)) * DAffine3::from_rotation_x(0.4);
         group
-            .instance(inner, map, ASKED)
+            .add_instance(inner, map, ASKED)
             .expect("an invertible map");
         group
-            .instance(
+            .add_instance(
                 inner,
                 map * DAffine3::from_scale(DVec3::new(0.3, 2.0, -1.0)),
                 ASKED,
@@ -172,30 +172,30 @@ fn family<R: Real>() -> PrimitiveSet<R> {
 
 /// Rays at the family from nearby to ten thousand sizes away, and axis-aligned rays that graze box
 /// sides where shapes touch them: these have no rounded direction that would hide a difference.
-fn passing<R: Real>(random: &mut Random, bounds: &[raywright_bvh::Aabb]) -> Ray<R> {
-    let away = random.pick(&[3.0, 30.0, 300.0, 3000.0, 1e4]);
-    let b = random.pick(bounds);
-    if random.unit() < 0.5 {
-        return towards::<R>(
-            b.centre() + random.direction() * away,
-            b.centre() + random.cube() * b.extent() * 0.55,
+fn passing<R: Real>(rng: &mut CaseRng, bounds: &[raywright_bvh::Aabb]) -> Ray<R> {
+    let away = rng.choose(&[3.0, 30.0, 300.0, 3000.0, 1e4]);
+    let b = rng.choose(bounds);
+    if rng.unit() < 0.5 {
+        return ray_towards::<R>(
+            b.centre() + rng.direction() * away,
+            b.centre() + rng.in_cube() * b.extent() * 0.55,
         );
     }
-    let (axis, side) = ((random.bits() % 3) as usize, (random.bits() % 2) as usize);
+    let (axis, side) = ((rng.bits() % 3) as usize, (rng.bits() % 2) as usize);
     let (along, across) = ((axis + 1 + side) % 3, (axis + 2 - side) % 3);
     let mut start = b.centre();
-    let edge = if random.sign() > 0.0 {
+    let edge = if rng.sign() > 0.0 {
         b.max[axis]
     } else {
         b.min[axis]
     };
-    start[axis] = edge * (1.0 + random.between(-4.0, 4.0) * f64::from(f32::EPSILON));
-    start[across] += b.extent()[across] * 1e-3 * random.between(-1.0, 1.0);
+    start[axis] = edge * (1.0 + rng.uniform(-4.0, 4.0) * f64::from(f32::EPSILON));
+    start[across] += b.extent()[across] * 1e-3 * rng.uniform(-1.0, 1.0);
     let mut direction = DVec3::ZERO;
-    direction[along] = random.sign();
+    direction[along] = rng.sign();
     Ray::new(
-        stored::<R>(start - direction * away),
-        stored::<R>(direction),
+        to_scalar::<R>(start - direction * away),
+        to_scalar::<R>(direction),
     )
 }
 
@@ -205,25 +205,25 @@ fn family_agrees<R: Real>() {
     for (_, shape) in shapes::<R>() {
         bounds.extend(raywright_bvh::Shape::bounds(&shape));
     }
-    let whole = Geometry::new(group.clone(), AcceleratorKind::Linear)
+    let whole_bounds = Geometry::new(group.clone(), AcceleratorKind::Linear)
         .bounds()
         .expect("bounded");
-    bounds.push(whole);
-    agree("every shape", &group, 100_000, |random| {
-        passing::<R>(random, &bounds)
+    bounds.push(whole_bounds);
+    agree("every shape", &group, 100_000, |rng| {
+        passing::<R>(rng, &bounds)
     });
     // Four copies of each shape alone, so that a tree is built and the rays graze the shape's own
     // box.
     for (name, shape) in shapes::<R>() {
-        let Some(own) = raywright_bvh::Shape::bounds(&shape) else {
+        let Some(own_bounds) = raywright_bvh::Shape::bounds(&shape) else {
             continue;
         };
         let mut group = PrimitiveSet::<R>::default();
         for i in 0..4 {
             let map = DAffine3::from_translation(DVec3::splat(f64::from(i) * 1.5));
-            group.placed(shape, map, ASKED).expect("finite");
+            group.add_transformed(shape, map, ASKED).expect("finite");
         }
-        agree(name, &group, 20_000, |random| passing::<R>(random, &[own]));
+        agree(name, &group, 20_000, |rng| passing::<R>(rng, &[own_bounds]));
     }
 }
 
@@ -244,31 +244,34 @@ fn grazing_agrees<R: Real>() {
         let centres = [DVec3::ZERO, DVec3::X * 8.0, DVec3::Y * 8.0, DVec3::Z * 8.0];
         for &centre in &centres {
             let ball = Sphere {
-                centre: stored::<R>(centre),
+                centre: to_scalar::<R>(centre),
                 radius: real(1.0),
             };
-            group.sphere(ball, ASKED).expect("finite");
+            group.add_sphere(ball, ASKED).expect("finite");
             let egg = Ellipsoid {
-                centre: stored::<R>(centre + DVec3::splat(4.0)),
-                semi_axes: stored::<R>(DVec3::ONE),
+                centre: to_scalar::<R>(centre + DVec3::splat(4.0)),
+                semi_axes: to_scalar::<R>(DVec3::ONE),
             };
-            group.shape(egg.into(), ASKED).expect("finite");
+            group.add_shape(egg.into(), ASKED).expect("finite");
         }
         agree::<R>(
             &format!("balls grazed from {far:e}"),
             &group,
             40_000,
-            |random| {
-                let axis = (random.bits() % 3) as usize;
+            |rng| {
+                let axis = (rng.bits() % 3) as usize;
                 let (side, across) = ((axis + 1) % 3, (axis + 2) % 3);
                 let mut start =
-                    random.pick(&centres) + DVec3::splat(4.0) * f64::from(random.bits() as u32 % 2);
+                    rng.choose(&centres) + DVec3::splat(4.0) * f64::from(rng.bits() as u32 % 2);
                 start[side] +=
-                    random.sign() * (1.0 + 10_f64.powf(random.between(-9.0, -2.0)) * random.sign());
-                start[across] += 10_f64.powf(random.between(-9.0, -1.0)) * random.sign();
+                    rng.sign() * (1.0 + 10_f64.powf(rng.uniform(-9.0, -2.0)) * rng.sign());
+                start[across] += 10_f64.powf(rng.uniform(-9.0, -1.0)) * rng.sign();
                 let mut direction = DVec3::ZERO;
-                direction[axis] = random.sign();
-                Ray::new(stored::<R>(start - direction * far), stored::<R>(direction))
+                direction[axis] = rng.sign();
+                Ray::new(
+                    to_scalar::<R>(start - direction * far),
+                    to_scalar::<R>(direction),
+                )
             },
         );
     }

@@ -9,7 +9,7 @@ use raywright_bvh::{
 };
 
 use super::stated::sized;
-use super::support::{Expect, Random, Verdict, exact, hex, judge, stored};
+use super::support::{CaseRng, Expect, Verdict, exact, hex, judge, to_scalar};
 
 /// Exponents of two from about 1e-9 to 1e9.
 const EXPONENTS: [i32; 8] = [-30, -20, -7, -1, 1, 7, 20, 30];
@@ -17,9 +17,12 @@ const EXPONENTS: [i32; 8] = [-30, -20, -7, -1, 1, 7, 20, 30];
 /// All numbers of a hit, with lengths divided by `size`: distance, shape-specific numbers, point,
 /// normal, error bound, texture coordinates.
 fn said<R: Real>(shape: &AnyShape<R>, ray: &Ray<R>, size: f64) -> Option<[f64; 12]> {
-    let probe = PreparedRay::new(*ray);
-    let hit = shape.intersect(&probe, Interval::positive(), Side::Both)?;
-    let (surface, parameters) = (shape.surface(&probe, hit), shape.parameters(&probe, hit));
+    let prepared_ray = PreparedRay::new(*ray);
+    let hit = shape.intersect(&prepared_ray, Interval::positive(), Side::Both)?;
+    let (surface, parameters) = (
+        shape.surface(&prepared_ray, hit),
+        shape.parameters(&prepared_ray, hit),
+    );
     let (p, n) = (surface.point.to_f64() / size, surface.normal.to_f64());
     let [t, u, v] = [hit.t, hit.u, hit.v].map(Real::to_f64);
     let error = surface.error.to_f64() / size;
@@ -47,15 +50,15 @@ fn said<R: Real>(shape: &AnyShape<R>, ray: &Ray<R>, size: f64) -> Option<[f64; 1
 }
 
 /// A ray at the shapes from one to a thousand sizes away, some along an axis.
-fn aimed(random: &mut Random) -> (DVec3, DVec3) {
-    let target = random.cube() * 1.5;
-    let way = if random.bits().is_multiple_of(4) {
-        DVec3::AXES[random.index() as usize % 3] * random.sign()
+fn aimed(rng: &mut CaseRng) -> (DVec3, DVec3) {
+    let target = rng.in_cube() * 1.5;
+    let direction = if rng.bits().is_multiple_of(4) {
+        DVec3::AXES[rng.index() as usize % 3] * rng.sign()
     } else {
-        random.direction()
+        rng.direction()
     };
-    let origin = exact(target - way * 10_f64.powf(random.between(0.3, 3.0)));
-    (origin, exact(way))
+    let origin = exact(target - direction * 10_f64.powf(rng.uniform(0.3, 3.0)));
+    (origin, exact(direction))
 }
 
 fn each_shape<R: Real>() {
@@ -67,19 +70,19 @@ fn each_shape<R: Real>() {
                 "2^{exponent} times the {name} in {}",
                 std::any::type_name::<R>()
             );
-            judge(&case, 210, 3000, |random| {
-                let (o, d) = aimed(random);
+            judge(&case, 210, 3000, |rng| {
+                let (o, d) = aimed(rng);
                 let (ray, other) = (
-                    Ray::new(stored::<R>(o), stored::<R>(d)),
-                    Ray::new(stored::<R>(o * size), stored::<R>(d)),
+                    Ray::new(to_scalar::<R>(o), to_scalar::<R>(d)),
+                    Ray::new(to_scalar::<R>(o * size), to_scalar::<R>(d)),
                 );
-                let (wanted, got) = (
+                let (expected, got) = (
                     said::<R>(shape, &ray, 1.0),
                     said::<R>(&scaled, &other, size),
                 );
                 let bits = |s: Option<[f64; 12]>| s.map(|s| s.map(f64::to_bits));
-                Verdict::holds(bits(wanted) == bits(got), || {
-                    format!("{got:?} instead of {wanted:?}{}", hex::<R>(&ray))
+                Verdict::holds(bits(expected) == bits(got), || {
+                    format!("{got:?} instead of {expected:?}{}", hex::<R>(&ray))
                 })
             })
             .expect_right(3000);
@@ -101,17 +104,21 @@ fn crowd<R: Real>(size: f64) -> Geometry<R> {
     for (name, shape) in sized::<R>(size) {
         if let AnyShape::Sphere(s) = shape {
             for i in 0..40_u32 {
-                let place = exact(
+                let position = exact(
                     DVec3::new(f64::from(i % 4), f64::from(i / 4 % 4), f64::from(i / 16)) * 0.7,
                 ) * size;
                 let ball = Sphere {
-                    centre: stored::<R>(place),
+                    centre: to_scalar::<R>(position),
                     radius: s.radius * R::from_f64(0.25),
                 };
-                group.sphere(ball, Visibility::default()).expect("finite");
+                group
+                    .add_sphere(ball, Visibility::default())
+                    .expect("finite");
             }
         } else if name != "plane" && name != "tube" {
-            group.shape(shape, Visibility::default()).expect("finite");
+            group
+                .add_shape(shape, Visibility::default())
+                .expect("finite");
         }
     }
     Geometry::new(group, AcceleratorKind::default())
@@ -132,10 +139,10 @@ fn powers_of_two_change_no_bit_of_a_tree() {
                 ),
                 211,
                 20_000,
-                |random| {
-                    let (o, d) = aimed(random);
+                |rng| {
+                    let (o, d) = aimed(rng);
                     let found = |geometry: &Geometry<R>, size: f64| {
-                        let ray = Ray::new(stored::<R>(o * size), stored::<R>(d));
+                        let ray = Ray::new(to_scalar::<R>(o * size), to_scalar::<R>(d));
                         let hit = geometry.closest(&ray, Interval::positive(), &mut ())?;
                         Some((
                             hit.object,
@@ -143,8 +150,10 @@ fn powers_of_two_change_no_bit_of_a_tree() {
                                 .map(f64::to_bits),
                         ))
                     };
-                    let (wanted, got) = (found(&plain, 1.0), found(&scaled, size));
-                    Verdict::holds(wanted == got, || format!("{got:?} instead of {wanted:?}"))
+                    let (expected, got) = (found(&plain, 1.0), found(&scaled, size));
+                    Verdict::holds(expected == got, || {
+                        format!("{got:?} instead of {expected:?}")
+                    })
                 },
             )
             .expect_right(20_000);

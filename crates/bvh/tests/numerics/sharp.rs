@@ -5,18 +5,20 @@ use glam::{DAffine3, DMat3, DVec3};
 use raywright_bvh::shapes::{AnyShape, Cone, Sphere, Torus, TransformedShape};
 use raywright_bvh::{Interval, PreparedRay, Ray, Real, Side, Vector};
 
-use super::edged::{Edged, edged, round};
+use super::edged::{EdgedShape, edged, round};
 use super::mapped::solved;
-use super::support::{Expect, Outcome, Random, Verdict, exact, hex, judge, stored, towards};
+use super::support::{
+    CaseRng, Expect, Outcome, Verdict, exact, hex, judge, ray_towards, to_scalar,
+};
 
 /// A map that flattens by a factor in a random direction, with rotation and translation.
-pub fn flattening(random: &mut Random, by: f64) -> DAffine3 {
-    let n = random.direction();
+pub fn flattening(rng: &mut CaseRng, by: f64) -> DAffine3 {
+    let n = rng.direction();
     let squeeze = DMat3::IDENTITY + DMat3::from_cols(n * n.x, n * n.y, n * n.z) * (by - 1.0);
-    let turn = DMat3::from_axis_angle(random.direction(), random.between(0.0, 6.0));
+    let turn = DMat3::from_axis_angle(rng.direction(), rng.uniform(0.0, 6.0));
     DAffine3 {
         matrix3: turn * squeeze,
-        translation: exact(random.cube() * random.pick(&[0.0, 0.5, 10.0, 1000.0])),
+        translation: exact(rng.in_cube() * rng.choose(&[0.0, 0.5, 10.0, 1000.0])),
     }
 }
 
@@ -28,9 +30,9 @@ pub fn back(map: DAffine3, start: DVec3) -> DVec3 {
 /// Whether a solid is too thin for its points' precision under a map that flattens by `by`: its
 /// inner ball is less than [`STORED`] roundings of a point's coordinates thick, plus [`MAPPED`]
 /// roundings of f64, magnified by the inverse map and measured from the ray's origin.
-pub fn is_thin<R: Real>(ball: f64, by: f64, point: DVec3, way: f64) -> bool {
+pub fn is_thin<R: Real>(ball: f64, by: f64, point: DVec3, distance: f64) -> bool {
     let (stored, core) = (R::ROUNDOFF.to_f64(), f64::ROUNDOFF.to_f64());
-    by * ball < STORED * stored * point.abs().max_element() + MAPPED * core * (1.0 + way) / by
+    by * ball < STORED * stored * point.abs().max_element() + MAPPED * core * (1.0 + distance) / by
 }
 
 /// An origin is offset and rounded by up to five and a half roundings in each of three axes, about
@@ -44,8 +46,8 @@ const MAPPED: f64 = 2048.0;
 
 /// Rays to both sides from hits near edges, under maps that flatten by a factor; without a map for
 /// the factor one.
-fn starts<R: Real>(edged: &Edged<R>, by: f64) -> Outcome {
-    let Edged {
+fn starts<R: Real>(edged: &EdgedShape<R>, by: f64) -> Outcome {
+    let EdgedShape {
         name,
         shape,
         height,
@@ -59,31 +61,36 @@ fn starts<R: Real>(edged: &Edged<R>, by: f64) -> Outcome {
         ),
         420,
         50_000,
-        |random| {
+        |rng| {
             let map = if by == 1.0 {
-                DAffine3::from_translation(random.cube().round())
+                DAffine3::from_translation(rng.in_cube().round())
             } else {
-                flattening(random, by)
+                flattening(rng, by)
             };
-            let placed = TransformedShape::<R>::new(*shape, map).expect("an invertible map");
-            let off = 10_f64.powf(random.between(-9.0, -0.5));
-            let target = map.transform_point3(edge(random) + random.cube() * off);
-            let ray = towards::<R>(
-                target + random.direction() * random.pick(&[0.5, 3.0, 30.0]),
+            let transformed_shape =
+                TransformedShape::<R>::new(*shape, map).expect("an invertible map");
+            let off = 10_f64.powf(rng.uniform(-9.0, -0.5));
+            let target = map.transform_point3(edge(rng) + rng.in_cube() * off);
+            let ray = ray_towards::<R>(
+                target + rng.direction() * rng.choose(&[0.5, 3.0, 30.0]),
                 target,
             );
-            let probe = PreparedRay::new(ray);
-            let Some(hit) = placed.intersect(&probe, Interval::positive(), Side::Both) else {
+            let prepared_ray = PreparedRay::new(ray);
+            let Some(hit) =
+                transformed_shape.intersect(&prepared_ray, Interval::positive(), Side::Both)
+            else {
                 return Verdict::Skip;
             };
-            let surface = placed.locate(&probe, hit).stored::<R>();
+            let surface = transformed_shape
+                .locate(&prepared_ray, hit)
+                .to_scalar::<R>();
             if is_thin::<R>(edged.ball, by, surface.point.to_f64(), hit.t.to_f64()) {
                 return Verdict::Skip;
             }
             let normal = surface.normal.to_f64();
-            for way in [normal, -normal] {
-                let start = surface.spawn(stored::<R>(way)).to_f64();
-                let inward = way == -normal;
+            for direction in [normal, -normal] {
+                let start = surface.spawn(to_scalar::<R>(direction)).to_f64();
+                let inward = direction == -normal;
                 let above = height(back(map, start));
                 if (above < 0.0) != inward {
                     return Verdict::Wrong(format!(
@@ -119,7 +126,7 @@ fn s05_starts_beside_edges_are_on_the_right_side() {
 #[test]
 fn s05_starts_beside_seams_are_on_the_right_side() {
     fn check<R: Real>() {
-        for Edged {
+        for EdgedShape {
             name,
             shape,
             height,
@@ -131,25 +138,24 @@ fn s05_starts_beside_seams_are_on_the_right_side() {
                 &format!("starts on the {name} in {}", std::any::type_name::<R>()),
                 421,
                 100_000,
-                |random| {
-                    let target =
-                        edge(random) + random.cube() * 10_f64.powf(random.between(-9.0, -0.5));
-                    let ray = towards::<R>(
-                        target + random.direction() * random.pick(&[0.5, 3.0, 30.0]),
+                |rng| {
+                    let target = edge(rng) + rng.in_cube() * 10_f64.powf(rng.uniform(-9.0, -0.5));
+                    let ray = ray_towards::<R>(
+                        target + rng.direction() * rng.choose(&[0.5, 3.0, 30.0]),
                         target,
                     );
-                    let probe = PreparedRay::new(ray);
+                    let prepared_ray = PreparedRay::new(ray);
                     let hit = raywright_bvh::Shape::intersect(
                         shape,
-                        &probe,
+                        &prepared_ray,
                         Interval::positive(),
                         Side::Both,
                     );
                     let Some(hit) = hit else { return Verdict::Skip };
-                    let surface = raywright_bvh::Shape::surface(shape, &probe, hit);
+                    let surface = raywright_bvh::Shape::surface(shape, &prepared_ray, hit);
                     let normal = surface.normal.to_f64();
                     let above = [normal, -normal]
-                        .map(|way| height(surface.spawn(stored::<R>(way)).to_f64()));
+                        .map(|direction| height(surface.spawn(to_scalar::<R>(direction)).to_f64()));
                     Verdict::holds(above[0] > 0.0 && above[1] < 0.0, || {
                         format!("{above:?} {surface:?}{}", hex::<R>(&ray))
                     })
@@ -177,16 +183,16 @@ fn far_starts_are_outside() {
                 ),
                 422,
                 40_000,
-                |random| {
-                    let centre = exact(random.direction() * far);
+                |rng| {
+                    let centre = exact(rng.direction() * far);
                     // Large enough to be resolved at that distance.
                     let size = if R::ROUNDOFF == real(super::support::U) {
                         f64::from((far * 1e-3).max(1.0) as f32)
                     } else {
                         1.0
                     };
-                    let (c, axis) = (stored::<R>(centre), stored::<R>(DVec3::Y));
-                    let ring = random.sign() > 0.0;
+                    let (c, axis) = (to_scalar::<R>(centre), to_scalar::<R>(DVec3::Y));
+                    let ring = rng.sign() > 0.0;
                     let shape: AnyShape<R> = if ring {
                         Torus {
                             centre: c,
@@ -202,19 +208,19 @@ fn far_starts_are_outside() {
                         }
                         .into()
                     };
-                    let ray = towards::<R>(
-                        centre + random.direction() * size * 4.0,
-                        centre + random.cube() * size,
+                    let ray = ray_towards::<R>(
+                        centre + rng.direction() * size * 4.0,
+                        centre + rng.in_cube() * size,
                     );
-                    let probe = PreparedRay::new(ray);
+                    let prepared_ray = PreparedRay::new(ray);
                     let hit = raywright_bvh::Shape::intersect(
                         &shape,
-                        &probe,
+                        &prepared_ray,
                         Interval::positive(),
                         Side::Both,
                     );
                     let Some(hit) = hit else { return Verdict::Skip };
-                    let surface = raywright_bvh::Shape::surface(&shape, &probe, hit);
+                    let surface = raywright_bvh::Shape::surface(&shape, &prepared_ray, hit);
                     let above = |p: DVec3| {
                         let q = p - centre;
                         let out = DVec3::new(q.x, 0.0, q.z).length() - size;
@@ -226,7 +232,7 @@ fn far_starts_are_outside() {
                     };
                     let normal = surface.normal.to_f64();
                     let above = [normal, -normal]
-                        .map(|way| above(surface.spawn(stored::<R>(way)).to_f64()));
+                        .map(|direction| above(surface.spawn(to_scalar::<R>(direction)).to_f64()));
                     Verdict::holds(above[0] > 0.0 && above[1] < 0.0, || {
                         format!("{above:?} {surface:?}{}", hex::<R>(&ray))
                     })
@@ -240,7 +246,7 @@ fn far_starts_are_outside() {
 }
 
 /// Protects: outward rays from a mapped shape do not hit it again, for any condition number of the
-/// map. That the bound includes the inverse map is judged by `bounds_count_the_way_back`: under
+/// map. That the bound includes the inverse map is judged by `bounds_include_the_inverse_map`: under
 /// most maps the normal hides it.
 #[test]
 fn starts_under_ill_conditioned_maps_are_clear() {
@@ -255,34 +261,39 @@ fn starts_under_ill_conditioned_maps_are_clear() {
                 ),
                 423,
                 20_000,
-                |random| {
-                    let by = 10_f64.powf(random.between(-6.0, -3.0));
-                    let map = flattening(random, by);
-                    let placed =
+                |rng| {
+                    let by = 10_f64.powf(rng.uniform(-6.0, -3.0));
+                    let map = flattening(rng, by);
+                    let transformed_shape =
                         TransformedShape::<R>::new(edged.shape, map).expect("an invertible map");
-                    let target = map.transform_point3(random.cube() * 0.5);
-                    let ray = towards::<R>(
-                        target + random.direction() * random.pick(&[1.0, 30.0]),
+                    let target = map.transform_point3(rng.in_cube() * 0.5);
+                    let ray = ray_towards::<R>(
+                        target + rng.direction() * rng.choose(&[1.0, 30.0]),
                         target,
                     );
-                    let probe = PreparedRay::new(ray);
-                    let Some(hit) = placed.intersect(&probe, Interval::positive(), Side::Outside)
-                    else {
+                    let prepared_ray = PreparedRay::new(ray);
+                    let Some(hit) = transformed_shape.intersect(
+                        &prepared_ray,
+                        Interval::positive(),
+                        Side::Outside,
+                    ) else {
                         return Verdict::Skip;
                     };
-                    let surface = placed.locate(&probe, hit).stored::<R>();
+                    let surface = transformed_shape
+                        .locate(&prepared_ray, hit)
+                        .to_scalar::<R>();
                     if is_thin::<R>(edged.ball, by, surface.point.to_f64(), hit.t.to_f64()) {
                         return Verdict::Skip;
                     }
                     for _ in 0..20 {
-                        let d = exact(random.direction());
+                        let d = exact(rng.direction());
                         let d = if surface.normal.to_f64().dot(d) < 0.0 {
                             -d
                         } else {
                             d
                         };
-                        let leaving = Ray::new(surface.spawn(stored::<R>(d)), stored::<R>(d));
-                        if let Some(again) = placed.intersect(
+                        let leaving = Ray::new(surface.spawn(to_scalar::<R>(d)), to_scalar::<R>(d));
+                        if let Some(again) = transformed_shape.intersect(
                             &PreparedRay::new(leaving),
                             Interval::positive(),
                             Side::Both,
@@ -318,7 +329,7 @@ fn tips_point_outwards() {
                     (DVec3::ZERO, DVec3::Y * up)
                 };
                 let (low, high) = if tip_first { (0.0, 0.5) } else { (0.5, 0.0) };
-                let (base, axis) = (stored::<R>(base), stored::<R>(axis));
+                let (base, axis) = (to_scalar::<R>(base), to_scalar::<R>(axis));
                 let cone = Cone {
                     base,
                     axis,
@@ -326,26 +337,26 @@ fn tips_point_outwards() {
                     top_radius: real(high),
                 };
                 let ray = Ray::<R>::new(
-                    stored::<R>(DVec3::Y * (3.0 * up)),
-                    stored::<R>(DVec3::Y * -up),
+                    to_scalar::<R>(DVec3::Y * (3.0 * up)),
+                    to_scalar::<R>(DVec3::Y * -up),
                 );
-                let probe = PreparedRay::new(ray);
+                let prepared_ray = PreparedRay::new(ray);
                 let hit = raywright_bvh::Shape::intersect(
                     &cone,
-                    &probe,
+                    &prepared_ray,
                     Interval::positive(),
                     Side::Both,
                 )
                 .expect("the tip");
                 assert_eq!(hit.t.to_f64(), 2.0);
-                let surface = raywright_bvh::Shape::surface(&cone, &probe, hit);
+                let surface = raywright_bvh::Shape::surface(&cone, &prepared_ray, hit);
                 let (normal, point) = (surface.normal.to_f64(), surface.point.to_f64());
                 assert!(normal.y * up > 0.4, "{normal} at the tip of {cone:?}");
                 // Origins beside the apex, above and below the wall.
                 let inside =
                     |p: DVec3| 1.0 - p.y * up - 2.0 * DVec3::new(p.x, 0.0, p.z).length() > 0.0;
-                let inward =
-                    [normal, -normal].map(|way| inside(surface.spawn(stored::<R>(way)).to_f64()));
+                let inward = [normal, -normal]
+                    .map(|direction| inside(surface.spawn(to_scalar::<R>(direction)).to_f64()));
                 assert!(
                     inward == [false, true],
                     "{inward:?} beside the tip of {cone:?}"

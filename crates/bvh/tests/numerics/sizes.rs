@@ -9,7 +9,7 @@ use raywright_bvh::shapes::{
 use raywright_bvh::{Interval, PreparedRay, Ray, Real, Shape, Side, Vector};
 
 use super::stated::shapes;
-use super::support::{Expect, Random, Verdict, exact, hex, judge, stored, towards};
+use super::support::{CaseRng, Expect, Verdict, exact, hex, judge, ray_towards, to_scalar};
 
 /// The shape with all lengths multiplied by a power of two, which is exact.
 fn times<R: Real>(shape: &AnyShape<R>, by: f64) -> AnyShape<R> {
@@ -93,9 +93,9 @@ fn times<R: Real>(shape: &AnyShape<R>, by: f64) -> AnyShape<R> {
 }
 
 /// A ray at a shape of unit size at the origin, and the same ray in a scaled world.
-fn rays<R: Real>(random: &mut Random, by: f64) -> (Ray<R>, Ray<R>) {
-    let origin = random.direction() * random.pick(&[3.0, 10.0, 100.0]);
-    let ray = towards::<R>(origin, random.cube() * 1.2);
+fn rays<R: Real>(rng: &mut CaseRng, by: f64) -> (Ray<R>, Ray<R>) {
+    let origin = rng.direction() * rng.choose(&[3.0, 10.0, 100.0]);
+    let ray = ray_towards::<R>(origin, rng.in_cube() * 1.2);
     (ray, Ray::new(ray.origin * R::from_f64(by), ray.direction))
 }
 
@@ -103,7 +103,8 @@ fn rays<R: Real>(random: &mut Random, by: f64) -> (Ray<R>, Ray<R>) {
 /// by parameters and by a map.
 fn alike<R: Real>() {
     for (name, shape) in shapes::<R>() {
-        let own = TransformedShape::<R>::new(shape, DAffine3::IDENTITY).expect("invertible");
+        let transformed_shape =
+            TransformedShape::<R>::new(shape, DAffine3::IDENTITY).expect("invertible");
         let larger: Vec<(f64, AnyShape<R>, TransformedShape<R>)> = (-12..=12)
             .map(|step| 2_f64.powi((f64::from(step) * 10.0 / 3.0).round() as i32))
             .map(|by| {
@@ -119,32 +120,41 @@ fn alike<R: Real>() {
             &format!("{name} of every size in {}", std::any::type_name::<R>()),
             410,
             3000,
-            |random| {
-                let seed = random.bits();
+            |rng| {
+                let seed = rng.bits();
                 let mut verdict = Verdict::Skip;
-                for (by, shape, placed) in &larger {
-                    let (ray, scaled) = rays::<R>(&mut Random::new(seed, 0), *by);
-                    let (one, many) = (PreparedRay::new(ray), PreparedRay::new(scaled));
-                    let wanted =
-                        AnyShape::intersect(&larger[12].1, &one, Interval::positive(), Side::Both);
-                    let mapped = own.intersect(&one, Interval::positive(), Side::Both);
+                for (by, shape, placed_transformed_shape) in &larger {
+                    let (ray, scaled) = rays::<R>(&mut CaseRng::new(seed, 0), *by);
+                    let (prepared_ray, many) = (PreparedRay::new(ray), PreparedRay::new(scaled));
+                    let expected = AnyShape::intersect(
+                        &larger[12].1,
+                        &prepared_ray,
+                        Interval::positive(),
+                        Side::Both,
+                    );
+                    let mapped = transformed_shape.intersect(
+                        &prepared_ray,
+                        Interval::positive(),
+                        Side::Both,
+                    );
                     let hit = shape.intersect(&many, Interval::positive(), Side::Both);
-                    let hit_mapped = placed.intersect(&many, Interval::positive(), Side::Both);
+                    let hit_mapped =
+                        placed_transformed_shape.intersect(&many, Interval::positive(), Side::Both);
                     let t = |hit: Option<raywright_bvh::ShapeHit<R>>, by: f64| {
                         hit.map(|h| h.t.to_f64() * by)
                     };
-                    if t(hit, 1.0) != t(wanted, *by) || t(hit_mapped, 1.0) != t(mapped, *by) {
+                    if t(hit, 1.0) != t(expected, *by) || t(hit_mapped, 1.0) != t(mapped, *by) {
                         return Verdict::Wrong(format!(
-                            "{hit:?}, {hit_mapped:?} at {by:e}, {wanted:?}, {mapped:?} at one{}",
+                            "{hit:?}, {hit_mapped:?} at {by:e}, {expected:?}, {mapped:?} at one{}",
                             hex::<R>(&ray)
                         ));
                     }
-                    let (Some(hit), Some(wanted)) = (hit, wanted) else {
+                    let (Some(hit), Some(expected)) = (hit, expected) else {
                         continue;
                     };
                     let (there, here) = (
                         shape.surface(&many, hit),
-                        larger[12].1.surface(&one, wanted),
+                        larger[12].1.surface(&prepared_ray, expected),
                     );
                     let bound = here.error.to_f64().max(1e-6) * by;
                     let off = (there.point.to_f64() - here.point.to_f64() * *by).length();
@@ -175,14 +185,14 @@ fn every_size_is_hit_alike() {
 }
 
 /// Number of hits of a thousand rays at a shape of decimal size, made by its constructor.
-fn met<R: Real>(make: impl Fn(f64) -> AnyShape<R>, size: f64) -> usize {
+fn count_hits<R: Real>(make: impl Fn(f64) -> AnyShape<R>, size: f64) -> usize {
     let shape = make(size);
     let meets = |i: u64| {
-        let random = &mut Random::new(411, i);
-        let (origin, target) = (random.direction() * 4.0 * size, random.cube() * 0.9 * size);
+        let rng = &mut CaseRng::new(411, i);
+        let (origin, target) = (rng.direction() * 4.0 * size, rng.in_cube() * 0.9 * size);
         let ray = Ray::<R>::new(
-            stored::<R>(exact(origin)),
-            stored::<R>((target - origin).normalize()),
+            to_scalar::<R>(exact(origin)),
+            to_scalar::<R>((target - origin).normalize()),
         );
         shape
             .intersect(&PreparedRay::new(ray), Interval::positive(), Side::Both)
@@ -212,13 +222,13 @@ fn decimal_sizes_are_hit_as_often() {
             ),
         ];
         for (name, make) in &shapes {
-            let wanted = met::<R>(make, 1.0);
-            assert!(wanted > 300, "{name}: {wanted}");
+            let expected = count_hits::<R>(make, 1.0);
+            assert!(expected > 300, "{name}: {expected}");
             for size in [6.4e6, 1e-8, 1e7, 1e-12, 1e12] {
-                let found = met::<R>(make, size);
+                let found = count_hits::<R>(make, size);
                 assert!(
-                    found.abs_diff(wanted) <= 3,
-                    "{name} of {size:e}  in {}: {found} for {wanted}",
+                    found.abs_diff(expected) <= 3,
+                    "{name} of {size:e}  in {}: {found} for {expected}",
                     std::any::type_name::<R>()
                 );
             }

@@ -3,8 +3,8 @@
 
 use glam::{DAffine3, DVec3, Vec3};
 use raywright_bvh::shapes::{
-    AnyShape, Cone, Cuboid, Cylinder, Disk, Ellipsoid, Ends, Paraboloid, Plane, Quad, Sphere,
-    TransformedShape, Triangle,
+    AnyShape, Cone, Cuboid, Cylinder, CylinderEnds, Disk, Ellipsoid, Paraboloid, Plane, Quad,
+    Sphere, TransformedShape, Triangle,
 };
 use raywright_bvh::{
     AcceleratorKind, Geometry, Interval, PreparedRay, PrimitiveSet, Ray, Real, Shape, Side,
@@ -13,19 +13,21 @@ use raywright_bvh::{
 
 use raywright_bvh::stability::textbook;
 
-use super::support::{Expect, Outcome, Random, U, Verdict, exact, hex, judge, stored, towards};
+use super::support::{
+    CaseRng, Expect, Outcome, U, Verdict, exact, hex, judge, ray_towards, to_scalar,
+};
 
 /// ± a power of ten with an exponent uniform in ±`decades`.
-fn power(random: &mut Random, decades: f64) -> f64 {
-    10_f64.powf(random.between(-decades, decades)) * random.sign()
+fn power(rng: &mut CaseRng, decades: f64) -> f64 {
+    10_f64.powf(rng.uniform(-decades, decades)) * rng.sign()
 }
 
 /// A point with coordinates of any magnitude from 1e-8 to 1e8.
-fn anywhere(random: &mut Random) -> DVec3 {
+fn anywhere(rng: &mut CaseRng) -> DVec3 {
     exact(DVec3::new(
-        power(random, 8.0),
-        power(random, 8.0),
-        power(random, 8.0),
+        power(rng, 8.0),
+        power(rng, 8.0),
+        power(rng, 8.0),
     ))
 }
 
@@ -45,57 +47,57 @@ const CONVEX: [&str; 12] = [
 ];
 
 /// A surface that is convex from outside, of any size at any position.
-fn convex(random: &mut Random, kind: usize) -> AnyShape<f32> {
-    let at = anywhere(random);
-    let centre = at.as_vec3();
-    let size = |random: &mut Random| power(random, 4.0).abs() as f32;
-    let (radius, other) = (size(random), size(random));
-    let way = random.direction();
-    let axis = (way * f64::from(size(random))).as_vec3();
+fn convex(rng: &mut CaseRng, kind: usize) -> AnyShape<f32> {
+    let point = anywhere(rng);
+    let centre = point.as_vec3();
+    let size = |rng: &mut CaseRng| power(rng, 4.0).abs() as f32;
+    let (radius, other) = (size(rng), size(rng));
+    let direction = rng.direction();
+    let axis = (direction * f64::from(size(rng))).as_vec3();
     match CONVEX[kind] {
         "sphere" => Sphere { centre, radius }.into(),
         "cylinder" => Cylinder {
             base: centre,
             axis,
             radius,
-            ends: Ends::Open,
+            ends: CylinderEnds::Open,
         }
         .into(),
         "capped cylinder" => Cylinder {
             base: centre,
             axis,
             radius,
-            ends: Ends::Capped,
+            ends: CylinderEnds::Capped,
         }
         .into(),
         "disk" => Disk {
             centre,
-            normal: way.as_vec3(),
+            normal: direction.as_vec3(),
             radius,
         }
         .into(),
         "quad" => Quad::new(
-            at,
-            random.cube() * f64::from(radius),
-            random.cube() * f64::from(other),
+            point,
+            rng.in_cube() * f64::from(radius),
+            rng.in_cube() * f64::from(other),
         )
         .into(),
         "ellipsoid" => Ellipsoid {
             centre,
-            semi_axes: Vec3::new(radius, other, size(random)),
+            semi_axes: Vec3::new(radius, other, size(rng)),
         }
         .into(),
         "triangle" => Triangle::new(
-            [DVec3::ZERO, random.cube(), random.cube()]
-                .map(|p| (at + p * f64::from(radius)).as_vec3()),
+            [DVec3::ZERO, rng.in_cube(), rng.in_cube()]
+                .map(|p| (point + p * f64::from(radius)).as_vec3()),
         )
         .into(),
         "large triangle" => {
-            Triangle::new([at, anywhere(random), anywhere(random)].map(stored::<f32>)).into()
+            Triangle::new([point, anywhere(rng), anywhere(rng)].map(to_scalar::<f32>)).into()
         }
         "box" => Cuboid {
             min: centre,
-            max: centre + Vec3::new(radius, other, size(random)),
+            max: centre + Vec3::new(radius, other, size(rng)),
         }
         .into(),
         "cone" => Cone {
@@ -124,19 +126,19 @@ fn convex(random: &mut Random, kind: usize) -> AnyShape<f32> {
 /// Whether outward rays from a point of a convex surface hit the surface again, by direction and
 /// towards points.
 fn meets_again(
-    random: &mut Random,
+    rng: &mut CaseRng,
     surface: &Surface<f32>,
     hit: impl Fn(&Ray<f32>, Interval<f32>) -> Option<f32>,
 ) -> Option<String> {
     let normal = surface.normal.as_dvec3();
     for _ in 0..1000 {
-        let d = exact(random.direction());
+        let d = exact(rng.direction());
         let d = if normal.dot(d) < 0.0 { -d } else { d };
         let ray = Ray::new(surface.spawn(d.as_vec3()), d.as_vec3());
         if let Some(t) = hit(&ray, Interval::positive()) {
             return Some(format!("hit again at {t:e}{}", hex::<f32>(&ray)));
         }
-        let target = anywhere(random);
+        let target = anywhere(rng);
         let across = target - surface.point.as_dvec3();
         // Beyond the tangent plane the surface itself would occlude the target; the target is
         // mirrored and rounded to f32, so the sign is checked again.
@@ -165,21 +167,20 @@ fn meets_again(
 /// The first ray that hits from outside, out of up to a thousand from random origins towards the
 /// box.
 fn arrival(
-    random: &mut Random,
+    rng: &mut CaseRng,
     shape: &impl Fn(&Ray<f32>) -> Option<f32>,
     bounds: raywright_bvh::Aabb,
 ) -> Option<Ray<f32>> {
     (0..1000).find_map(|i| {
-        let target =
-            bounds.min + bounds.extent() * DVec3::new(random.unit(), random.unit(), random.unit());
+        let target = bounds.min + bounds.extent() * DVec3::new(rng.unit(), rng.unit(), rng.unit());
         // From random origins first, then from nearby, for shapes too small to be hit from far
         // away.
         let origin = if i < 200 {
-            anywhere(random)
+            anywhere(rng)
         } else {
-            target + random.direction() * (bounds.extent().length() * 4.0)
+            target + rng.direction() * (bounds.extent().length() * 4.0)
         };
-        let ray = towards::<f32>(origin, target);
+        let ray = ray_towards::<f32>(origin, target);
         shape(&ray).map(|_| ray)
     })
 }
@@ -188,8 +189,8 @@ fn arrival(
 #[test]
 fn s01_no_acne_on_convex_shapes() {
     for (kind, name) in CONVEX.iter().enumerate() {
-        judge(&format!("S01 {name}"), 80 + kind as u64, 3000, |random| {
-            let shape = convex(random, kind);
+        judge(&format!("S01 {name}"), 80 + kind as u64, 3000, |rng| {
+            let shape = convex(rng, kind);
             if !shape.is_finite() {
                 return Verdict::Skip;
             }
@@ -203,15 +204,15 @@ fn s01_no_acne_on_convex_shapes() {
                     .intersect(&PreparedRay::new(*ray), Interval::positive(), Side::Outside)
                     .map(|h| h.t)
             };
-            let Some(ray) = arrival(random, &outer, shape.bounds().expect("bounded")) else {
+            let Some(ray) = arrival(rng, &outer, shape.bounds().expect("bounded")) else {
                 return Verdict::Skip;
             };
-            let probe = PreparedRay::new(ray);
+            let prepared_ray = PreparedRay::new(ray);
             let hit = shape
-                .intersect(&probe, Interval::positive(), Side::Outside)
+                .intersect(&prepared_ray, Interval::positive(), Side::Outside)
                 .expect("it arrived");
-            let surface = shape.surface(&probe, hit);
-            let again = meets_again(random, &surface, any_side);
+            let surface = shape.surface(&prepared_ray, hit);
+            let again = meets_again(rng, &surface, any_side);
             Verdict::holds(again.is_none(), || {
                 format!("{again:?} {surface:?} {shape:?} from{}", hex::<f32>(&ray))
             })
@@ -229,41 +230,43 @@ fn s01_no_acne_on_mapped_shapes() {
             &format!("S01 mapped {name}"),
             100 + kind as u64,
             3000,
-            |random| {
-                let shape = convex(random, kind);
-                let stretch = DVec3::from_array(core::array::from_fn(|_| power(random, 2.0)));
-                let map = DAffine3::from_axis_angle(random.direction(), random.between(0.0, 6.0))
+            |rng| {
+                let shape = convex(rng, kind);
+                let stretch = DVec3::from_array(core::array::from_fn(|_| power(rng, 2.0)));
+                let map = DAffine3::from_axis_angle(rng.direction(), rng.uniform(0.0, 6.0))
                     * DAffine3::from_scale(stretch)
-                    * DAffine3::from_axis_angle(random.direction(), random.between(0.0, 6.0))
-                    * DAffine3::from_translation(random.direction() * power(random, 4.0));
-                let Some(placed) = TransformedShape::<f32>::new(shape, map) else {
+                    * DAffine3::from_axis_angle(rng.direction(), rng.uniform(0.0, 6.0))
+                    * DAffine3::from_translation(rng.direction() * power(rng, 4.0));
+                let Some(transformed_shape) = TransformedShape::<f32>::new(shape, map) else {
                     return Verdict::Skip;
                 };
-                let Some(bounds) = placed
+                let Some(bounds) = transformed_shape
                     .bounds()
                     .filter(|b| shape.is_finite() && b.padded().is_some())
                 else {
                     return Verdict::Skip;
                 };
                 let any_side = |ray: &Ray<f32>, range| {
-                    placed
+                    transformed_shape
                         .intersect(&PreparedRay::new(*ray), range, Side::Both)
                         .map(|h| h.t)
                 };
                 let outer = |ray: &Ray<f32>| {
-                    placed
+                    transformed_shape
                         .intersect(&PreparedRay::new(*ray), Interval::positive(), Side::Outside)
                         .map(|h| h.t)
                 };
-                let Some(ray) = arrival(random, &outer, bounds) else {
+                let Some(ray) = arrival(rng, &outer, bounds) else {
                     return Verdict::Skip;
                 };
-                let probe = PreparedRay::new(ray);
-                let hit = placed
-                    .intersect(&probe, Interval::positive(), Side::Outside)
+                let prepared_ray = PreparedRay::new(ray);
+                let hit = transformed_shape
+                    .intersect(&prepared_ray, Interval::positive(), Side::Outside)
                     .expect("it arrived");
-                let surface = placed.locate(&probe, hit).stored::<f32>();
-                let again = meets_again(random, &surface, any_side);
+                let surface = transformed_shape
+                    .locate(&prepared_ray, hit)
+                    .to_scalar::<f32>();
+                let again = meets_again(rng, &surface, any_side);
                 Verdict::holds(again.is_none(), || {
                     format!(
                         "{again:?} {surface:?} {shape:?} {map:?} from{}",
@@ -280,16 +283,18 @@ fn s01_no_acne_on_mapped_shapes() {
 fn ball_on_floor<R: Real>(s: f64) -> Geometry<R> {
     let mut group = PrimitiveSet::<R>::default();
     group
-        .plane(
-            Plane::new(stored::<R>(DVec3::ZERO), stored::<R>(DVec3::Y)),
+        .add_plane(
+            Plane::new(to_scalar::<R>(DVec3::ZERO), to_scalar::<R>(DVec3::Y)),
             Visibility::default(),
         )
         .expect("finite");
     let ball = Sphere {
-        centre: stored::<R>(DVec3::Y * s),
+        centre: to_scalar::<R>(DVec3::Y * s),
         radius: R::from_f64(s),
     };
-    group.sphere(ball, Visibility::default()).expect("finite");
+    group
+        .add_sphere(ball, Visibility::default())
+        .expect("finite");
     Geometry::new(group, AcceleratorKind::default())
 }
 
@@ -297,7 +302,7 @@ const SCALES: [f64; 11] = [1e-4, 1e-3, 1e-2, 1e-1, 1.0, 1e1, 1e2, 1e3, 1e4, 1e5,
 
 /// Result of some arithmetic for a ray at floor and sphere: the hit object, its point and normal,
 /// and whether a light is occluded from there; `None` without a shadow ray.
-struct Seen {
+struct HitRecord {
     object: u32,
     point: DVec3,
     normal: DVec3,
@@ -305,7 +310,7 @@ struct Seen {
 }
 
 /// The exact hit point on the floor (0) or the sphere (1), in f64.
-fn met(o: DVec3, d: DVec3, primitive: u32, s: f64) -> DVec3 {
+fn hit_point(o: DVec3, d: DVec3, primitive: u32, s: f64) -> DVec3 {
     if primitive == 0 {
         let p = o + d * (-o.y / d.y);
         return DVec3::new(p.x, 0.0, p.z);
@@ -334,43 +339,48 @@ fn hidden(p: DVec3, light: DVec3, primitive: u32, s: f64) -> (bool, f64) {
 
 /// Rays at floor and sphere, many near the contact, each with a shadow ray to a light: a false
 /// shadow is acne, a missing shadow a leak.
-fn ball_shadows(s: f64, see: impl Fn(&Ray<f32>, DVec3) -> Option<Seen> + Sync) -> Outcome {
-    judge(&format!("S02 at {s:e}"), 120, 200_000, |random| {
-        let angle = random.unit() * core::f64::consts::TAU;
+fn ball_shadows(s: f64, see: impl Fn(&Ray<f32>, DVec3) -> Option<HitRecord> + Sync) -> Outcome {
+    judge(&format!("S02 at {s:e}"), 120, 200_000, |rng| {
+        let angle = rng.unit() * core::f64::consts::TAU;
         let round = DVec3::new(angle.cos(), 0.0, angle.sin());
-        let target = if random.sign() > 0.0 {
-            round * (s * 10_f64.powf(random.between(-2.7, 0.6)))
+        let target = if rng.sign() > 0.0 {
+            round * (s * 10_f64.powf(rng.uniform(-2.7, 0.6)))
         } else {
-            DVec3::Y * s + random.direction() * (0.999 * s)
+            DVec3::Y * s + rng.direction() * (0.999 * s)
         };
-        let mut out = random.direction();
+        let mut out = rng.direction();
         out.y = out.y.abs() + 0.05;
-        let ray = towards::<f32>(target + out * (s * random.between(2.0, 10.0)), target);
+        let ray = ray_towards::<f32>(target + out * (s * rng.uniform(2.0, 10.0)), target);
         let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
         if (o - DVec3::Y * s).length() <= s {
             return Verdict::Skip;
         }
-        let mut above = random.direction() * (s * random.between(3.0, 10.0));
+        let mut above = rng.direction() * (s * rng.uniform(3.0, 10.0));
         above.y = above.y.abs() + 0.01 * s;
         let light = exact(above);
-        let Some(seen) = see(&ray, light) else {
+        let Some(hit_record) = see(&ray, light) else {
             return Verdict::Skip;
         };
-        let (wanted, margin) = hidden(met(o, d, seen.object, s), light, seen.object, s);
+        let (expected, margin) = hidden(
+            hit_point(o, d, hit_record.object, s),
+            light,
+            hit_record.object,
+            s,
+        );
         let scale = o.length().max(light.length());
         if margin <= 16.0 * U * (scale + o.abs().max_element()) {
             return Verdict::Band;
         }
-        let Some(got) = seen.hidden else {
+        let Some(got) = hit_record.hidden else {
             return Verdict::Wrong(format!("no shadow ray{}", hex::<f32>(&ray)));
         };
         // A surface facing away from the light is dark without a ray.
-        let got = got || seen.normal.dot(light - seen.point) < 0.0;
-        let what = if got { "acne" } else { "leak" };
-        Verdict::holds(got == wanted, || {
+        let got = got || hit_record.normal.dot(light - hit_record.point) < 0.0;
+        let label = if got { "acne" } else { "leak" };
+        Verdict::holds(got == expected, || {
             format!(
-                "{what} on {} by {margin:e}{}",
-                seen.object,
+                "{label} on {} by {margin:e}{}",
+                hit_record.object,
                 hex::<f32>(&ray)
             )
         })
@@ -388,7 +398,7 @@ fn s02_shadows_at_every_scale() {
             let shadow = surface.spawn_to(light.as_vec3());
             let hidden =
                 shadow.map(|(shadow, range)| geometry.any(&shadow, range, &mut |_| true, &mut ()));
-            Some(Seen {
+            Some(HitRecord {
                 object: hit.object,
                 point: surface.point.as_dvec3(),
                 normal: surface.normal.as_dvec3(),
@@ -433,7 +443,7 @@ fn textbook_offset_fails_at_scale() {
                 u32::from(on_ball < on_floor),
                 Some(nearest < across.length()),
             );
-            (t < f32::INFINITY).then(|| Seen {
+            (t < f32::INFINITY).then(|| HitRecord {
                 object,
                 point: point.as_dvec3(),
                 normal: normal.as_dvec3(),
@@ -464,15 +474,15 @@ fn s03_contact_shadow() {
     for s in SCALES {
         let s = f64::from(s as f32);
         let geometry = ball_on_floor::<f32>(s);
-        judge(&format!("S03 at {s:e}"), 121, 100_000, |random| {
-            let angle = random.unit() * core::f64::consts::TAU;
-            let reach = s * 0.002 * 100_f64.powf(random.unit());
+        judge(&format!("S03 at {s:e}"), 121, 100_000, |rng| {
+            let angle = rng.unit() * core::f64::consts::TAU;
+            let reach = s * 0.002 * 100_f64.powf(rng.unit());
             let target = DVec3::new(angle.cos(), 0.0, angle.sin()) * reach;
             // Seen from the side, below the equator of the sphere.
-            let away = DVec3::new(angle.cos(), 0.0, angle.sin()) + random.cube() * 0.2;
+            let away = DVec3::new(angle.cos(), 0.0, angle.sin()) + rng.in_cube() * 0.2;
             let origin =
-                target + DVec3::new(away.x, random.between(0.05, 0.2) * reach / s, away.z) * s;
-            let ray = towards::<f32>(origin, target);
+                target + DVec3::new(away.x, rng.uniform(0.05, 0.2) * reach / s, away.z) * s;
+            let ray = ray_towards::<f32>(origin, target);
             let Some(hit) = geometry.closest(&ray, Interval::positive(), &mut ()) else {
                 return Verdict::Skip;
             };

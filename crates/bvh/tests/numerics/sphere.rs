@@ -3,7 +3,9 @@
 use glam::DVec3;
 use raywright_bvh::{Interval, PreparedRay, Shape, Side, Vector};
 
-use super::support::{Expect, Verdict, exact, hex, hit, judge, rays, textbook_share, towards, ulp};
+use super::support::{
+    Expect, Verdict, exact, hex, hit, judge, ray_towards, rays, textbook_share, ulp,
+};
 use raywright_bvh::stability::sphere::{drift, far_sphere, pass, sphere, surface};
 use raywright_bvh::stability::{intersect, textbook};
 
@@ -34,16 +36,16 @@ fn p02_hit_point_stays_on_the_sphere() {
 #[test]
 fn p03_inside_a_huge_sphere() {
     let sphere = sphere::<f32>(DVec3::ZERO, 1e6);
-    judge("P03", 3, 400_000, |random| {
-        let origin = random.direction() * (0.5e6 * random.unit().cbrt());
-        let ray = towards::<f32>(origin, origin + random.direction());
+    judge("P03", 3, 400_000, |rng| {
+        let origin = rng.direction() * (0.5e6 * rng.unit().cbrt());
+        let ray = ray_towards::<f32>(origin, origin + rng.direction());
         let (o, d) = (ray.origin.to_f64(), ray.direction.to_f64());
         let Some([near, far]) = pass(o, d, DVec3::ZERO, 1e6).roots else {
             return Verdict::Wrong("oracle".into());
         };
-        let probe = PreparedRay::new(ray);
-        let outside = sphere.intersect(&probe, Interval::positive(), Side::Outside);
-        let Some(hit) = sphere.intersect(&probe, Interval::positive(), Side::Both) else {
+        let prepared_ray = PreparedRay::new(ray);
+        let outside = sphere.intersect(&prepared_ray, Interval::positive(), Side::Outside);
+        let Some(hit) = sphere.intersect(&prepared_ray, Interval::positive(), Side::Both) else {
             return Verdict::Wrong(format!("no root{}", hex::<f32>(&ray)));
         };
         let t = f64::from(hit.t) * d.length();
@@ -51,7 +53,7 @@ fn p03_inside_a_huge_sphere() {
             format!("a second root{}", hex::<f32>(&ray))
         })
         .and(|| {
-            Verdict::bounded((t - far).abs(), 4.0 * ulp(far), || {
+            Verdict::within_bound((t - far).abs(), 4.0 * ulp(far), || {
                 format!("root{}", hex::<f32>(&ray))
             })
         })
@@ -64,22 +66,22 @@ fn p03_inside_a_huge_sphere() {
 #[test]
 fn p04_origin_on_the_surface() {
     let tilts = [0.0, 1e-3, -1e-3, 1e-6, -1e-6, 1.0, -1.0];
-    judge("P04", 4, 500_000, |random| {
-        let radius = exact(DVec3::splat(10_f64.powf(random.between(-4.0, 4.0)))).x;
-        let centre = exact(random.cube() * 10_f64.powf(random.between(-4.0, 4.0)));
+    judge("P04", 4, 500_000, |rng| {
+        let radius = exact(DVec3::splat(10_f64.powf(rng.uniform(-4.0, 4.0)))).x;
+        let centre = exact(rng.in_cube() * 10_f64.powf(rng.uniform(-4.0, 4.0)));
         let sphere = sphere::<f32>(centre, radius);
-        let out = random.direction();
-        let first = towards::<f32>(
+        let out = rng.direction();
+        let first = ray_towards::<f32>(
             centre + out * (radius * 4.0),
-            centre + random.disc(out, 0.95 * radius),
+            centre + rng.in_disc(out, 0.95 * radius),
         );
-        let Some(at) = hit::<f32>(&sphere, &first) else {
+        let Some(shape_hit) = hit::<f32>(&sphere, &first) else {
             return Verdict::Skip;
         };
-        let surface = sphere.surface(&PreparedRay::new(first), at);
+        let surface = sphere.surface(&PreparedRay::new(first), shape_hit);
         let n = surface.normal.as_dvec3();
-        let tangent = random.disc(n, 1.0).normalize();
-        let tilt = random.pick(&tilts);
+        let tangent = rng.in_disc(n, 1.0).normalize();
+        let tilt = rng.choose(&tilts);
         let mut d = exact((tangent + n * tilt).normalize());
         if tilt == 0.0 && n.dot(d) < 0.0 {
             // Rounded inward: the opposite tangent serves as well.
@@ -106,7 +108,7 @@ fn p04_origin_on_the_surface() {
             return Verdict::Wrong(format!("nothing inward{}", hex::<f32>(&ray)));
         };
         let t = f64::from(again.t) * d.length();
-        Verdict::bounded((t - far).abs(), 4.0 * ulp(far), || {
+        Verdict::within_bound((t - far).abs(), 4.0 * ulp(far), || {
             format!("far side at {far:e}{}", hex::<f32>(&ray))
         })
     })
@@ -153,9 +155,9 @@ fn p05_tiny_and_giant_together() {
         );
         exact(DVec3::new(x, y, -1.0).normalize())
     };
-    let outcome = judge("P05", 5, SIZE * SIZE, |random| {
+    let outcome = judge("P05", 5, SIZE * SIZE, |rng| {
         // Every pixel once, so the count of rays is the image.
-        let index = random.index();
+        let index = rng.index();
         let (i, j) = (
             (index % u64::from(SIZE)) as i64,
             (index / u64::from(SIZE)) as i64,
@@ -172,7 +174,7 @@ fn p05_tiny_and_giant_together() {
         let around = (-1..=1).flat_map(|a| (-1..=1).map(move |b| (a, b)));
         let near = around
             .map(|(a, b)| seen(eye, at(i + a, j + b), tiny, giant))
-            .any(|wanted| wanted == got);
+            .any(|expected| expected == got);
         Verdict::holds(near, || format!("pixel {i} {j} shows {got}"))
     });
     outcome.expect_right(1_000_000);

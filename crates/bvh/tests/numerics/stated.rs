@@ -2,12 +2,12 @@
 
 use glam::{DAffine3, DVec3};
 use raywright_bvh::shapes::{
-    AnyShape, Cone, Cuboid, Cylinder, Disk, Ellipsoid, Ends, Hyperboloid, Paraboloid, Plane, Quad,
-    Sphere, Torus, TransformedShape, Triangle,
+    AnyShape, Cone, Cuboid, Cylinder, CylinderEnds, Disk, Ellipsoid, Hyperboloid, Paraboloid,
+    Plane, Quad, Sphere, Torus, TransformedShape, Triangle,
 };
 use raywright_bvh::{Interval, PreparedRay, Ray, Real, Side, Vector};
 
-use super::support::{Expect, Outcome, Verdict, exact, hex, judge, stored, towards};
+use super::support::{Expect, Outcome, Verdict, exact, hex, judge, ray_towards, to_scalar};
 
 /// One of each shape, from the same f32 numbers in every precision.
 pub fn shapes<R: Real>() -> Vec<(&'static str, AnyShape<R>)> {
@@ -16,7 +16,7 @@ pub fn shapes<R: Real>() -> Vec<(&'static str, AnyShape<R>)> {
 
 /// The shapes with every length multiplied by a power of two.
 pub fn sized<R: Real>(size: f64) -> Vec<(&'static str, AnyShape<R>)> {
-    let v = |x: f64, y: f64, z: f64| stored::<R>(exact(DVec3::new(x, y, z)) * size);
+    let v = |x: f64, y: f64, z: f64| to_scalar::<R>(exact(DVec3::new(x, y, z)) * size);
     let r = |x: f64| R::from_f64(f64::from(x as f32) * size);
     let (centre, axis) = (v(0.3, -0.2, 0.1), v(0.6, 1.3, -0.4));
     let vertices = [v(-1.1, -0.7, 0.2), v(1.3, -0.6, 0.4), v(0.1, 1.2, -0.3)];
@@ -39,7 +39,7 @@ pub fn sized<R: Real>(size: f64) -> Vec<(&'static str, AnyShape<R>)> {
             "plane",
             Plane::new(
                 centre,
-                stored::<R>(exact(DVec3::new(0.3, 0.9, 0.2).normalize())),
+                to_scalar::<R>(exact(DVec3::new(0.3, 0.9, 0.2).normalize())),
             )
             .into(),
         ),
@@ -68,7 +68,7 @@ pub fn sized<R: Real>(size: f64) -> Vec<(&'static str, AnyShape<R>)> {
                 base: centre,
                 axis,
                 radius: r(0.7),
-                ends: Ends::None,
+                ends: CylinderEnds::None,
             }
             .into(),
         ),
@@ -78,7 +78,7 @@ pub fn sized<R: Real>(size: f64) -> Vec<(&'static str, AnyShape<R>)> {
                 base: centre,
                 axis,
                 radius: r(0.7),
-                ends: Ends::Open,
+                ends: CylinderEnds::Open,
             }
             .into(),
         ),
@@ -88,7 +88,7 @@ pub fn sized<R: Real>(size: f64) -> Vec<(&'static str, AnyShape<R>)> {
                 base: centre,
                 axis,
                 radius: r(0.7),
-                ends: Ends::Capped,
+                ends: CylinderEnds::Capped,
             }
             .into(),
         ),
@@ -155,9 +155,9 @@ pub fn sized<R: Real>(size: f64) -> Vec<(&'static str, AnyShape<R>)> {
 /// Signed distance of a point from a surface along a normal, in f64: by a ray down the normal from
 /// slightly above.
 fn height(shape: &TransformedShape<f64>, point: DVec3, normal: DVec3, above: f64) -> Option<f64> {
-    let probe = PreparedRay::new(Ray::<f64>::new(point + normal * above, -normal));
+    let prepared_ray = PreparedRay::new(Ray::<f64>::new(point + normal * above, -normal));
     let hit = shape.intersect(
-        &probe,
+        &prepared_ray,
         Interval {
             min: 0.0,
             max: 2.0 * above,
@@ -178,7 +178,7 @@ fn stated<R: Real>(
 ) -> Outcome {
     let map = DAffine3::from_translation(DVec3::new(0.6, -0.3, 0.9) * place)
         * DAffine3::from_scale(DVec3::new(size, -size, size));
-    let placed = TransformedShape::<R>::new(shape, map).expect("an invertible map");
+    let transformed_shape = TransformedShape::<R>::new(shape, map).expect("an invertible map");
     let best = TransformedShape::<f64>::new(best, map).expect("an invertible map");
     judge(
         &format!(
@@ -187,15 +187,19 @@ fn stated<R: Real>(
         ),
         180,
         3000,
-        |random| {
+        |rng| {
             let middle = map.translation;
-            let origin = middle + random.direction() * (size * random.pick(&[3.0, 10.0, 100.0]));
-            let ray = towards::<R>(origin, middle + random.cube() * size);
-            let probe = PreparedRay::new(ray);
-            let Some(hit) = placed.intersect(&probe, Interval::positive(), Side::Both) else {
+            let origin = middle + rng.direction() * (size * rng.choose(&[3.0, 10.0, 100.0]));
+            let ray = ray_towards::<R>(origin, middle + rng.in_cube() * size);
+            let prepared_ray = PreparedRay::new(ray);
+            let Some(hit) =
+                transformed_shape.intersect(&prepared_ray, Interval::positive(), Side::Both)
+            else {
                 return Verdict::Skip;
             };
-            let surface = placed.locate(&probe, hit).stored::<R>();
+            let surface = transformed_shape
+                .locate(&prepared_ray, hit)
+                .to_scalar::<R>();
             let (point, normal) = (surface.point.to_f64(), surface.normal.to_f64());
             let reach = surface.error.to_f64() * normal.abs().element_sum();
             // Near an edge, and where the surface curves within the bound, the normal gives no
@@ -206,7 +210,7 @@ fn stated<R: Real>(
             let Some(height) = height(&best, point, normal, 4.0 * reach) else {
                 return Verdict::Skip;
             };
-            Verdict::bounded(height, reach, || {
+            Verdict::within_bound(height, reach, || {
                 format!("beyond the stated bound{}", hex::<R>(&ray))
             })
         },

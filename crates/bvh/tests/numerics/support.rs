@@ -5,14 +5,18 @@ use std::env;
 use std::sync::LazyLock;
 
 pub use raywright_bvh::stability::judge::{
-    Outcome, Random, Rays, U, Verdict, exact, hex, hit, ray, stored, towards, ulp,
+    CaseRng, Outcome, RayCount, U, Verdict, exact, hex, hit, ray, ray_towards, to_scalar, ulp,
 };
 use raywright_bvh::stability::{Measurement, judge};
 
 /// All rays if the variable `RAYS` is `all`, otherwise a quarter.
-pub fn rays() -> Rays {
+pub fn rays() -> RayCount {
     static ALL: LazyLock<bool> = LazyLock::new(|| env::var("RAYS").is_ok_and(|rays| rays == "all"));
-    if *ALL { Rays::All } else { Rays::Quarter }
+    if *ALL {
+        RayCount::All
+    } else {
+        RayCount::Quarter
+    }
 }
 
 /// Judges as many rays of a case as the environment selects.
@@ -20,20 +24,20 @@ pub fn judge(
     case: &str,
     seed: u64,
     count: u32,
-    f: impl Fn(&mut Random) -> Verdict + Sync,
+    f: impl Fn(&mut CaseRng) -> Verdict + Sync,
 ) -> Outcome {
     judge::judge(case, seed, count, rays(), f)
 }
 
 /// An outcome to be checked.
 pub trait Expect {
-    /// Asserts that no ray is wrong, that at least `least` of all rays are judged (in proportion if
+    /// Asserts that no ray is wrong, that at least `minimum` of all rays are judged (in proportion if
     /// fewer are shot), and that at most one in a thousand is too close to decide.
-    fn expect_right(&self, least: u64);
+    fn expect_right(&self, minimum: u64);
 }
 
 impl Expect for Outcome {
-    fn expect_right(&self, least: u64) {
+    fn expect_right(&self, minimum: u64) {
         let Self {
             case,
             rays,
@@ -52,7 +56,7 @@ impl Expect for Outcome {
             panic!("{case}: {wrong} of {judged} wrong; first at {index}: {message}");
         }
         assert!(
-            *judged >= (least * shot).div_ceil(*rays),
+            *judged >= (minimum * shot).div_ceil(*rays),
             "{case}: only {judged} of {shot} judged"
         );
         assert!(
@@ -63,7 +67,7 @@ impl Expect for Outcome {
 }
 
 /// Asserts every measurement of a case, of which each precision has at least one, and returns them.
-pub fn expect_all(number: &str, least: u64) -> Vec<Measurement> {
+pub fn expect_all(number: &str, minimum: u64) -> Vec<Measurement> {
     let measurements =
         raywright_bvh::stability::measure(number, rays()).expect("a case of the library");
     for Measurement {
@@ -71,7 +75,7 @@ pub fn expect_all(number: &str, least: u64) -> Vec<Measurement> {
     } in &measurements
     {
         eprint!("{setting}: ");
-        outcome.expect_right(least);
+        outcome.expect_right(minimum);
     }
     for precision in ["robust", "reference"] {
         assert!(

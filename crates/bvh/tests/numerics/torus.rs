@@ -4,7 +4,9 @@ use glam::DVec3;
 use raywright_bvh::shapes::Torus;
 use raywright_bvh::{Interval, PreparedRay, Ray, Shape, Side};
 
-use super::support::{Expect, U, Verdict, hex, judge, rays, stored, textbook_share, towards};
+use super::support::{
+    Expect, U, Verdict, hex, judge, ray_towards, rays, textbook_share, to_scalar,
+};
 use raywright_bvh::stability::torus::{far_torus, torus};
 use raywright_bvh::stability::{intersect, textbook};
 
@@ -20,11 +22,11 @@ fn p17_far_torus() {
 
 /// Number of times that a ray enters and leaves, by chains of queries.
 fn passages(torus: &Torus<f32>, ray: &Ray<f32>) -> (u32, u32) {
-    let probe = PreparedRay::new(*ray);
+    let prepared_ray = PreparedRay::new(*ray);
     let count = |side: Side| {
         let (mut count, mut from) = (0, 0.0);
         while let Some(h) = torus.intersect(
-            &probe,
+            &prepared_ray,
             Interval {
                 min: from,
                 max: f32::INFINITY,
@@ -42,14 +44,14 @@ fn passages(torus: &Torus<f32>, ray: &Ray<f32>) -> (u32, u32) {
 /// the distance: crossings come in pairs and agree with the circles of that plane.
 #[test]
 fn p18_tangents() {
-    judge("P18", 40, 300_000, |random| {
-        let tube = f64::from(random.pick(&[0.3_f32, 0.1, 0.01]));
+    judge("P18", 40, 300_000, |rng| {
+        let tube = f64::from(rng.choose(&[0.3_f32, 0.1, 0.01]));
         let torus = torus::<f32>(tube);
-        let far = f64::from(random.between(3.0, 1000.0) as f32);
-        let step = random.pick(&[-8.0, 8.0, -64.0, 64.0]) * U * far;
+        let far = f64::from(rng.uniform(3.0, 1000.0) as f32);
+        let step = rng.choose(&[-8.0, 8.0, -64.0, 64.0]) * U * far;
         // The line is parallel to x, at height y and distance z from the axis.
-        let (y, z) = match random.bits() % 3 {
-            0 => (tube + step, random.between(0.0, 0.9)),
+        let (y, z) = match rng.bits() % 3 {
+            0 => (tube + step, rng.uniform(0.0, 0.9)),
             1 => (0.0, 1.0 - tube + step),
             _ => (0.0, 1.0 + tube + step),
         };
@@ -63,16 +65,16 @@ fn p18_tangents() {
         if circles.iter().any(|r| (r - z).abs() < 1e-12) {
             return Verdict::Band;
         }
-        let wanted = circles.iter().filter(|r| z < **r).count() as u32;
-        let wanted = if half > 0.0 { wanted } else { 0 };
+        let expected = circles.iter().filter(|r| z < **r).count() as u32;
+        let expected = if half > 0.0 { expected } else { 0 };
         let ray = Ray::<f32>::new(
-            stored::<f32>(DVec3::new(-far, y, z)),
-            stored::<f32>(DVec3::X),
+            to_scalar::<f32>(DVec3::new(-far, y, z)),
+            to_scalar::<f32>(DVec3::X),
         );
         let (enters, leaves) = passages(&torus, &ray);
-        Verdict::holds((enters, leaves) == (wanted, wanted), || {
+        Verdict::holds((enters, leaves) == (expected, expected), || {
             format!(
-                "in {enters}, out {leaves}, wanted {wanted}; tube {tube} y {y} z {z}{}",
+                "in {enters}, out {leaves}, wanted {expected}; tube {tube} y {y} z {z}{}",
                 hex::<f32>(&ray)
             )
         })
@@ -84,12 +86,9 @@ fn p18_tangents() {
 /// nothing.
 #[test]
 fn p18_even_from_outside() {
-    judge("P18 parity", 41, 300_000, |random| {
-        let torus = torus::<f32>(random.pick(&[0.3, 0.1, 0.01, 0.9]));
-        let ray = towards::<f32>(
-            random.direction() * random.between(3.0, 1000.0),
-            random.cube(),
-        );
+    judge("P18 parity", 41, 300_000, |rng| {
+        let torus = torus::<f32>(rng.choose(&[0.3, 0.1, 0.01, 0.9]));
+        let ray = ray_towards::<f32>(rng.direction() * rng.uniform(3.0, 1000.0), rng.in_cube());
         let (enters, leaves) = passages(&torus, &ray);
         Verdict::holds(enters == leaves && enters <= 2, || {
             format!("in {enters}, out {leaves}{}", hex::<f32>(&ray))
@@ -100,8 +99,8 @@ fn p18_even_from_outside() {
         for far in [2.0, 10.0, 1e3, 1e6] {
             for sign in [-1.0, 1.0] {
                 let ray = Ray::<f32>::new(
-                    stored::<f32>(DVec3::Y * (far * sign)),
-                    stored::<f32>(DVec3::Y * -sign),
+                    to_scalar::<f32>(DVec3::Y * (far * sign)),
+                    to_scalar::<f32>(DVec3::Y * -sign),
                 );
                 assert_eq!(
                     passages(&torus::<f32>(tube), &ray),
@@ -115,7 +114,7 @@ fn p18_even_from_outside() {
         min: 0.0,
         max: f32::INFINITY,
     };
-    let ray = Ray::<f32>::new(stored::<f32>(DVec3::X), stored::<f32>(DVec3::X));
+    let ray = Ray::<f32>::new(to_scalar::<f32>(DVec3::X), to_scalar::<f32>(DVec3::X));
     assert!(
         torus::<f32>(0.3)
             .intersect(&PreparedRay::new(ray), inside, Side::Inside)

@@ -73,10 +73,10 @@ fn t10_inflation() {
 /// rays would pay for, and no less.
 #[test]
 fn t10_pads_are_as_stated() {
-    let outcome = judge("T10 pads", 232, 40_000, |random| {
+    let outcome = judge("T10 pads", 232, 40_000, |rng| {
         let (centre, half) = (
-            random.cube() * 10_f64.powf(random.between(-6.0, 6.0)),
-            random.cube().abs() * 10_f64.powf(random.between(-6.0, 6.0)),
+            rng.in_cube() * 10_f64.powf(rng.uniform(-6.0, 6.0)),
+            rng.in_cube().abs() * 10_f64.powf(rng.uniform(-6.0, 6.0)),
         );
         let bounds = Aabb::from_points([centre - half, centre + half]);
         let Some(padded) = bounds.padded() else {

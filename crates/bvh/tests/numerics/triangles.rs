@@ -5,40 +5,38 @@ use raywright_bvh::Real;
 use raywright_bvh::shapes::Triangle;
 
 use raywright_bvh::stability::textbook;
-use raywright_bvh::stability::triangles::{Aim, Mesh, cube, icosphere, leaks, leaks_of_library};
+use raywright_bvh::stability::triangles::{
+    ClosedMesh, RayTarget, cube, icosphere, leaks, leaks_of_library,
+};
 
 use super::support::{
-    Expect, Outcome, Random, Verdict, exact, expect_all, hex, hit, judge, rays, stored,
-    textbook_share, towards, ulp,
+    CaseRng, Expect, Outcome, Verdict, exact, expect_all, hex, hit, judge, ray_towards, rays,
+    textbook_share, to_scalar, ulp,
 };
 
 fn triangle<R: Real>(corners: [DVec3; 3]) -> Triangle<R> {
-    Triangle::new(corners.map(stored::<R>))
+    Triangle::new(corners.map(to_scalar::<R>))
 }
 
 /// Protects: triangles of zero area are never hit, not even along their line; slivers are hit only
 /// at a distance between those of their corners.
 #[test]
 fn p19_slivers() {
-    judge("P19 no area", 50, 400_000, |random| {
+    judge("P19 no area", 50, 400_000, |rng| {
         // Integers: exactly collinear at any scale.
-        let whole = |random: &mut Random| (random.cube() * 64.0).round();
-        let (a, step) = (whole(random), whole(random));
-        let corners = match random.bits() % 3 {
+        let whole = |rng: &mut CaseRng| (rng.in_cube() * 64.0).round();
+        let (a, step) = (whole(rng), whole(rng));
+        let corners = match rng.bits() % 3 {
             0 => [a, a + step, a + step * 2.0],
             1 => [a, a, a + step],
             _ => [a, a + step, a],
         };
-        let scale = 2_f64.powi((random.bits() % 40) as i32 - 20);
+        let scale = 2_f64.powi((rng.bits() % 40) as i32 - 20);
         let corners = corners.map(|c| c * scale);
-        let target = corners[0] + (corners[2] - corners[0]) * random.unit();
-        let target = if random.sign() > 0.0 {
-            target
-        } else {
-            corners[1]
-        };
-        let ray = towards::<f32>(
-            whole(random) * (2.0 * scale) + DVec3::splat(200.0 * scale),
+        let target = corners[0] + (corners[2] - corners[0]) * rng.unit();
+        let target = if rng.sign() > 0.0 { target } else { corners[1] };
+        let ray = ray_towards::<f32>(
+            whole(rng) * (2.0 * scale) + DVec3::splat(200.0 * scale),
             target,
         );
         let got = hit::<f32>(&triangle::<f32>(corners), &ray);
@@ -47,16 +45,13 @@ fn p19_slivers() {
         })
     })
     .expect_right(400_000);
-    judge("P19 sliver", 51, 400_000, |random| {
-        let (a, along) = (random.cube(), random.direction());
-        let side = random.disc(along, 1.0).normalize() * 1e-6;
+    judge("P19 sliver", 51, 400_000, |rng| {
+        let (a, along) = (rng.in_cube(), rng.direction());
+        let side = rng.in_disc(along, 1.0).normalize() * 1e-6;
         // Edges 1, 1 and 1e-6, or 1, 1 and 1e-3 with the same height over the longest.
-        let corners = [a, a + along, a + along * random.pick(&[0.0, 1e-3]) + side].map(exact);
-        let target = corners[0] + (corners[1] - corners[0]) * random.unit();
-        let ray = towards::<f32>(
-            target + random.direction() * random.between(0.5, 5.0),
-            target,
-        );
+        let corners = [a, a + along, a + along * rng.choose(&[0.0, 1e-3]) + side].map(exact);
+        let target = corners[0] + (corners[1] - corners[0]) * rng.unit();
+        let ray = ray_towards::<f32>(target + rng.direction() * rng.uniform(0.5, 5.0), target);
         let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
         let Some(h) = hit::<f32>(&triangle::<f32>(corners), &ray) else {
             return Verdict::Skip;
@@ -80,14 +75,20 @@ fn p20_nearly_parallel_rays() {
     expect_all("P20", 50_000);
 }
 
-const AIMS: [Aim; 4] = [Aim::Corner, Aim::Edge, Aim::FromCentre, Aim::Anywhere];
+const AIMS: [RayTarget; 4] = [
+    RayTarget::Corner,
+    RayTarget::Edge,
+    RayTarget::FromCentre,
+    RayTarget::Anywhere,
+];
 
 /// Protects: no ray leaves a closed mesh through an edge or a corner.
 #[test]
 fn p21_no_leaks() {
     for (name, mesh) in [("icosphere", icosphere(5)), ("cube", cube(16))] {
-        for aim in AIMS {
-            leaks_of_library::<f32>(name, &mesh, aim, 1_000_000, rays()).expect_right(1_000_000);
+        for ray_target in AIMS {
+            leaks_of_library::<f32>(name, &mesh, ray_target, 1_000_000, rays())
+                .expect_right(1_000_000);
         }
     }
 }
@@ -96,8 +97,8 @@ fn p21_no_leaks() {
 #[test]
 fn p21_no_leaks_in_reference() {
     for (name, mesh) in [("icosphere", icosphere(5)), ("cube", cube(16))] {
-        for aim in AIMS {
-            leaks_of_library::<f64>(name, &mesh, aim, 100_000, rays()).expect_right(100_000);
+        for ray_target in AIMS {
+            leaks_of_library::<f64>(name, &mesh, ray_target, 100_000, rays()).expect_right(100_000);
         }
     }
 }
@@ -111,18 +112,18 @@ fn p22_no_leaks_in_either_winding() {
 /// Protects: the textbook test leaks where the specification says so, so the cases are hard.
 #[test]
 fn textbook_triangles_leak() {
-    let both = |leaks: &dyn Fn(&str, &Mesh) -> Outcome| {
+    let both = |leaks: &dyn Fn(&str, &ClosedMesh) -> Outcome| {
         leaks("cube", &cube(16)).plus(leaks("icosphere", &icosphere(5)))
     };
     let leaking = textbook_share([
         both(&|name, mesh| {
             let triangles = mesh.triangles();
-            leaks(name, mesh, Aim::Corner, 100_000, rays(), |ray| {
+            leaks(name, mesh, RayTarget::Corner, 100_000, rays(), |ray| {
                 textbook::hits_any(&triangles, ray)
             })
         }),
-        both(&|name, mesh| leaks_of_library::<f32>(name, mesh, Aim::Corner, 100_000, rays())),
-        both(&|name, mesh| leaks_of_library::<f64>(name, mesh, Aim::Corner, 100_000, rays())),
+        both(&|name, mesh| leaks_of_library::<f32>(name, mesh, RayTarget::Corner, 100_000, rays())),
+        both(&|name, mesh| leaks_of_library::<f64>(name, mesh, RayTarget::Corner, 100_000, rays())),
     ]);
     assert!(leaking > 0.01, "P21: only {leaking} leak");
 }

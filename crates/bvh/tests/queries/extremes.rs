@@ -7,7 +7,7 @@ use raywright_bvh::{
     TraversalStats, Visibility,
 };
 
-use super::{ASKED, Random, kinds, mixed, triangles};
+use super::{ASKED, QueryRng, kinds, mixed, triangles};
 
 /// Protects: a thousand to ten thousand coincident triangles, or triangles collapsed to points,
 /// build a shallow tree with at most three times the work of random ones, and the lowest id wins.
@@ -17,7 +17,7 @@ fn t11_coincident_primitives() {
         let mut group = PrimitiveSet::<f32>::default();
         for _ in 0..count {
             group
-                .triangle(corners, Visibility::default())
+                .add_triangle(corners, Visibility::default())
                 .expect("finite corners");
         }
         group
@@ -27,7 +27,7 @@ fn t11_coincident_primitives() {
         .flat_map(|count| BuildQuality::ALL.map(|quality| (count, quality)))
     {
         let built = |group: PrimitiveSet<f32>| Geometry::new(group, AcceleratorKind::Tree(quality));
-        let base = built(triangles(&mut Random(11), count))
+        let base = built(triangles(&mut QueryRng(11), count))
             .build_work()
             .expect("a tree");
         for (name, corners) in [
@@ -40,9 +40,9 @@ fn t11_coincident_primitives() {
                 work.depth <= 64 && work.looks <= 3 * base.looks,
                 "{count} {name}, {quality:?}: {work:?} against {base:?}"
             );
-            let at = corners[0] + (corners[1] + corners[2] - corners[0] * 2.0) * 0.25;
+            let point = corners[0] + (corners[1] + corners[2] - corners[0] * 2.0) * 0.25;
             let hit = tree.closest(
-                &Ray::new(at + Vec3::Z * 3.0, Vec3::NEG_Z),
+                &Ray::new(point + Vec3::Z * 3.0, Vec3::NEG_Z),
                 Interval::positive(),
                 &mut (),
             );
@@ -68,7 +68,7 @@ fn t13_not_finite_is_refused() {
     let bad: Vec<AnyShape<f32>> = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY]
         .into_iter()
         .flat_map(|x| -> [AnyShape<f32>; 5] {
-            let (at, wide) = (DVec3::new(0.0, f64::from(x), 0.0), f64::from(x));
+            let (point, wide) = (DVec3::new(0.0, f64::from(x), 0.0), f64::from(x));
             [
                 Sphere {
                     centre: Vec3::new(x, 0.0, 0.0),
@@ -80,20 +80,20 @@ fn t13_not_finite_is_refused() {
                     radius: x.abs(),
                 }
                 .into(),
-                AnyShape::Cuboid(Cuboid::new(at, DVec3::ONE)),
+                AnyShape::Cuboid(Cuboid::new(point, DVec3::ONE)),
                 Ellipsoid::new(DVec3::ZERO, DVec3::new(1.0, wide, 1.0)).into(),
-                Torus::new(at, DVec3::Y, 2.0, 0.5).into(),
+                Torus::new(point, DVec3::Y, 2.0, 0.5).into(),
             ]
         })
         .collect();
     for count in [1, 10] {
-        let (mut clean, mut mended) = (
-            triangles(&mut Random(7), 1000),
-            triangles(&mut Random(7), 1000),
+        let (mut clean, mut repaired) = (
+            triangles(&mut QueryRng(7), 1000),
+            triangles(&mut QueryRng(7), 1000),
         );
         for &shape in bad.iter().cycle().take(count * bad.len()) {
             assert_eq!(
-                mended.shape(shape, ASKED),
+                repaired.add_shape(shape, ASKED),
                 Err(GeometryError::NotFinite),
                 "{shape:?}"
             );
@@ -102,30 +102,30 @@ fn t13_not_finite_is_refused() {
             let mut corners = [Vec3::ZERO, Vec3::X, Vec3::Y];
             corners[corner].z = f32::NAN;
             assert_eq!(
-                mended.triangle(corners, ASKED),
+                repaired.add_triangle(corners, ASKED),
                 Err(GeometryError::NotFinite)
             );
         }
         assert_eq!(
-            (mended.len(), mended.objects()),
+            (repaired.len(), repaired.objects()),
             (clean.len(), clean.objects())
         );
         let disk = Disk::new(DVec3::ZERO, DVec3::Y, 1.0);
-        for group in [&mut clean, &mut mended] {
-            group.shape(disk.into(), ASKED).expect("a finite one");
+        for group in [&mut clean, &mut repaired] {
+            group.add_shape(disk.into(), ASKED).expect("a finite one");
         }
         // A box with exchanged corners is empty, whether refused or not.
-        let _ = mended.shape(
+        let _ = repaired.add_shape(
             AnyShape::Cuboid(Cuboid::new(DVec3::ONE, DVec3::NEG_ONE)),
             ASKED,
         );
-        let [clean, mended] =
-            [clean, mended].map(|group| Geometry::new(group, AcceleratorKind::default()));
-        let random = &mut Random(8);
+        let [clean, repaired] =
+            [clean, repaired].map(|group| Geometry::new(group, AcceleratorKind::default()));
+        let rng = &mut QueryRng(8);
         for _ in 0..2000 {
-            let ray = Ray::new(random.point(), random.direction());
+            let ray = Ray::new(rng.point(), rng.direction());
             let [a, b] =
-                [&clean, &mended].map(|tree| tree.closest(&ray, Interval::positive(), &mut ()));
+                [&clean, &repaired].map(|tree| tree.closest(&ray, Interval::positive(), &mut ()));
             assert_eq!(a, b, "{ray:?}");
         }
     }
@@ -167,9 +167,9 @@ fn t18_rays_that_are_not_finite_hit_nothing() {
             }
             (stats.nodes + stats.primitives) as f64 / rays.len() as f64
         };
-        let random = &mut Random(10);
+        let rng = &mut QueryRng(10);
         let sound: Vec<Ray<f32>> = (0..500)
-            .map(|_| Ray::new(random.point(), random.direction()))
+            .map(|_| Ray::new(rng.point(), rng.direction()))
             .collect();
         let odd: Vec<Ray<f32>> = odd_rays().collect();
         let (odd_work, sound_work) = (work(&odd), work(&sound));

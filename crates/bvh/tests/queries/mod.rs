@@ -14,9 +14,9 @@ use raywright_bvh::{
 use crate::split_mix::step;
 
 /// A small seeded generator (SplitMix64), so that a failure can be repeated.
-struct Random(u64);
+struct QueryRng(u64);
 
-impl Random {
+impl QueryRng {
     fn unit(&mut self) -> f32 {
         (step(&mut self.0) >> 40) as f32 / (1 << 24) as f32
     }
@@ -34,29 +34,25 @@ const ASKED: Visibility = Visibility {
     occlusion: Occlusion::Ask,
 };
 
-fn corners(random: &mut Random) -> [Vec3; 3] {
-    let a = random.point();
-    [
-        a,
-        a + random.direction() * 2.0,
-        a + random.direction() * 2.0,
-    ]
+fn corners(rng: &mut QueryRng) -> [Vec3; 3] {
+    let a = rng.point();
+    [a, a + rng.direction() * 2.0, a + rng.direction() * 2.0]
 }
 
-fn triangles(random: &mut Random, count: usize) -> PrimitiveSet<f32> {
+fn triangles(rng: &mut QueryRng, count: usize) -> PrimitiveSet<f32> {
     let mut group = PrimitiveSet::default();
     for _ in 0..count {
-        group.triangle(corners(random), ASKED).unwrap();
+        group.add_triangle(corners(rng), ASKED).unwrap();
     }
     group
 }
 
 /// Spheres, triangles (many of them duplicated, so that ties occur), a plane and instances.
 fn mixed(seed: u64, count: usize) -> PrimitiveSet<f32> {
-    let random = &mut Random(seed);
-    let shared = Geometry::new(triangles(random, 20), AcceleratorKind::default());
-    let mut group = triangles(random, count);
-    let shared = group.part(shared).unwrap();
+    let rng = &mut QueryRng(seed);
+    let shared = Geometry::new(triangles(rng, 20), AcceleratorKind::default());
+    let mut group = triangles(rng, count);
+    let shared = group.add_part(shared).unwrap();
     for i in 0..count {
         let visibility = if i % 3 == 0 {
             Visibility {
@@ -67,25 +63,22 @@ fn mixed(seed: u64, count: usize) -> PrimitiveSet<f32> {
             ASKED
         };
         let sphere = Sphere {
-            centre: random.point(),
-            radius: 0.1 + random.unit(),
+            centre: rng.point(),
+            radius: 0.1 + rng.unit(),
         };
-        group.sphere(sphere, visibility).unwrap();
+        group.add_sphere(sphere, visibility).unwrap();
         if i % 4 == 0 {
-            group.sphere(sphere, visibility).unwrap();
+            group.add_sphere(sphere, visibility).unwrap();
         }
     }
     group
-        .plane(Plane::new(Vec3::new(0.0, -9.0, 0.0), Vec3::Y), ASKED)
+        .add_plane(Plane::new(Vec3::new(0.0, -9.0, 0.0), Vec3::Y), ASKED)
         .unwrap();
     for _ in 0..count / 10 {
-        let map = DAffine3::from_translation(random.point().as_dvec3() * 3.0)
-            * DAffine3::from_axis_angle(
-                random.direction().as_dvec3(),
-                f64::from(random.unit()) * 6.0,
-            )
+        let map = DAffine3::from_translation(rng.point().as_dvec3() * 3.0)
+            * DAffine3::from_axis_angle(rng.direction().as_dvec3(), f64::from(rng.unit()) * 6.0)
             * DAffine3::from_scale(DVec3::new(0.5, 2.0, -0.7));
-        group.instance(shared, map, ASKED).unwrap();
+        group.add_instance(shared, map, ASKED).unwrap();
     }
     group
 }
@@ -107,15 +100,15 @@ fn t20_tree_equals_scan() {
         let scan = Geometry::new(mixed(seed, count), AcceleratorKind::Linear);
         for kind in kinds() {
             let tree = Geometry::new(mixed(seed, count), kind);
-            let random = &mut Random(seed ^ 0xabcd);
+            let rng = &mut QueryRng(seed ^ 0xabcd);
             for _ in 0..3000 {
-                let ray = Ray::new(random.point(), random.direction());
+                let ray = Ray::new(rng.point(), rng.direction());
                 let range = Interval {
                     min: 0.0,
-                    max: if random.unit() < 0.5 {
+                    max: if rng.unit() < 0.5 {
                         f32::INFINITY
                     } else {
-                        8.0 * random.unit()
+                        8.0 * rng.unit()
                     },
                 };
                 let expected = scan.closest(&ray, range, &mut ());
@@ -153,31 +146,31 @@ fn t20_tree_equals_scan() {
 #[test]
 fn surfaces_of_many_are_those_of_each() {
     let geometry = Geometry::new(mixed(7, 200), AcceleratorKind::default());
-    let random = &mut Random(7);
+    let rng = &mut QueryRng(7);
     // The first twenty belong to the instanced geometry.
-    let triangles: Vec<[Vec3; 3]> = (0..220).map(|_| corners(random)).skip(20).collect();
+    let triangles: Vec<[Vec3; 3]> = (0..220).map(|_| corners(rng)).skip(20).collect();
     let mut on_borders = 0;
     let mut aimed = || {
-        let [a, b, c] = triangles[(random.unit() * 200.0) as usize];
-        let (u, v) = match (random.unit() * 4.0) as u32 {
+        let [a, b, c] = triangles[(rng.unit() * 200.0) as usize];
+        let (u, v) = match (rng.unit() * 4.0) as u32 {
             0 => (0.0, 0.0),
-            1 => (random.unit(), 0.0),
-            _ => (random.unit() * 0.5, random.unit() * 0.5),
+            1 => (rng.unit(), 0.0),
+            _ => (rng.unit() * 0.5, rng.unit() * 0.5),
         };
         let target = a + (b - a) * u + (c - a) * v;
-        let origin = random.point();
+        let origin = rng.point();
         Ray::new(origin, (target - origin).normalize())
     };
-    let met = core::iter::from_fn(|| Some(aimed()))
+    let closest_hit = core::iter::from_fn(|| Some(aimed()))
         .filter_map(|ray| Some((ray, geometry.closest(&ray, Interval::positive(), &mut ())?)));
-    let met: Vec<(Ray<f32>, Hit<f32>)> = met.take(5000).collect();
+    let hits: Vec<(Ray<f32>, Hit<f32>)> = closest_hit.take(5000).collect();
     for count in [0, 1, 7, 8, 9, 16, 5000] {
-        let these = &met[..count];
+        let these = &hits[..count];
         let mut found = vec![None; count];
         geometry.surfaces(
             these.iter().map(|(ray, hit)| (ray, hit)),
-            |place, surface| {
-                assert!(found[place].replace(surface).is_none(), "{place} twice");
+            |index, surface| {
+                assert!(found[index].replace(surface).is_none(), "{index} twice");
             },
         );
         for ((ray, hit), surface) in these.iter().zip(found) {
@@ -205,7 +198,7 @@ fn t02_zeros_of_either_sign_are_one_direction() {
         for i in 0..5 * 5 * 5 {
             let centre = Vec3::new((i % 5) as f32, (i / 5 % 5) as f32, (i / 25) as f32) * 3.0 - 6.0;
             group
-                .sphere(
+                .add_sphere(
                     Sphere {
                         centre,
                         radius: 1.0,
@@ -220,16 +213,16 @@ fn t02_zeros_of_either_sign_are_one_direction() {
         row(AcceleratorKind::Linear),
         kinds().map(|kind| (kind, row(kind))).collect::<Vec<_>>(),
     );
-    let random = &mut Random(13);
-    let mut met = 0;
+    let rng = &mut QueryRng(13);
+    let mut hit_count = 0;
     for i in 0..2000 {
-        let mut direction = random.direction();
+        let mut direction = rng.direction();
         for axis in (0..3).filter(|axis| (i % 6 + 1) >> axis & 1 != 0) {
-            direction[axis] = if random.unit() < 0.5 { 0.0 } else { -0.0 };
+            direction[axis] = if rng.unit() < 0.5 { 0.0 } else { -0.0 };
         }
-        let ray = Ray::new(random.point() * 0.7, direction.normalize());
+        let ray = Ray::new(rng.point() * 0.7, direction.normalize());
         let expected = scan.closest(&ray, Interval::positive(), &mut ());
-        met += u32::from(expected.is_some());
+        hit_count += u32::from(expected.is_some());
         for (kind, other) in &others {
             assert_eq!(
                 other.closest(&ray, Interval::positive(), &mut ()),
@@ -238,7 +231,10 @@ fn t02_zeros_of_either_sign_are_one_direction() {
             );
         }
     }
-    assert!((500..2000).contains(&met), "{met} rays met something");
+    assert!(
+        (500..2000).contains(&hit_count),
+        "{hit_count} rays met something"
+    );
 }
 
 /// Protects: a mesh refused for one of its triangles leaves none of its triangles behind, and takes
@@ -254,16 +250,16 @@ fn refused_meshes_leave_nothing() {
     };
     let mut group = PrimitiveSet::<f32>::default();
     assert_eq!(
-        group.mesh([at(0.0), at(f32::NAN)], Visibility::default()),
+        group.add_mesh([at(0.0), at(f32::NAN)], Visibility::default()),
         Err(GeometryError::NotFinite)
     );
     assert_eq!(
         (group.len(), group.objects(), group.triangles().len()),
         (0, 0, 0)
     );
-    assert_eq!(group.mesh([at(5.0)], Visibility::default()), Ok(0));
+    assert_eq!(group.add_mesh([at(5.0)], Visibility::default()), Ok(0));
     let geometry = Geometry::new(group, AcceleratorKind::default());
-    let met = |x: f32| {
+    let closest_hit = |x: f32| {
         geometry.closest(
             &Ray::new(Vec3::new(x, 0.2, 1.0), Vec3::NEG_Z),
             Interval::positive(),
@@ -271,7 +267,8 @@ fn refused_meshes_leave_nothing() {
         )
     };
     assert!(
-        met(0.2).is_none() && met(5.2).is_some_and(|hit| (hit.object, hit.primitive) == (0, 0))
+        closest_hit(0.2).is_none()
+            && closest_hit(5.2).is_some_and(|hit| (hit.object, hit.primitive) == (0, 0))
     );
 }
 
@@ -284,7 +281,7 @@ fn precisions_agree() {
         let v = |x: f64, y: f64, z: f64| R::Vec3::from_f64(DVec3::new(x, y, z));
         let mut group = PrimitiveSet::<R>::default();
         group
-            .sphere(
+            .add_sphere(
                 Sphere {
                     centre: v(0.0, 0.0, 0.0),
                     radius: R::from_f64(1.0),
@@ -313,21 +310,21 @@ fn precisions_agree() {
 fn instances_of_instances_are_refused() {
     let mut middle = PrimitiveSet::<f32>::default();
     let leaf = middle
-        .part(Geometry::new(
-            triangles(&mut Random(3), 5),
+        .add_part(Geometry::new(
+            triangles(&mut QueryRng(3), 5),
             AcceleratorKind::default(),
         ))
         .unwrap();
     middle
-        .instance(leaf, DAffine3::IDENTITY, Visibility::default())
+        .add_instance(leaf, DAffine3::IDENTITY, Visibility::default())
         .unwrap();
     let mut outer = PrimitiveSet::default();
     assert_eq!(
-        outer.part(Geometry::new(middle, AcceleratorKind::default())),
+        outer.add_part(Geometry::new(middle, AcceleratorKind::default())),
         Err(GeometryError::Nested)
     );
     assert_eq!(
-        outer.instance(0, DAffine3::IDENTITY, Visibility::default()),
+        outer.add_instance(0, DAffine3::IDENTITY, Visibility::default()),
         Err(GeometryError::NoPart)
     );
     assert!(outer.is_empty());
@@ -343,11 +340,11 @@ fn nothing_behind_a_hit_is_looked_at() {
     let row = |backwards: bool| {
         let mut group = PrimitiveSet::<f32>::default();
         for i in 0..COUNT {
-            let place = if backwards { COUNT - i } else { i + 1 };
+            let index = if backwards { COUNT - i } else { i + 1 };
             group
-                .sphere(
+                .add_sphere(
                     Sphere {
-                        centre: Vec3::X * (3.0 * place as f32),
+                        centre: Vec3::X * (3.0 * index as f32),
                         radius: 1.0,
                     },
                     Visibility::default(),
@@ -362,32 +359,32 @@ fn nothing_behind_a_hit_is_looked_at() {
             return geometry;
         }
         let mut group = PrimitiveSet::<f32>::default();
-        let part = group.part(geometry).unwrap();
+        let part = group.add_part(geometry).unwrap();
         group
-            .instance(part, halved(), Visibility::default())
+            .add_instance(part, halved(), Visibility::default())
             .unwrap();
         Geometry::new(group, AcceleratorKind::Linear)
     };
     for (kind, backwards) in kinds().flat_map(|kind| [(kind, false), (kind, true)]) {
         for instanced in [false, true] {
-            let (geometry, mut visits) =
+            let (geometry, mut stats) =
                 (shown(kind, backwards, instanced), TraversalStats::default());
             let hit = geometry
                 .closest(
                     &Ray::new(Vec3::ZERO, Vec3::X),
                     Interval::positive(),
-                    &mut visits,
+                    &mut stats,
                 )
                 .expect("a row");
             let nearest = if backwards { COUNT - 1 } else { 0 };
             assert_eq!(hit.object as usize, nearest, "{kind:?}");
-            let told =
-                format!("{kind:?}, backwards {backwards}, instanced {instanced}: {visits:?}");
+            let message =
+                format!("{kind:?}, backwards {backwards}, instanced {instanced}: {stats:?}");
             // An instance counts as a primitive.
-            let tested = visits.primitives - u64::from(instanced);
+            let tested = stats.primitives - u64::from(instanced);
             assert!(
-                visits.nodes <= 2 * u64::from(LEVELS) && tested <= 8,
-                "{told}"
+                stats.nodes <= 2 * u64::from(LEVELS) && tested <= 8,
+                "{message}"
             );
         }
     }

@@ -7,14 +7,14 @@ use raywright_bvh::{
     Visibility,
 };
 
-use super::{ASKED, Random, halved, kinds};
+use super::{ASKED, QueryRng, halved, kinds};
 
 /// A sphere, a disk and a few triangles within two units of the origin.
 fn part<R: Real>(kind: AcceleratorKind) -> Geometry<R> {
-    let (random, mut group) = (&mut Random(7), PrimitiveSet::<R>::default());
+    let (rng, mut group) = (&mut QueryRng(7), PrimitiveSet::<R>::default());
     let v = |p: Vec3| R::Vec3::from_f64(p.as_dvec3());
     group
-        .sphere(
+        .add_sphere(
             Sphere {
                 centre: v(Vec3::X),
                 radius: R::from_f64(0.5),
@@ -23,11 +23,11 @@ fn part<R: Real>(kind: AcceleratorKind) -> Geometry<R> {
         )
         .unwrap();
     group
-        .shape(Disk::new(DVec3::NEG_X, DVec3::Y, 0.75).into(), ASKED)
+        .add_shape(Disk::new(DVec3::NEG_X, DVec3::Y, 0.75).into(), ASKED)
         .unwrap();
     group
-        .mesh(
-            (0..8).map(|_| [(); 3].map(|()| v(random.point() * 0.1))),
+        .add_mesh(
+            (0..8).map(|_| [(); 3].map(|()| v(rng.point() * 0.1))),
             ASKED,
         )
         .unwrap();
@@ -36,23 +36,23 @@ fn part<R: Real>(kind: AcceleratorKind) -> Geometry<R> {
 
 /// A multiple of 1/256 up to `size`. Between two such numbers, the interpolation at a time that is
 /// a multiple of 1/1024 is exact in f64.
-fn coarse(random: &mut Random, size: f64) -> f64 {
-    ((f64::from(random.unit()) * 2.0 - 1.0) * size * 256.0).round() / 256.0
+fn coarse(rng: &mut QueryRng, size: f64) -> f64 {
+    ((f64::from(rng.unit()) * 2.0 - 1.0) * size * 256.0).round() / 256.0
 }
 
 /// Ends of motions: a dozen pairs of maps that stretch, shear and rotate, invertible throughout, on
 /// paths that cross.
-fn journeys(random: &mut Random) -> Vec<[DAffine3; 2]> {
-    let map = |random: &mut Random| DAffine3 {
-        matrix3: DMat3::from_cols_array(&[(); 9].map(|()| coarse(random, 1.5)))
+fn journeys(rng: &mut QueryRng) -> Vec<[DAffine3; 2]> {
+    let map = |rng: &mut QueryRng| DAffine3 {
+        matrix3: DMat3::from_cols_array(&[(); 9].map(|()| coarse(rng, 1.5)))
             + DMat3::IDENTITY * 1.25,
-        translation: DVec3::from_array([(); 3].map(|()| coarse(random, 6.0))),
+        translation: DVec3::from_array([(); 3].map(|()| coarse(rng, 6.0))),
     };
-    let mut probe = PrimitiveSet::<f32>::default();
-    let part = probe.part(part(AcceleratorKind::Linear)).unwrap();
-    let drawn = core::iter::repeat_with(|| [map(random), map(random)]);
+    let mut group = PrimitiveSet::<f32>::default();
+    let part = group.add_part(part(AcceleratorKind::Linear)).unwrap();
+    let drawn = core::iter::repeat_with(|| [map(rng), map(rng)]);
     drawn
-        .filter(|&ends| probe.moving(part, ends, ASKED).is_ok())
+        .filter(|&ends| group.add_moving_instance(part, ends, ASKED).is_ok())
         .take(12)
         .collect()
 }
@@ -66,19 +66,19 @@ fn at(&[start, end]: &[DAffine3; 2], time: f64) -> DAffine3 {
 
 fn moving<R: Real>(journeys: &[[DAffine3; 2]], kind: AcceleratorKind) -> Geometry<R> {
     let mut group = PrimitiveSet::default();
-    let part = group.part(part(kind)).unwrap();
+    let part = group.add_part(part(kind)).unwrap();
     journeys
         .iter()
-        .for_each(|&ends| assert!(group.moving(part, ends, ASKED).is_ok()));
+        .for_each(|&ends| assert!(group.add_moving_instance(part, ends, ASKED).is_ok()));
     Geometry::new(group, kind)
 }
 
 fn standing<R: Real>(journeys: &[[DAffine3; 2]], time: f64) -> Geometry<R> {
     let mut group = PrimitiveSet::default();
-    let part = group.part(part(AcceleratorKind::Linear)).unwrap();
+    let part = group.add_part(part(AcceleratorKind::Linear)).unwrap();
     journeys
         .iter()
-        .for_each(|ends| assert!(group.instance(part, at(ends, time), ASKED).is_ok()));
+        .for_each(|ends| assert!(group.add_instance(part, at(ends, time), ASKED).is_ok()));
     Geometry::new(group, AcceleratorKind::Linear)
 }
 
@@ -95,7 +95,7 @@ fn told<R: Real>(geometry: &Geometry<R>, ray: &Ray<R>) -> (Option<Hit<R>>, Strin
     shown.sort_unstable();
     let place = hit.map(|hit| {
         (
-            geometry.located(ray, &hit),
+            geometry.surface_point(ray, &hit),
             geometry.surface(ray, &hit),
             geometry.parameters(ray, &hit),
         )
@@ -106,16 +106,16 @@ fn told<R: Real>(geometry: &Geometry<R>, ray: &Ray<R>) -> (Option<Hit<R>>, Strin
 /// Traces rays from all sides at a thousand times, towards objects there, through every
 /// accelerator.
 fn met_where_they_are<R: Real>() {
-    let random = &mut Random(21);
-    let journeys = journeys(random);
+    let rng = &mut QueryRng(21);
+    let journeys = journeys(rng);
     let scan = moving::<R>(&journeys, AcceleratorKind::Linear);
     let others: Vec<_> = kinds().map(|kind| moving::<R>(&journeys, kind)).collect();
     let (mut hits, mut named) = (0, [0; 12]);
     for i in 0..1000 {
-        let time = f64::from((random.unit() * 1024.0).round()) / 1024.0;
+        let time = f64::from((rng.unit() * 1024.0).round()) / 1024.0;
         let there = standing::<R>(&journeys, time);
-        let target = at(&journeys[i % 12], time).transform_point3(random.point().as_dvec3() * 0.1);
-        let from = target + random.direction().as_dvec3() * f64::from(20.0 * random.unit() + 0.1);
+        let target = at(&journeys[i % 12], time).transform_point3(rng.point().as_dvec3() * 0.1);
+        let from = target + rng.direction().as_dvec3() * f64::from(20.0 * rng.unit() + 0.1);
         let v = |v: DVec3| R::Vec3::from_f64(v);
         let ray = Ray::new(v(from), v((target - from).normalize()));
         let timed = ray.at_time(R::from_f64(time));
@@ -139,7 +139,7 @@ fn met_where_they_are<R: Real>() {
 /// bits of still instances under the map of that time; by the scan, by box tests and by every tree,
 /// none of which culls a moving instance.
 #[test]
-fn moving_things_are_met_where_they_are() {
+fn moving_objects_are_hit_where_they_are() {
     met_where_they_are::<f32>();
     met_where_they_are::<f64>();
 }
@@ -148,7 +148,7 @@ fn moving_things_are_met_where_they_are() {
 fn ball() -> (PrimitiveSet<f32>, u32) {
     let (mut inner, mut group) = (PrimitiveSet::default(), PrimitiveSet::default());
     inner
-        .sphere(
+        .add_sphere(
             Sphere {
                 centre: Vec3::ZERO,
                 radius: 1.0,
@@ -157,7 +157,7 @@ fn ball() -> (PrimitiveSet<f32>, u32) {
         )
         .unwrap();
     let part = group
-        .part(Geometry::new(inner, AcceleratorKind::default()))
+        .add_part(Geometry::new(inner, AcceleratorKind::default()))
         .unwrap();
     (group, part)
 }
@@ -178,7 +178,7 @@ fn a_ball_on_its_way() {
     for kind in kinds().chain([AcceleratorKind::Linear]) {
         let (mut group, part) = ball();
         group
-            .moving(part, along_x(8.0), Visibility::default())
+            .add_moving_instance(part, along_x(8.0), Visibility::default())
             .unwrap();
         let geometry = Geometry::new(group, kind);
         let bounds = geometry.bounds().unwrap();
@@ -247,7 +247,7 @@ fn ties_go_to_the_lowest_object() {
         let (mut group, part) = ball();
         (0..3).for_each(|i| {
             assert_eq!(
-                group.moving(part, journeys[(first + i) % 3], Visibility::default()),
+                group.add_moving_instance(part, journeys[(first + i) % 3], Visibility::default()),
                 Ok(i as u32)
             )
         });
@@ -266,7 +266,11 @@ fn ties_go_to_the_lowest_object() {
 fn impossible_ways_are_refused() {
     let (mut group, part) = ball();
     let flat = DAffine3::from_scale(DVec3::new(1.0, 0.0, 1.0));
-    let mut refused = |part, ends| group.moving(part, ends, Visibility::default()).unwrap_err();
+    let mut refused = |part, ends| {
+        group
+            .add_moving_instance(part, ends, Visibility::default())
+            .unwrap_err()
+    };
     let half_turn = DAffine3::from_rotation_y(core::f64::consts::PI);
     assert_eq!(
         refused(part, [DAffine3::IDENTITY, half_turn]),
@@ -292,13 +296,13 @@ fn impossible_ways_are_refused() {
 }
 
 /// A function that adds another instance of a part.
-type Adding<'a> = &'a dyn Fn(&mut PrimitiveSet<f32>, u32) -> Result<u32, GeometryError>;
+type AddInstance<'a> = &'a dyn Fn(&mut PrimitiveSet<f32>, u32) -> Result<u32, GeometryError>;
 
 /// Protects: a still instance takes no memory for motion, also if it is added as a motion between
 /// equal maps; a moving instance takes its two maps in addition.
 #[test]
 fn only_motion_takes_bytes() {
-    let more = |add: Adding<'_>| {
+    let more = |add: AddInstance<'_>| {
         let bytes = |count: usize| {
             let (mut group, part) = ball();
             assert!((0..count).all(|_| add(&mut group, part).is_ok()));
@@ -310,15 +314,15 @@ fn only_motion_takes_bytes() {
     // and its magnification; an optional box; rounded to whole cache lines.
     let still = 16 + 64 + 8 + 22 * 8 + 7 * 8 + 16;
     assert_eq!(
-        more(&|group, part| group.instance(part, halved(), ASKED)),
+        more(&|group, part| group.add_instance(part, halved(), ASKED)),
         still
     );
     assert_eq!(
-        more(&|group, part| group.moving(part, [halved(); 2], ASKED)),
+        more(&|group, part| group.add_moving_instance(part, [halved(); 2], ASKED)),
         still
     );
     assert_eq!(
-        more(&|group, part| group.moving(part, along_x(1.0), ASKED)),
+        more(&|group, part| group.add_moving_instance(part, along_x(1.0), ASKED)),
         still + 2 * 12 * 8
     );
 }

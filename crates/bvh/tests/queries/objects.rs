@@ -9,7 +9,7 @@ use raywright_bvh::{
     Visibility,
 };
 
-use super::{Random, halved, kinds, triangles};
+use super::{QueryRng, halved, kinds, triangles};
 
 fn disk() -> AnyShape<f32> {
     Disk::new(DVec3::ZERO, DVec3::Y, 1.0).into()
@@ -32,13 +32,13 @@ fn bytes_count_every_primitive() {
         bytes(9) - bytes(8)
     };
     let own = [
-        more(&|g| g.sphere(ball, Visibility::default())) - size_of::<Sphere<f32>>(),
-        more(&|g| g.triangle([Vec3::ZERO, Vec3::X, Vec3::Y], Visibility::default()))
+        more(&|g| g.add_sphere(ball, Visibility::default())) - size_of::<Sphere<f32>>(),
+        more(&|g| g.add_triangle([Vec3::ZERO, Vec3::X, Vec3::Y], Visibility::default()))
             - size_of::<Triangle<f32>>(),
-        more(&|g| g.plane(Plane::new(Vec3::ZERO, Vec3::Y), Visibility::default()))
+        more(&|g| g.add_plane(Plane::new(Vec3::ZERO, Vec3::Y), Visibility::default()))
             - size_of::<Plane<f32>>(),
-        more(&|g| g.shape(disk(), Visibility::default())) - size_of::<AnyShape<f32>>(),
-        more(&|g| g.placed(disk(), halved(), Visibility::default()))
+        more(&|g| g.add_shape(disk(), Visibility::default())) - size_of::<AnyShape<f32>>(),
+        more(&|g| g.add_transformed(disk(), halved(), Visibility::default()))
             - size_of::<TransformedShape<f32>>(),
     ];
     // Common to all: a slot with object, primitive, flags and an index.
@@ -46,12 +46,12 @@ fn bytes_count_every_primitive() {
     // An instance has at least the numbers of a map and of the inverse of its linear part. Its part
     // is not counted again.
     let instance = |count: usize| {
-        let shown = Geometry::new(triangles(&mut Random(1), count), AcceleratorKind::Linear);
+        let shown = Geometry::new(triangles(&mut QueryRng(1), count), AcceleratorKind::Linear);
         more(&|g| {
             if g.is_empty() {
-                g.part(shown.clone())?;
+                g.add_part(shown.clone())?;
             }
-            g.instance(0, halved(), Visibility::default())
+            g.add_instance(0, halved(), Visibility::default())
         })
     };
     assert!(
@@ -62,7 +62,7 @@ fn bytes_count_every_primitive() {
 }
 
 /// Name of a kind, and a function that adds one across a ray down the y axis.
-type Adding<'a> = (
+type AddPrimitive<'a> = (
     &'static str,
     &'a dyn Fn(&mut PrimitiveSet<f32>, Visibility) -> Result<u32, GeometryError>,
 );
@@ -81,21 +81,25 @@ fn every_kind_casts_its_shadow() {
         Vec3::new(0.0, 0.0, 1.0),
     ];
     let pipe = || AnyShape::from(Cylinder::new(DVec3::ZERO, DVec3::X, 1.0, None, false));
-    let all: [Adding<'_>; 8] = [
-        ("sphere", &|g, v| g.sphere(ball, v)),
-        ("triangle", &|g, v| g.triangle(leaf, v)),
-        ("plane", &|g, v| g.plane(Plane::new(Vec3::ZERO, Vec3::Y), v)),
-        ("disk", &|g, v| g.shape(disk(), v)),
-        ("infinite cylinder", &|g, v| g.shape(pipe(), v)),
-        ("mapped disk", &|g, v| g.placed(disk(), halved(), v)),
+    let all: [AddPrimitive<'_>; 8] = [
+        ("sphere", &|g, v| g.add_sphere(ball, v)),
+        ("triangle", &|g, v| g.add_triangle(leaf, v)),
+        ("plane", &|g, v| {
+            g.add_plane(Plane::new(Vec3::ZERO, Vec3::Y), v)
+        }),
+        ("disk", &|g, v| g.add_shape(disk(), v)),
+        ("infinite cylinder", &|g, v| g.add_shape(pipe(), v)),
+        ("mapped disk", &|g, v| {
+            g.add_transformed(disk(), halved(), v)
+        }),
         ("mapped infinite cylinder", &|g, v| {
-            g.placed(pipe(), halved(), v)
+            g.add_transformed(pipe(), halved(), v)
         }),
         ("instance", &|g, v| {
             let mut inner = PrimitiveSet::default();
-            inner.shape(disk(), Visibility::default())?;
-            let inner = g.part(Geometry::new(inner, AcceleratorKind::default()))?;
-            g.instance(inner, halved(), v)
+            inner.add_shape(disk(), Visibility::default())?;
+            let inner = g.add_part(Geometry::new(inner, AcceleratorKind::default()))?;
+            g.add_instance(inner, halved(), v)
         }),
     ];
     let ray = Ray::new(Vec3::Y * 3.0, Vec3::NEG_Y);
@@ -109,7 +113,7 @@ fn every_kind_casts_its_shadow() {
             let mut group = PrimitiveSet::<f32>::default();
             for i in 0..others {
                 group
-                    .sphere(
+                    .add_sphere(
                         Sphere {
                             centre: Vec3::X * (5.0 + 3.0 * i as f32),
                             radius: 1.0,
@@ -127,17 +131,17 @@ fn every_kind_casts_its_shadow() {
             )
             .unwrap();
             let geometry = Geometry::new(group, kind);
-            let told = format!("{name} among {others}, {kind:?}, {occlusion:?}");
+            let message = format!("{name} among {others}, {kind:?}, {occlusion:?}");
             let hit = geometry
                 .closest(&ray, Interval::positive(), &mut ())
-                .expect(&told);
-            assert_eq!(hit.outermost(), id, "{told}");
+                .expect(&message);
+            assert_eq!(hit.outermost(), id, "{message}");
             for (max, reached) in [(f32::INFINITY, true), (hit.t * 0.99, false)] {
                 let hidden = geometry.any(&ray, Interval { min: 0.0, max }, &mut |_| true, &mut ());
                 assert_eq!(
                     hidden,
                     occlusion != Occlusion::None && reached,
-                    "{told} up to {max}"
+                    "{message} up to {max}"
                 );
             }
         }
@@ -147,7 +151,7 @@ fn every_kind_casts_its_shadow() {
 /// Protects: unbounded shapes of a part are hit through its instances at any distance from all
 /// bounded shapes, by closest and any-hit queries, alone in the part and beside a sphere.
 #[test]
-fn endless_shapes_are_met_through_instances() {
+fn unbounded_shapes_are_hit_through_instances() {
     let pipe = || {
         AnyShape::from(Cylinder::new(
             DVec3::NEG_Y,
@@ -157,9 +161,11 @@ fn endless_shapes_are_met_through_instances() {
             false,
         ))
     };
-    let endless: [Adding<'_>; 2] = [
-        ("plane", &|g, v| g.plane(Plane::new(Vec3::ZERO, Vec3::Y), v)),
-        ("infinite cylinder", &|g, v| g.shape(pipe(), v)),
+    let endless: [AddPrimitive<'_>; 2] = [
+        ("plane", &|g, v| {
+            g.add_plane(Plane::new(Vec3::ZERO, Vec3::Y), v)
+        }),
+        ("infinite cylinder", &|g, v| g.add_shape(pipe(), v)),
     ];
     let (start, map) = (
         Vec3::new(500.0, 3.0, 500.0),
@@ -173,7 +179,7 @@ fn endless_shapes_are_met_through_instances() {
         let mut inner = PrimitiveSet::default();
         if beside {
             inner
-                .sphere(
+                .add_sphere(
                     Sphere {
                         centre: Vec3::ZERO,
                         radius: 1.0,
@@ -183,23 +189,25 @@ fn endless_shapes_are_met_through_instances() {
                 .unwrap();
         }
         add(&mut inner, Visibility::default()).unwrap();
-        let mut group = triangles(&mut Random(7), 40);
-        let part = group.part(Geometry::new(inner, kind)).unwrap();
-        let instance = group.instance(part, map, Visibility::default()).unwrap();
+        let mut group = triangles(&mut QueryRng(7), 40);
+        let part = group.add_part(Geometry::new(inner, kind)).unwrap();
+        let instance = group
+            .add_instance(part, map, Visibility::default())
+            .unwrap();
         let (geometry, ray) = (Geometry::new(group, kind), Ray::new(start, Vec3::NEG_Y));
-        let told = format!("{name}, beside a ball {beside}, {kind:?}");
+        let message = format!("{name}, beside a ball {beside}, {kind:?}");
         let hit = geometry
             .closest(&ray, Interval::positive(), &mut ())
-            .expect(&told);
+            .expect(&message);
         assert!(
             hit.instance == instance && (hit.t - 8.0).abs() < 1e-5,
-            "{told}: {hit:?}"
+            "{message}: {hit:?}"
         );
         for (max, hidden) in [(f32::INFINITY, true), (7.9, false)] {
             assert_eq!(
                 geometry.any(&ray, Interval { min: 0.0, max }, &mut |_| false, &mut ()),
                 hidden,
-                "{told} up to {max}"
+                "{message} up to {max}"
             );
         }
     }
@@ -229,18 +237,18 @@ fn occlusion_belongs_to_objects() {
         for kind in [AcceleratorKind::Linear, AcceleratorKind::default()] {
             let mut inner = PrimitiveSet::<f32>::default();
             inner
-                .mesh([flat(3.0), flat(4.0)], being(Occlusion::None))
+                .add_mesh([flat(3.0), flat(4.0)], being(Occlusion::None))
                 .unwrap();
             let mut group = PrimitiveSet::<f32>::default();
-            let part = group.part(Geometry::new(inner, kind)).unwrap();
-            group.mesh([flat(1.0), flat(2.0)], being(own)).unwrap();
+            let part = group.add_part(Geometry::new(inner, kind)).unwrap();
+            group.add_mesh([flat(1.0), flat(2.0)], being(own)).unwrap();
             group
-                .instance(part, DAffine3::IDENTITY, being(instanced))
+                .add_instance(part, DAffine3::IDENTITY, being(instanced))
                 .unwrap();
             let geometry = Geometry::new(group, kind);
-            let mut asked = Vec::new();
+            let mut requested = Vec::new();
             let mut ask = |hit: &Hit<f32>| {
-                asked.push((hit.outermost(), hit.t));
+                requested.push((hit.outermost(), hit.t));
                 false
             };
             let found = geometry.any(
@@ -249,7 +257,7 @@ fn occlusion_belongs_to_objects() {
                 &mut ask,
                 &mut (),
             );
-            asked.sort_by(|a, b| a.1.total_cmp(&b.1));
+            requested.sort_by(|a, b| a.1.total_cmp(&b.1));
             assert_eq!(
                 found,
                 own == Occlusion::Opaque || instanced == Occlusion::Opaque,
@@ -268,7 +276,7 @@ fn occlusion_belongs_to_objects() {
                     shown(instanced, vec![(1, 3.0), (1, 4.0)]),
                 ]
                 .concat();
-                assert_eq!(asked, expected, "{own:?} {instanced:?}");
+                assert_eq!(requested, expected, "{own:?} {instanced:?}");
             }
         }
     }
@@ -288,13 +296,13 @@ fn hits_name_their_objects() {
     let row = |x: f32| (0..5).map(move |i| at(x, 5.0 - i as f32));
     for kind in kinds().chain([AcceleratorKind::Linear]) {
         let mut inner = PrimitiveSet::<f32>::default();
-        inner.mesh(row(0.0), Visibility::default()).unwrap();
-        inner.mesh(row(1.0), Visibility::default()).unwrap();
+        inner.add_mesh(row(0.0), Visibility::default()).unwrap();
+        inner.add_mesh(row(1.0), Visibility::default()).unwrap();
         let mut group = PrimitiveSet::<f32>::default();
-        group.mesh(row(10.0), Visibility::default()).unwrap();
-        group.mesh([], Visibility::default()).unwrap();
+        group.add_mesh(row(10.0), Visibility::default()).unwrap();
+        group.add_mesh([], Visibility::default()).unwrap();
         let ball = group
-            .sphere(
+            .add_sphere(
                 Sphere {
                     centre: Vec3::new(-3.0, 0.0, 0.0),
                     radius: 1.0,
@@ -302,10 +310,12 @@ fn hits_name_their_objects() {
                 Visibility::default(),
             )
             .unwrap();
-        let part = group.part(Geometry::new(inner, kind)).unwrap();
+        let part = group.add_part(Geometry::new(inner, kind)).unwrap();
         let moved = DAffine3::from_translation(DVec3::new(20.0, 0.0, 0.0));
-        let instance = group.instance(part, moved, Visibility::default()).unwrap();
-        let last = group.mesh(row(30.0), Visibility::default()).unwrap();
+        let instance = group
+            .add_instance(part, moved, Visibility::default())
+            .unwrap();
+        let last = group.add_mesh(row(30.0), Visibility::default()).unwrap();
         assert_eq!(
             (ball, instance, last, group.objects(), group.len()),
             (2, 3, 4, 5, 12)
@@ -339,15 +349,17 @@ fn the_outermost_object_decides_first() {
         let at = |i: usize| {
             [(0.0, 0.0), (0.5, 0.0), (0.0, 0.5)].map(|(u, v)| Vec3::new(x + u, v, -(i as f32)))
         };
-        inner.mesh((0..2).map(at), Visibility::default()).unwrap();
+        inner
+            .add_mesh((0..2).map(at), Visibility::default())
+            .unwrap();
     }
     let mut group = PrimitiveSet::<f32>::default();
     let part = group
-        .part(Geometry::new(inner, AcceleratorKind::Linear))
+        .add_part(Geometry::new(inner, AcceleratorKind::Linear))
         .unwrap();
     for x in [0.0, 10.0] {
         group
-            .instance(
+            .add_instance(
                 part,
                 DAffine3::from_translation(DVec3::new(x, 0.0, 0.0)),
                 Visibility::default(),
@@ -391,16 +403,16 @@ fn coordinates_of_instances_run_in_the_world() {
     let mut inner = PrimitiveSet::<f32>::default();
     let quad = Quad::new(DVec3::ZERO, DVec3::X * 2.0, DVec3::Y * 2.0);
     inner
-        .shape(AnyShape::Quad(quad), Visibility::default())
+        .add_shape(AnyShape::Quad(quad), Visibility::default())
         .unwrap();
     let mut group = PrimitiveSet::<f32>::default();
     let part = group
-        .part(Geometry::new(inner, AcceleratorKind::Linear))
+        .add_part(Geometry::new(inner, AcceleratorKind::Linear))
         .unwrap();
     // Maps x to 3y and y to −x.
     let turn = DMat3::from_cols(DVec3::Y * 3.0, -DVec3::X, DVec3::Z);
     group
-        .instance(part, DAffine3::from_mat3(turn), Visibility::default())
+        .add_instance(part, DAffine3::from_mat3(turn), Visibility::default())
         .unwrap();
     let geometry = Geometry::new(group, AcceleratorKind::Linear);
     let ray = Ray::new(Vec3::new(-0.5, 1.5, 1.0), Vec3::NEG_Z);
@@ -440,18 +452,18 @@ fn the_first_of_coincident_objects_is_hit() {
         let mut group = PrimitiveSet::<f64>::default();
         for i in 0..4 {
             group
-                .shape(shapes[(turn + i) % 4], Visibility::default())
+                .add_shape(shapes[(turn + i) % 4], Visibility::default())
                 .unwrap();
         }
         let above = group
-            .shape(
+            .add_shape(
                 Disk::new(DVec3::Y * 1e-9, DVec3::Y, 0.1).into(),
                 Visibility::default(),
             )
             .unwrap();
-        let (geometry, random) = (Geometry::new(group, kind), &mut Random(3));
+        let (geometry, rng) = (Geometry::new(group, kind), &mut QueryRng(3));
         for _ in 0..2000 {
-            let [x, z] = [random.unit(), random.unit()].map(|unit| f64::from(unit) * 1.2 - 0.6);
+            let [x, z] = [rng.unit(), rng.unit()].map(|unit| f64::from(unit) * 1.2 - 0.6);
             let target = DVec3::new(x, 0.0, z);
             let expected = if target.length() < 0.1 { above } else { 0 };
             for length in [1.0, 1e10, 1e-10] {

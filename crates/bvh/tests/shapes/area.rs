@@ -4,7 +4,7 @@ use glam::{DAffine3, DVec3};
 use raywright_bvh::shapes::{Shape, ShapeHit, Sphere, TransformedShape};
 use raywright_bvh::{Interval, PreparedRay, Ray, Side, Vector};
 
-use super::gallery::{Random, gallery};
+use super::gallery::{ShapeRng, gallery};
 
 /// A test function that differs between parts and normals of a surface, so that a locally wrong
 /// density shows.
@@ -17,19 +17,19 @@ fn measured(p: DVec3, n: DVec3) -> f64 {
 fn by_lines(all_hits: impl Fn(&PreparedRay, f64) -> Option<(DVec3, DVec3, f64)>) -> f64 {
     const RADIUS: f64 = 4.0;
     const LINES: u32 = 300_000;
-    let random = &mut Random(77);
+    let rng = &mut ShapeRng(77);
     let mut sum = 0.0;
     for _ in 0..LINES {
-        let d = random.direction();
+        let d = rng.direction();
         let across = d.any_orthonormal_pair();
         let (r, a) = (
-            RADIUS * random.unit().sqrt(),
-            random.unit() * core::f64::consts::TAU,
+            RADIUS * rng.unit().sqrt(),
+            rng.unit() * core::f64::consts::TAU,
         );
         let origin = across.0 * (r * a.cos()) + across.1 * (r * a.sin()) - d * (2.0 * RADIUS);
-        let probe = PreparedRay::new(Ray::<f64>::new(origin, d));
+        let prepared_ray = PreparedRay::new(Ray::<f64>::new(origin, d));
         let mut from = 0.0;
-        while let Some((p, n, t)) = all_hits(&probe, from) {
+        while let Some((p, n, t)) = all_hits(&prepared_ray, from) {
             sum += measured(p, n);
             from = t;
         }
@@ -63,9 +63,9 @@ fn samples_agree_with_lines() {
             min: from,
             max: f64::INFINITY,
         };
-        let lines = by_lines(|probe, from| {
-            let hit = shape.intersect(probe, range(from), Side::Both)?;
-            let s = shape.locate(probe, hit);
+        let lines = by_lines(|prepared_ray, from| {
+            let hit = shape.intersect(prepared_ray, range(from), Side::Both)?;
+            let s = shape.locate(prepared_ray, hit);
             Some((s.point, s.normal, hit.t))
         });
         let samples = by_samples(|u, v| {
@@ -81,11 +81,11 @@ fn samples_agree_with_lines() {
             (samples / lines - 1.0).abs() < 0.025,
             "{name}: samples say {samples}, lines {lines}"
         );
-        let placed = TransformedShape::<f64>::new(shape, map).unwrap();
-        let lines = by_lines(|probe, from| {
-            let hit = placed.intersect(probe, range(from), Side::Both)?;
-            let s = placed.locate(probe, hit);
-            let density = placed.density_at(&s).unwrap();
+        let transformed_shape = TransformedShape::<f64>::new(shape, map).unwrap();
+        let lines = by_lines(|prepared_ray, from| {
+            let hit = transformed_shape.intersect(prepared_ray, range(from), Side::Both)?;
+            let s = transformed_shape.locate(prepared_ray, hit);
+            let density = transformed_shape.density_at(&s).unwrap();
             assert!(
                 density.is_finite() && density > 0.0,
                 "{name}: density {density}"
@@ -93,7 +93,7 @@ fn samples_agree_with_lines() {
             Some((s.point, s.normal, hit.t))
         });
         let samples = by_samples(|u, v| {
-            placed
+            transformed_shape
                 .sample_area(u, v)
                 .map(|(s, d)| (s.point, s.normal, d))
                 .unwrap()
@@ -112,7 +112,7 @@ fn samples_agree_with_lines() {
 fn m02_densities_are_those_of_small_squares() {
     const STEP: f64 = 1e-5;
     const POINTS: u32 = 2000;
-    let random = &mut Random(9);
+    let rng = &mut ShapeRng(9);
     let map = DAffine3::from_axis_angle(DVec3::new(1.0, 2.0, 3.0).normalize(), 1.0)
         * DAffine3::from_scale(DVec3::new(-0.8, 1.3, 0.6));
     for (name, shape, _) in gallery::<f64>()
@@ -120,12 +120,12 @@ fn m02_densities_are_those_of_small_squares() {
         .filter(|(_, shape, _)| shape.area().is_some())
     {
         for map in [DAffine3::IDENTITY, map] {
-            let placed = TransformedShape::<f64>::new(shape, map).unwrap();
-            let at = |u: f64, v: f64| placed.sample_area(u, v).unwrap().0;
+            let transformed_shape = TransformedShape::<f64>::new(shape, map).unwrap();
+            let at = |u: f64, v: f64| transformed_shape.sample_area(u, v).unwrap().0;
             let mut judged = 0;
             for _ in 0..POINTS {
-                let (u, v) = (0.01 + 0.98 * random.unit(), 0.01 + 0.98 * random.unit());
-                let (here, density) = placed.sample_area(u, v).unwrap();
+                let (u, v) = (0.01 + 0.98 * rng.unit(), 0.01 + 0.98 * rng.unit());
+                let (surface_point, density) = transformed_shape.sample_area(u, v).unwrap();
                 let ends = [
                     at(u - STEP, v),
                     at(u + STEP, v),
@@ -135,10 +135,10 @@ fn m02_densities_are_those_of_small_squares() {
                 let [left, right, down, up] = ends.map(|end| end.point);
                 // Where parts join, numbers wrap around, or samples crowd as near the centre of a
                 // disk, the square is not small.
-                let bent = |a: DVec3, b: DVec3| {
-                    (a + b - here.point * 2.0).length() > 1e-3 * (a - b).length()
+                let curved = |a: DVec3, b: DVec3| {
+                    (a + b - surface_point.point * 2.0).length() > 1e-3 * (a - b).length()
                 };
-                if bent(left, right) || bent(down, up) {
+                if curved(left, right) || curved(down, up) {
                     continue;
                 }
                 let covered = (right - left).cross(up - down).length() / (4.0 * STEP * STEP);
@@ -146,7 +146,7 @@ fn m02_densities_are_those_of_small_squares() {
                     (covered * density - 1.0).abs() < 1e-5,
                     "{name} at {u}, {v}: density {density}, area {covered}"
                 );
-                let found = placed.density_at(&here).unwrap();
+                let found = transformed_shape.density_at(&surface_point).unwrap();
                 assert!(
                     (found / density - 1.0).abs() < 1e-9,
                     "{name} at {u}, {v}: {found} and {density}"
@@ -209,7 +209,7 @@ fn areas_are_those_of_the_textbooks() {
     let (eu, ev) = (DVec3::new(1.5, 0.5, 0.0), DVec3::new(0.25, 0.75, 1.0));
     for (name, shape, _) in gallery::<f64>() {
         let Some(area) = shape.area() else { continue };
-        let wanted = match name {
+        let expected = match name {
             "sphere" => 4.0 * pi * 1.25 * 1.25,
             "disk" => pi * 1.5 * 1.5,
             "quad" => eu.cross(ev).length(),
@@ -236,8 +236,8 @@ fn areas_are_those_of_the_textbooks() {
             1e-6
         };
         assert!(
-            (area / wanted - 1.0).abs() < room,
-            "{name}: area {area}, wanted {wanted}"
+            (area / expected - 1.0).abs() < room,
+            "{name}: area {area}, wanted {expected}"
         );
         const STEPS: u32 = 300;
         let at = |i: u32| (f64::from(i) + 0.5) / f64::from(STEPS);
@@ -247,8 +247,8 @@ fn areas_are_those_of_the_textbooks() {
             .sum();
         let mean = sum / f64::from(STEPS * STEPS);
         assert!(
-            (mean / wanted - 1.0).abs() < 1e-3,
-            "{name}: area {wanted}, mean {mean}"
+            (mean / expected - 1.0).abs() < 1e-3,
+            "{name}: area {expected}, mean {mean}"
         );
     }
 }
@@ -278,11 +278,11 @@ fn mapped_areas() {
     assert!((area(disk, map) / (pi * 0.25 * 6.0) - 1.0).abs() < 1e-9);
     let (eu, ev) = (DVec3::new(1.0, 2.0, 0.0), DVec3::new(0.0, 1.0, 1.0));
     let quad: AnyShape<f64> = Quad::new(DVec3::ONE, eu, ev).into();
-    let wanted = map
+    let expected = map
         .transform_vector3(eu)
         .cross(map.transform_vector3(ev))
         .length();
-    assert!((area(quad, map) / wanted - 1.0).abs() < 1e-9);
+    assert!((area(quad, map) / expected - 1.0).abs() < 1e-9);
     for k in [1e-3, 1e-2, 0.3, 3.0, 1e2, 1e3_f64] {
         let ball: AnyShape<f64> = Sphere {
             centre: DVec3::ZERO,
@@ -290,7 +290,7 @@ fn mapped_areas() {
         }
         .into();
         // Prolate by the arc sine of the eccentricity, oblate by the inverse hyperbolic tangent.
-        let wanted = if k > 1.0 {
+        let expected = if k > 1.0 {
             let e = (1.0 - 1.0 / (k * k)).sqrt();
             2.0 * pi * (1.0 + k / e * e.asin())
         } else {
@@ -300,8 +300,8 @@ fn mapped_areas() {
         let got = area(ball, DAffine3::from_scale(DVec3::new(1.0, k, 1.0)));
         let room = if (0.1..10.0).contains(&k) { 1e-3 } else { 1e-2 };
         assert!(
-            (got / wanted - 1.0).abs() < room,
-            "spheroid {k}: {got} for {wanted}"
+            (got / expected - 1.0).abs() < room,
+            "spheroid {k}: {got} for {expected}"
         );
     }
 }
@@ -310,7 +310,7 @@ fn mapped_areas() {
 /// surface again.
 #[test]
 fn rays_leave_drawn_points() {
-    let random = &mut Random(5);
+    let rng = &mut ShapeRng(5);
     for (name, shape, _) in gallery::<f32>() {
         if matches!(
             name,
@@ -320,16 +320,16 @@ fn rays_leave_drawn_points() {
             continue;
         }
         for _ in 0..2000 {
-            let (u, v) = (random.unit() as f32, random.unit() as f32);
-            let (located, _) = shape
+            let (u, v) = (rng.unit() as f32, rng.unit() as f32);
+            let (surface_point, _) = shape
                 .sample_area(u.min(0.999_999_9), v.min(0.999_999_9))
                 .unwrap();
-            let s = located.stored::<f32>();
-            let d = random.direction().as_vec3();
+            let s = surface_point.to_scalar::<f32>();
+            let d = rng.direction().as_vec3();
             let d = if d.dot(s.normal) < 0.0 { -d } else { d };
-            let probe = PreparedRay::new(Ray::<f32>::new(s.spawn(d), d));
+            let prepared_ray = PreparedRay::new(Ray::<f32>::new(s.spawn(d), d));
             let again: Option<ShapeHit<f32>> =
-                shape.intersect(&probe, Interval::positive(), Side::Both);
+                shape.intersect(&prepared_ray, Interval::positive(), Side::Both);
             assert!(
                 again.is_none(),
                 "{name}: {s:?} direction {:?} hits again: {again:?}",
@@ -345,29 +345,33 @@ fn rays_leave_drawn_points() {
 #[test]
 fn drawn_points_of_quads_are_off_by_their_fold() {
     use raywright_bvh::shapes::{Quad, SampleArea};
-    let random = &mut Random(11);
+    let rng = &mut ShapeRng(11);
     let mut folded = 0;
     for i in 0..2000 {
-        let corner = DVec3::new(random.unit(), random.unit(), random.unit()) * 100.0;
-        let [u, v] = [random.direction(), random.direction()];
+        let corner = DVec3::new(rng.unit(), rng.unit(), rng.unit()) * 100.0;
+        let [u, v] = [rng.direction(), rng.direction()];
         let flat = i % 2 == 0;
         let quad = if flat {
             Quad::<f32>::new(corner, DVec3::X * 3.0, DVec3::Z * 2.0)
         } else {
             Quad::new(corner, u, v)
         };
-        let (located, _) = quad.sample_area(random.unit() as f32, random.unit() as f32);
-        let off = |c: &glam::Vec3| (c.as_dvec3() - located.point).dot(located.normal).abs();
+        let (surface_point, _) = quad.sample_area(rng.unit() as f32, rng.unit() as f32);
+        let off = |c: &glam::Vec3| {
+            (c.as_dvec3() - surface_point.point)
+                .dot(surface_point.normal)
+                .abs()
+        };
         let farthest = quad.corners.iter().map(off).fold(0.0, f64::max);
         assert!(
-            farthest <= located.error,
+            farthest <= surface_point.error,
             "{quad:?}: {farthest:e} of {:e}",
-            located.error
+            surface_point.error
         );
         assert!(
-            !flat || located.error < 1e-12,
+            !flat || surface_point.error < 1e-12,
             "{quad:?}: {:e}",
-            located.error
+            surface_point.error
         );
         folded += u32::from(farthest > 1e-7);
     }

@@ -61,8 +61,8 @@ fn bounds_are_tight() {
         * DAffine3::from_scale(DVec3::new(-0.8, 1.3, 0.6));
     for (name, shape, _) in gallery::<f64>() {
         for map in [DAffine3::IDENTITY, turned] {
-            let placed = TransformedShape::<f64>::new(shape, map).unwrap();
-            let Some(bounds) = placed.bounds() else {
+            let transformed_shape = TransformedShape::<f64>::new(shape, map).unwrap();
+            let Some(bounds) = transformed_shape.bounds() else {
                 assert!(
                     name == "plane" || name == "infinite cylinder",
                     "{name} has no box"
@@ -74,7 +74,7 @@ fn bounds_are_tight() {
                 for (direction, side) in
                     [(axis, bounds.max.dot(axis)), (-axis, -bounds.min.dot(axis))]
                 {
-                    let room = side - reach(&placed, direction);
+                    let room = side - reach(&transformed_shape, direction);
                     assert!(
                         room >= -1e-12 * extent,
                         "{name} sticks out of {bounds:?} by {room:e} along {direction:?}"

@@ -10,9 +10,9 @@ use raywright_bvh::{Real, Vector};
 use crate::split_mix::step;
 
 /// A small seeded generator (SplitMix64), so that a failure can be repeated.
-pub struct Random(pub u64);
+pub struct ShapeRng(pub u64);
 
-impl Random {
+impl ShapeRng {
     pub fn unit(&mut self) -> f64 {
         (step(&mut self.0) >> 11) as f64 / (1_u64 << 53) as f64
     }

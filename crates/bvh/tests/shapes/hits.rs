@@ -6,25 +6,35 @@ use raywright_bvh::{
     Aabb, Interval, Parameters, PreparedRay, Ray, Real, Side, SurfacePoint, Vector,
 };
 
-use super::gallery::{Oracle, Random, gallery};
+use super::gallery::{Oracle, ShapeRng, gallery};
 
 /// A shape, with or without a map.
 trait Subject<R: Real> {
-    fn hit(&self, probe: &PreparedRay, range: Interval<R>, side: Side) -> Option<ShapeHit<R>>;
-    fn at(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> SurfacePoint;
-    fn coordinates(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R>;
+    fn hit(
+        &self,
+        prepared_ray: &PreparedRay,
+        range: Interval<R>,
+        side: Side,
+    ) -> Option<ShapeHit<R>>;
+    fn at(&self, prepared_ray: &PreparedRay, hit: ShapeHit<R>) -> SurfacePoint;
+    fn coordinates(&self, prepared_ray: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R>;
     fn extent(&self) -> Option<Aabb>;
 }
 
 impl<R: Real> Subject<R> for AnyShape<R> {
-    fn hit(&self, probe: &PreparedRay, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
-        self.intersect(probe, range, side)
+    fn hit(
+        &self,
+        prepared_ray: &PreparedRay,
+        range: Interval<R>,
+        side: Side,
+    ) -> Option<ShapeHit<R>> {
+        self.intersect(prepared_ray, range, side)
     }
-    fn at(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> SurfacePoint {
-        self.locate(probe, hit)
+    fn at(&self, prepared_ray: &PreparedRay, hit: ShapeHit<R>) -> SurfacePoint {
+        self.locate(prepared_ray, hit)
     }
-    fn coordinates(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
-        self.parameters(probe, hit)
+    fn coordinates(&self, prepared_ray: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
+        self.parameters(prepared_ray, hit)
     }
     fn extent(&self) -> Option<Aabb> {
         self.bounds()
@@ -32,14 +42,19 @@ impl<R: Real> Subject<R> for AnyShape<R> {
 }
 
 impl<R: Real> Subject<R> for TransformedShape<R> {
-    fn hit(&self, probe: &PreparedRay, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
-        self.intersect(probe, range, side)
+    fn hit(
+        &self,
+        prepared_ray: &PreparedRay,
+        range: Interval<R>,
+        side: Side,
+    ) -> Option<ShapeHit<R>> {
+        self.intersect(prepared_ray, range, side)
     }
-    fn at(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> SurfacePoint {
-        self.locate(probe, hit)
+    fn at(&self, prepared_ray: &PreparedRay, hit: ShapeHit<R>) -> SurfacePoint {
+        self.locate(prepared_ray, hit)
     }
-    fn coordinates(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
-        self.parameters(probe, hit)
+    fn coordinates(&self, prepared_ray: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
+        self.parameters(prepared_ray, hit)
     }
     fn extent(&self) -> Option<Aabb> {
         self.bounds()
@@ -91,16 +106,16 @@ fn crossings(
 }
 
 fn check<R: Real>(name: &str, subject: &impl Subject<R>, oracle: &Oracle, tolerance: f64) -> u32 {
-    let random = &mut Random(0x5eed + name.len() as u64);
+    let rng = &mut ShapeRng(0x5eed + name.len() as u64);
     let mut hits = 0;
     for index in 0..1000 {
         let inside = index % 3 == 0;
         let origin = if inside {
-            random.cube() * 1.5
+            rng.cube() * 1.5
         } else {
-            random.direction() * (4.0 + random.unit())
+            rng.direction() * (4.0 + rng.unit())
         };
-        let direction = (random.cube() * 1.5 - origin).normalize();
+        let direction = (rng.cube() * 1.5 - origin).normalize();
         let vector = |v: DVec3| R::Vec3::from_f64(v);
         let ray = Ray::<R>::new(vector(origin), vector(direction));
         let (o, d) = (ray.origin.to_f64(), ray.direction.to_f64());
@@ -108,8 +123,8 @@ fn check<R: Real>(name: &str, subject: &impl Subject<R>, oracle: &Oracle, tolera
         if doubtful {
             continue;
         }
-        let probe = PreparedRay::new(ray);
-        for (side, wanted) in [
+        let prepared_ray = PreparedRay::new(ray);
+        for (side, wanted_value) in [
             (Side::Both, expected.first()),
             (Side::Outside, expected.iter().find(|e| e.1)),
             (Side::Inside, expected.iter().find(|e| !e.1)),
@@ -118,12 +133,12 @@ fn check<R: Real>(name: &str, subject: &impl Subject<R>, oracle: &Oracle, tolera
                 min: R::ZERO,
                 max: R::from_f64(20.0),
             };
-            let got = subject.hit(&probe, range, side);
+            let got = subject.hit(&prepared_ray, range, side);
             let place = format!("{name} ray {index} {side:?} origin {o:?} direction {d:?}");
-            let (Some(got), Some(&(t, falls))) = (got, wanted) else {
+            let (Some(got), Some(&(t, falls))) = (got, wanted_value) else {
                 assert!(
-                    got.is_none() && wanted.is_none(),
-                    "{place}: got {got:?}, expected {wanted:?}"
+                    got.is_none() && wanted_value.is_none(),
+                    "{place}: got {got:?}, expected {wanted_value:?}"
                 );
                 continue;
             };
@@ -133,14 +148,22 @@ fn check<R: Real>(name: &str, subject: &impl Subject<R>, oracle: &Oracle, tolera
                 "{place}: t {:?}, expected {t}",
                 got.t
             );
-            check_surface::<R>(&place, subject, oracle, &probe, got, falls, tolerance);
+            check_surface::<R>(
+                &place,
+                subject,
+                oracle,
+                &prepared_ray,
+                got,
+                falls,
+                tolerance,
+            );
             // The interval is open at the hit itself.
             let closed = Interval {
                 min: range.min,
                 max: got.t,
             };
             assert!(
-                subject.hit(&probe, closed, side).is_none(),
+                subject.hit(&prepared_ray, closed, side).is_none(),
                 "{place}: hit at the excluded end"
             );
         }
@@ -152,20 +175,20 @@ fn check_surface<R: Real>(
     place: &str,
     subject: &impl Subject<R>,
     oracle: &Oracle,
-    probe: &PreparedRay,
+    prepared_ray: &PreparedRay,
     hit: ShapeHit<R>,
     falls: bool,
     tolerance: f64,
 ) {
-    let located = subject.at(probe, hit);
-    let (p, n) = (located.point.to_f64(), located.normal.to_f64());
-    let d = probe.direction;
+    let surface_point = subject.at(prepared_ray, hit);
+    let (p, n) = (surface_point.point.to_f64(), surface_point.normal.to_f64());
+    let d = prepared_ray.direction;
     assert!(
         (oracle.value)(p).abs() <= tolerance * 4.0,
         "{place}: {p:?} is off the surface by {}",
         (oracle.value)(p)
     );
-    let along = probe.origin + d * hit.t.to_f64();
+    let along = prepared_ray.origin + d * hit.t.to_f64();
     assert!(
         (p - along).length() <= tolerance * 40.0,
         "{place}: {p:?} is off the ray, {along:?}"
@@ -199,7 +222,7 @@ fn check_surface<R: Real>(
             "{place}: {p:?} outside {bounds:?}"
         );
     }
-    let parameters = subject.coordinates(probe, hit);
+    let parameters = subject.coordinates(prepared_ray, hit);
     let across = parameters.dpdu.to_f64();
     assert!(
         parameters.u.is_finite() && parameters.v.is_finite(),
@@ -218,10 +241,10 @@ fn all<R: Real>(tolerance: f64) {
     for (name, shape, oracle) in gallery::<R>() {
         let hits = check::<R>(name, &shape, &oracle, tolerance);
         assert!(hits > 30, "{name}: only {hits} hits");
-        let placed = TransformedShape::<R>::new(shape, map).unwrap();
+        let transformed_shape = TransformedShape::<R>::new(shape, map).unwrap();
         let hits = check::<R>(
             &format!("{name}, placed"),
-            &placed,
+            &transformed_shape,
             &oracle.under(map),
             tolerance * 4.0,
         );
@@ -260,15 +283,15 @@ fn points_keep_from_borders_of_long_quads() {
             (0.6, height - near),
         ] {
             let ray = Ray::<f64>::new(DVec3::new(x, y, 1.0), DVec3::NEG_Z);
-            let probe = PreparedRay::new(Ray::<f32>::new(
+            let prepared_ray = PreparedRay::new(Ray::<f32>::new(
                 Vector::from_f64(ray.origin),
                 Vector::from_f64(ray.direction),
             ));
             // A ray that rounding moved over the border has no hit.
-            let Some(hit) = quad.intersect(&probe, Interval::positive(), Side::Both) else {
+            let Some(hit) = quad.intersect(&prepared_ray, Interval::positive(), Side::Both) else {
                 continue;
             };
-            let p = quad.locate(&probe, hit).point;
+            let p = quad.locate(&prepared_ray, hit).point;
             let from_border = p.x.min(width - p.x).min(p.y).min(height - p.y);
             assert!(
                 (from_border / kept - 1.0).abs() < 1e-3,

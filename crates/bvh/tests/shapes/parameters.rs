@@ -4,23 +4,23 @@ use glam::{DAffine3, DVec2, DVec3};
 use raywright_bvh::shapes::{AnyShape, TransformedShape};
 use raywright_bvh::{Interval, Parameters, PreparedRay, Ray, Side};
 
-use super::gallery::{Random, gallery};
+use super::gallery::{ShapeRng, gallery};
 
 /// Point, normal and texture coordinates at the first hit of a ray.
-struct Found {
+struct HitParameters {
     point: DVec3,
     normal: DVec3,
     parameters: Parameters<f64>,
 }
 
-fn found(shape: &TransformedShape<f64>, origin: DVec3, direction: DVec3) -> Option<Found> {
-    let probe = PreparedRay::new(Ray::<f64>::new(origin, direction));
-    let hit = shape.intersect(&probe, Interval::positive(), Side::Both)?;
-    let located = shape.locate(&probe, hit);
-    Some(Found {
-        point: located.point,
-        normal: located.normal,
-        parameters: shape.parameters(&probe, hit),
+fn found(shape: &TransformedShape<f64>, origin: DVec3, direction: DVec3) -> Option<HitParameters> {
+    let prepared_ray = PreparedRay::new(Ray::<f64>::new(origin, direction));
+    let hit = shape.intersect(&prepared_ray, Interval::positive(), Side::Both)?;
+    let surface_point = shape.locate(&prepared_ray, hit);
+    Some(HitParameters {
+        point: surface_point.point,
+        normal: surface_point.normal,
+        parameters: shape.parameters(&prepared_ray, hit),
     })
 }
 
@@ -31,13 +31,13 @@ fn around(difference: f64) -> f64 {
 
 fn derivative(name: &str, shape: AnyShape<f64>, map: DAffine3) {
     const STEP: f64 = 1e-6;
-    let random = &mut Random(9);
-    let placed = TransformedShape::<f64>::new(shape, map).unwrap();
+    let rng = &mut ShapeRng(9);
+    let transformed_shape = TransformedShape::<f64>::new(shape, map).unwrap();
     let (mut hits, mut judged, mut handed) = (0, 0, 0);
     for _ in 0..4000 {
-        let direction = random.direction();
-        let origin = random.cube() * 1.5 - direction * 8.0;
-        let Some(at) = found(&placed, origin, direction) else {
+        let direction = rng.direction();
+        let origin = rng.cube() * 1.5 - direction * 8.0;
+        let Some(at) = found(&transformed_shape, origin, direction) else {
             continue;
         };
         let (u, v, along) = (at.parameters.u, at.parameters.v, at.parameters.dpdu);
@@ -59,7 +59,7 @@ fn derivative(name: &str, shape: AnyShape<f64>, map: DAffine3) {
         hits += 1;
         // The foot of the moved point, projected down onto the surface.
         let moved = at.point + along * STEP;
-        let Some(next) = found(&placed, moved + at.normal * 1e-3, -at.normal) else {
+        let Some(next) = found(&transformed_shape, moved + at.normal * 1e-3, -at.normal) else {
             continue;
         };
         // Beyond an edge lies another part of the surface with other coordinates.
@@ -79,7 +79,7 @@ fn derivative(name: &str, shape: AnyShape<f64>, map: DAffine3) {
         );
         // Right is the direction of growing u; rows of an image run down unless mirrored.
         let below = at.point + along.cross(at.normal) * STEP;
-        let Some(lower) = found(&placed, below + at.normal * 1e-3, -at.normal) else {
+        let Some(lower) = found(&transformed_shape, below + at.normal * 1e-3, -at.normal) else {
             continue;
         };
         if lower.normal.dot(at.normal) < 0.999
@@ -149,19 +149,19 @@ fn coordinates_of_known_points() {
         ("infinite cylinder", pipe, DVec3::X, None, Some(0.0)),
         ("torus", ring, DVec3::X, None, Some(0.5)),
     ];
-    for (name, shape, towards, u, v) in cases {
-        let placed = TransformedShape::<f64>::new(shape, DAffine3::IDENTITY).unwrap();
-        let at = found(&placed, towards * 9.0, -towards)
-            .unwrap_or_else(|| panic!("{name} missed from {towards:?}"));
+    for (name, shape, direction, u, v) in cases {
+        let transformed_shape = TransformedShape::<f64>::new(shape, DAffine3::IDENTITY).unwrap();
+        let at = found(&transformed_shape, direction * 9.0, -direction)
+            .unwrap_or_else(|| panic!("{name} missed from {direction:?}"));
         let got = DVec2::new(at.parameters.u, at.parameters.v);
-        let wanted = DVec2::new(u.unwrap_or(got.x), v.unwrap_or(got.y));
+        let expected = DVec2::new(u.unwrap_or(got.x), v.unwrap_or(got.y));
         assert!(
-            got.distance(wanted) < 1e-9,
-            "{name} from {towards:?}: {got:?} for {wanted:?}"
+            got.distance(expected) < 1e-9,
+            "{name} from {direction:?}: {got:?} for {expected:?}"
         );
     }
     // Off the centre of each face of a box: to the right and down, as seen from outside.
-    let placed = TransformedShape::<f64>::new(cube, DAffine3::IDENTITY).unwrap();
+    let transformed_shape = TransformedShape::<f64>::new(cube, DAffine3::IDENTITY).unwrap();
     for (side, right, down) in [
         (DVec3::X, DVec3::NEG_Z, DVec3::NEG_Y),
         (DVec3::NEG_X, DVec3::Z, DVec3::NEG_Y),
@@ -171,7 +171,12 @@ fn coordinates_of_known_points() {
         (DVec3::NEG_Y, DVec3::X, DVec3::NEG_Z),
     ] {
         assert!(right.cross(-down) == side, "not as seen from outside");
-        let at = found(&placed, side * 5.0 + right * 0.5 + down * 0.25, -side).unwrap();
+        let at = found(
+            &transformed_shape,
+            side * 5.0 + right * 0.5 + down * 0.25,
+            -side,
+        )
+        .unwrap();
         let got = DVec2::new(at.parameters.u, at.parameters.v);
         assert!(
             got.distance(DVec2::new(0.75, 0.625)) < 1e-9,
@@ -225,7 +230,7 @@ fn images_are_upright() {
         ("torus", Torus::new(DVec3::ZERO, DVec3::Y, 2.0, 0.5).into()),
     ];
     for (name, shape) in bodies {
-        let placed = TransformedShape::<f64>::new(shape, DAffine3::IDENTITY).unwrap();
+        let transformed_shape = TransformedShape::<f64>::new(shape, DAffine3::IDENTITY).unwrap();
         for angle in [0.5_f64, 1.5, 2.5, 3.5, 4.5, 5.5] {
             let (out, right) = (
                 DVec3::new(angle.cos(), 0.0, angle.sin()),
@@ -233,7 +238,7 @@ fn images_are_upright() {
             );
             let at = |aside: f64, down: f64| {
                 let from = out * 9.0 + right * aside - DVec3::Y * (0.1 + down);
-                let p = found(&placed, from, -out)
+                let p = found(&transformed_shape, from, -out)
                     .unwrap_or_else(|| panic!("{name} missed"))
                     .parameters;
                 DVec2::new(p.u, p.v)

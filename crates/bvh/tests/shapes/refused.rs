@@ -9,7 +9,7 @@ use raywright_bvh::{PrimitiveSet, Visibility};
 
 /// Shapes from eleven numbers, with the indices of the numbers that each uses.
 fn shapes(x: [f64; 11]) -> Vec<(&'static str, Vec<usize>, AnyShape<f64>)> {
-    let (at, axis, edge) = (
+    let (point, axis, edge) = (
         DVec3::new(x[0], x[1], x[2]),
         DVec3::new(x[3], x[4], x[5]),
         DVec3::new(x[6], x[7], x[8]),
@@ -21,7 +21,7 @@ fn shapes(x: [f64; 11]) -> Vec<(&'static str, Vec<usize>, AnyShape<f64>)> {
             "sphere",
             used(&[9]),
             Sphere {
-                centre: at,
+                centre: point,
                 radius: x[9],
             }
             .into(),
@@ -30,7 +30,7 @@ fn shapes(x: [f64; 11]) -> Vec<(&'static str, Vec<usize>, AnyShape<f64>)> {
             "plane",
             used(&[3, 4, 5]),
             Plane {
-                point: at,
+                point,
                 normal: axis,
                 tangent,
             }
@@ -40,7 +40,7 @@ fn shapes(x: [f64; 11]) -> Vec<(&'static str, Vec<usize>, AnyShape<f64>)> {
             "disk",
             used(&[3, 4, 5, 9]),
             Disk {
-                centre: at,
+                centre: point,
                 normal: axis,
                 radius: x[9],
             }
@@ -49,53 +49,57 @@ fn shapes(x: [f64; 11]) -> Vec<(&'static str, Vec<usize>, AnyShape<f64>)> {
         (
             "quad",
             used(&[3, 4, 5, 6, 7, 8]),
-            Quad::new(at, axis, edge).into(),
+            Quad::new(point, axis, edge).into(),
         ),
         (
             "box",
             used(&[6, 7, 8]),
-            Cuboid { min: at, max: edge }.into(),
+            Cuboid {
+                min: point,
+                max: edge,
+            }
+            .into(),
         ),
         (
             "cylinder",
             used(&[9]),
-            Cylinder::new(at, DVec3::Y, x[9], Some(1.0), true).into(),
+            Cylinder::new(point, DVec3::Y, x[9], Some(1.0), true).into(),
         ),
         (
             "endless cylinder",
             used(&[9]),
-            Cylinder::new(at, DVec3::Y, x[9], None, true).into(),
+            Cylinder::new(point, DVec3::Y, x[9], None, true).into(),
         ),
         (
             "cone",
             used(&[9, 10]),
-            Cone::new(at, DVec3::Y, x[9], x[10], 1.0).into(),
+            Cone::new(point, DVec3::Y, x[9], x[10], 1.0).into(),
         ),
         (
             "ellipsoid",
             used(&[6, 7, 8]),
-            Ellipsoid::new(at, edge).into(),
+            Ellipsoid::new(point, edge).into(),
         ),
         (
             "hyperboloid",
             used(&[9, 10]),
-            Hyperboloid::new(at, 1.0, x[9], x[10]).into(),
+            Hyperboloid::new(point, 1.0, x[9], x[10]).into(),
         ),
         (
             "paraboloid",
             used(&[9, 10]),
-            Paraboloid::new(at, x[9], x[10]).into(),
+            Paraboloid::new(point, x[9], x[10]).into(),
         ),
         (
             "torus",
             used(&[9, 10]),
-            Torus::new(at, DVec3::Y, x[10], x[9]).into(),
+            Torus::new(point, DVec3::Y, x[10], x[9]).into(),
         ),
         (
             "triangle",
             used(&[3, 4, 5, 6, 7, 8]),
             Triangle {
-                vertices: [at, axis, edge],
+                vertices: [point, axis, edge],
             }
             .into(),
         ),
@@ -112,7 +116,9 @@ fn numbers_that_are_none_are_refused() {
         for map in [DAffine3::IDENTITY, moved] {
             let mut group = PrimitiveSet::<f64>::default();
             assert!(
-                group.placed(shape, map, Visibility::default()).is_ok(),
+                group
+                    .add_transformed(shape, map, Visibility::default())
+                    .is_ok(),
                 "{name}"
             );
             for place in &used {
@@ -124,7 +130,9 @@ fn numbers_that_are_none_are_refused() {
                         .find(|(other, ..)| *other == name)
                         .expect("the same shape");
                     assert!(
-                        group.placed(shape, map, Visibility::default()).is_err(),
+                        group
+                            .add_transformed(shape, map, Visibility::default())
+                            .is_err(),
                         "{name} with {wrong} as number {place}"
                     );
                 }

@@ -4,7 +4,7 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use raywright_core::bench::Kind;
+use raywright_core::bench::GeneratedKind;
 use raywright_core::bvh::BuildQuality;
 use raywright_core::ladder::{Ladder, build_quality};
 
@@ -107,11 +107,11 @@ pub enum Shapes {
 
 impl Shapes {
     /// The kinds of primitives to measure.
-    pub fn kinds(self) -> Vec<Kind> {
+    pub fn kinds(self) -> Vec<GeneratedKind> {
         match self {
-            Self::Spheres => vec![Kind::Spheres],
-            Self::Triangles => vec![Kind::Triangles],
-            Self::Both => Kind::ALL.map(|(_, kind)| kind).to_vec(),
+            Self::Spheres => vec![GeneratedKind::Spheres],
+            Self::Triangles => vec![GeneratedKind::Triangles],
+            Self::Both => GeneratedKind::ALL.map(|(_, kind)| kind).to_vec(),
         }
     }
 }

@@ -21,7 +21,9 @@ pub use bench::BenchArgs;
 pub use compare::CompareArgs;
 pub use denoise::DenoiseArgs;
 pub use merge::MergeArgs;
-pub use pictures::{BackgroundChoice, Exposure, Frames, MOST_SAMPLES, Share, TevAddress, Views};
+pub use pictures::{
+    BackgroundChoice, Exposure, Frames, MOST_SAMPLES, PictureShare, TevAddress, Views,
+};
 pub use render::{
     Accelerator, DisplayArgs, FilmArgs, LightArgs, Precision, ProgressStyle, RenderArgs,
     ReportArgs, ViewArgs,

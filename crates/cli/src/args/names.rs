@@ -12,7 +12,7 @@ use serde::de::{DeserializeOwned, IntoDeserializer};
 pub fn variants<T: DeserializeOwned + Clone + Send + Sync + 'static>()
 -> impl TypedValueParser<Value = T> {
     PossibleValuesParser::new(names::<T>())
-        .try_map(|name| parse::<T>(&name).map_err(|Refused(_)| Unknown(name)))
+        .try_map(|name| parse::<T>(&name).map_err(|RefusedVariant(_)| UnknownName(name)))
 }
 
 /// A clap parser for the layers of an EXR picture.
@@ -22,24 +22,24 @@ pub fn aov() -> impl TypedValueParser<Value = Aov> {
             .iter()
             .find(|(known, _)| *known == name)
             .map(|&(_, aov)| aov)
-            .ok_or(Unknown(name))
+            .ok_or(UnknownName(name))
     };
     PossibleValuesParser::new(Aov::ALL.map(|(name, _)| name)).try_map(find)
 }
 
 /// Serde's error for an unknown variant: the known variants.
 #[derive(Debug)]
-pub(crate) struct Refused(&'static [&'static str]);
+pub(crate) struct RefusedVariant(&'static [&'static str]);
 
-impl fmt::Display for Refused {
+impl fmt::Display for RefusedVariant {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "expected one of {}", self.0.join(", "))
     }
 }
 
-impl std::error::Error for Refused {}
+impl std::error::Error for RefusedVariant {}
 
-impl serde::de::Error for Refused {
+impl serde::de::Error for RefusedVariant {
     fn custom<M: fmt::Display>(_: M) -> Self {
         Self(&[])
     }
@@ -50,24 +50,26 @@ impl serde::de::Error for Refused {
 
 /// A name accepted by the list of possible values and then refused by the type.
 #[derive(Debug)]
-struct Unknown(String);
+struct UnknownName(String);
 
-impl fmt::Display for Unknown {
+impl fmt::Display for UnknownName {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "`{}` is not known", self.0)
     }
 }
 
-impl std::error::Error for Unknown {}
+impl std::error::Error for UnknownName {}
 
 /// Parses the name of a variant.
-pub(crate) fn parse<T: DeserializeOwned>(name: &str) -> Result<T, Refused> {
-    T::deserialize(IntoDeserializer::<Refused>::into_deserializer(name))
+pub(crate) fn parse<T: DeserializeOwned>(name: &str) -> Result<T, RefusedVariant> {
+    T::deserialize(IntoDeserializer::<RefusedVariant>::into_deserializer(name))
 }
 
 /// Names of all variants, in the order of the type.
 fn names<T: DeserializeOwned>() -> &'static [&'static str] {
-    parse::<T>("").err().map_or(&[], |Refused(names)| names)
+    parse::<T>("")
+        .err()
+        .map_or(&[], |RefusedVariant(names)| names)
 }
 
 #[cfg(test)]

@@ -69,7 +69,7 @@ impl TevAddress {
 
 /// One of several shares of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Share {
+pub struct PictureShare {
     /// Number of the share, counted from one.
     pub number: u32,
     /// Number of shares.

@@ -13,7 +13,7 @@ use raywright_core::settings::{Aov, Crop, PrecisionChoice};
 
 use super::DEFAULT_PRESET;
 use super::names;
-use super::pictures::{BackgroundChoice, Exposure, Frames, Share, TevAddress, Views};
+use super::pictures::{BackgroundChoice, Exposure, Frames, PictureShare, TevAddress, Views};
 use super::scene::{ChoiceArgs, SceneArgs};
 use super::values;
 
@@ -328,7 +328,7 @@ pub struct FilmArgs {
     /// Render only the Kth of N shares of the picture into the file of --checkpoint; `raywright
     /// merge` makes one picture of all of them
     #[arg(long, value_name = "K/N", allow_hyphen_values = true, value_parser = values::share)]
-    pub part: Option<Share>,
+    pub part: Option<PictureShare>,
 }
 
 /// Acceleration structure.
@@ -396,14 +396,14 @@ fn depth(text: &str) -> Result<u32, String> {
     if text == "unlimited" {
         return Ok(Settings::UNLIMITED);
     }
-    let most = Settings::MOST_SEGMENTS;
+    let maximum = Settings::MOST_SEGMENTS;
     let number: u32 = text
         .parse()
-        .map_err(|_| format!("expected 1 to {most} or unlimited"))?;
-    if (1..=most).contains(&number) {
+        .map_err(|_| format!("expected 1 to {maximum} or unlimited"))?;
+    if (1..=maximum).contains(&number) {
         Ok(number)
     } else {
-        Err(format!("{number} is not in 1..={most}"))
+        Err(format!("{number} is not in 1..={maximum}"))
     }
 }
 

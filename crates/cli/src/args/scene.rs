@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use clap::Args;
 use raywright_core::effects::Effect;
-use raywright_core::ladder::Choice;
+use raywright_core::ladder::RungChoice;
 use raywright_io::{EnvironmentSource, GroundRule, Section, WarningCode};
 
 use super::values;
@@ -93,8 +93,8 @@ pub struct SceneArgs {
 pub struct ChoiceArgs {
     /// Use another rung of a ladder, such as ray-offset=constant; may be repeated. `raywright
     /// explain SCENE` lists the ladders that affect a scene
-    #[arg(long = "rung", value_name = "LADDER=RUNG", value_parser = Choice::parse, value_delimiter = ',')]
-    pub rungs: Vec<Choice>,
+    #[arg(long = "rung", value_name = "LADDER=RUNG", value_parser = RungChoice::parse, value_delimiter = ',')]
+    pub rungs: Vec<RungChoice>,
 
     /// Effects to switch off
     #[arg(

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use raywright_core::stability::Rays;
+use raywright_core::stability::RayCount;
 
 /// Arguments of `stability`.
 #[derive(Debug, Args)]
@@ -46,7 +46,7 @@ pub enum RaysChoice {
     All,
 }
 
-impl From<RaysChoice> for Rays {
+impl From<RaysChoice> for RayCount {
     fn from(choice: RaysChoice) -> Self {
         match choice {
             RaysChoice::Quarter => Self::Quarter,

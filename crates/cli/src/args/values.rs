@@ -18,7 +18,7 @@ use raywright_core::scene::{Fit, Studio, TransferCurve};
 use raywright_core::settings::Crop;
 use raywright_core::suggest::closest;
 
-use super::{BackgroundChoice, Exposure, Frames, MOST_SAMPLES, Share, TevAddress, Views};
+use super::{BackgroundChoice, Exposure, Frames, MOST_SAMPLES, PictureShare, TevAddress, Views};
 
 /// Largest width or height of a picture, in pixels.
 pub const MAX_EDGE: u32 = Settings::MOST_EDGE;
@@ -87,14 +87,16 @@ pub fn warning_code(text: &str) -> Result<WarningCode, String> {
 }
 
 /// Parses a share of a picture, `K/N` with 1 ≤ K ≤ N.
-pub fn share(text: &str) -> Result<Share, String> {
+pub fn share(text: &str) -> Result<PictureShare, String> {
     let parts = text
         .split_once('/')
         .and_then(|(number, of)| Some((number.trim().parse().ok()?, of.trim().parse().ok()?)));
     match parts {
-        Some((number, of)) if 1 <= number && number <= of => Ok(Share { number, of }),
-        Some((_, of)) if of > 0 => Err(format!(
-            "the first of {of} shares is 1/{of}, the last is {of}/{of}"
+        Some((number, total)) if 1 <= number && number <= total => {
+            Ok(PictureShare { number, of: total })
+        }
+        Some((_, total)) if total > 0 => Err(format!(
+            "the first of {total} shares is 1/{total}, the last is {total}/{total}"
         )),
         _ => Err("expected K/N, such as 2/8 for the second of eight shares".to_owned()),
     }
@@ -483,7 +485,7 @@ pub fn zoom(text: &str) -> Result<f64, String> {
 
 /// Parses an effect that can be switched off, with hyphens for blanks.
 pub fn effect(text: &str) -> Result<Effect, String> {
-    if let Some(effect) = Effect::named(&text.replace('-', " ")) {
+    if let Some(effect) = Effect::from_name(&text.replace('-', " ")) {
         return if SWITCHABLE.has(effect) {
             Ok(effect)
         } else {
@@ -540,8 +542,8 @@ mod tests {
     /// Protects: shares count from one, and the error of a malformed share says so.
     #[test]
     fn shares_are_counted_from_one() {
-        assert_eq!(share("1/1"), Ok(Share { number: 1, of: 1 }));
-        assert_eq!(share("3/8"), Ok(Share { number: 3, of: 8 }));
+        assert_eq!(share("1/1"), Ok(PictureShare { number: 1, of: 1 }));
+        assert_eq!(share("3/8"), Ok(PictureShare { number: 3, of: 8 }));
         assert_eq!(
             share("0/8").unwrap_err(),
             "the first of 8 shares is 1/8, the last is 8/8"

@@ -11,19 +11,19 @@ use crate::failure::{Exit, Failure};
 use crate::notes::Notes;
 use crate::{plan, scene_input};
 
-/// Version of the layout of [`Checked`].
+/// Version of the layout of [`CheckedFile`].
 const FORMAT: u32 = 2;
 
 /// Results for all files.
 #[derive(Serialize)]
 struct CheckReport {
     format: u32,
-    files: Vec<Checked>,
+    files: Vec<CheckedFile>,
 }
 
 /// Result for a file.
 #[derive(Serialize)]
-struct Checked {
+struct CheckedFile {
     file: String,
     /// Whether the file can be rendered and, where warnings count as errors, has none.
     ok: bool,
@@ -74,7 +74,7 @@ pub fn run(args: &CheckArgs, verbosity: Verbosity) -> Result<(), Failure> {
 
 /// Returns the scene unless the default precision loses a part of it.
 fn right(loaded: Loaded) -> Result<Loaded, Failure> {
-    let lost = collapsed(&loaded.scene, Settings::of(&loaded.scene).precision);
+    let lost = collapsed(&loaded.scene, Settings::from_scene(&loaded.scene).precision);
     if lost.is_empty() {
         Ok(loaded)
     } else {
@@ -87,7 +87,7 @@ fn judged(
     file: String,
     loaded: Result<Loaded, Failure>,
     args: &CheckArgs,
-) -> (Checked, Option<Failure>) {
+) -> (CheckedFile, Option<Failure>) {
     let loaded = match loaded {
         Ok(loaded) => loaded,
         Err(failure) => {
@@ -99,7 +99,7 @@ fn judged(
                     .to_owned(),
             );
             return (
-                Checked {
+                CheckedFile {
                     file,
                     ok: false,
                     code: failure.exit as u8,
@@ -144,7 +144,7 @@ fn judged(
     });
     let code = failure.as_ref().map_or(Exit::Done, |failure| failure.exit) as u8;
     (
-        Checked {
+        CheckedFile {
             file: loaded.source.name,
             ok: denied == 0,
             code,
@@ -155,17 +155,21 @@ fn judged(
     )
 }
 
-fn counted(n: usize, what: &str) -> String {
+fn counted(n: usize, label: &str) -> String {
     if n == 1 {
-        format!("1 {what}")
+        format!("1 {label}")
     } else {
-        format!("{n} {what}s")
+        format!("{n} {label}s")
     }
 }
 
 /// Prints a line on standard output for a file without problems, and everything else on standard
 /// error; the errors of several files are printed one by one.
-fn tell(checked: &Checked, failure: Option<&Failure>, verbosity: Verbosity) -> Result<(), Failure> {
+fn tell(
+    checked: &CheckedFile,
+    failure: Option<&Failure>,
+    verbosity: Verbosity,
+) -> Result<(), Failure> {
     for Warning { code, message } in &checked.warnings {
         let message = format_args!("{message} [{}]", code.name());
         if code.severity() == Severity::Note {
@@ -175,7 +179,7 @@ fn tell(checked: &Checked, failure: Option<&Failure>, verbosity: Verbosity) -> R
         }
     }
     if let Some(failure) = failure {
-        console::tell(failure.message.trim_end());
+        console::print_message(failure.message.trim_end());
     }
     if !checked.ok {
         return Ok(());
@@ -189,7 +193,7 @@ fn tell(checked: &Checked, failure: Option<&Failure>, verbosity: Verbosity) -> R
         .into_iter()
         .filter(|(n, _)| *n > 0);
     let counts: String = counts
-        .map(|(n, what)| format!(", {}", counted(n, what)))
+        .map(|(n, label)| format!(", {}", counted(n, label)))
         .collect();
     console::print(format!("{}: ok{counts}\n", checked.file))
 }

@@ -5,65 +5,65 @@ use std::sync::atomic::AtomicBool;
 
 use raywright_core::denoise::{DenoiseError, denoise};
 use raywright_core::film::Film;
-use raywright_core::{Observer, Rendered};
+use raywright_core::{Observer, RenderOutput};
 use raywright_io::output::read_film;
-use raywright_io::{Error, Inputs};
+use raywright_io::{Error, InputFiles};
 
 use super::render::film::refuse_other_program;
-use super::render::{tell, write};
+use super::render::{messages, write};
 use crate::args::{DenoiseArgs, ProgressStyle};
-use crate::clock::{Clock, spoken};
+use crate::clock::{Clock, format_duration};
 use crate::console::Verbosity;
 use crate::failure::{Exit, Failure};
 use crate::notes::Notes;
 use crate::progress::Progress;
-use crate::targets::{self, Outputs};
+use crate::targets::{self, OutputFiles};
 use crate::threads::Threads;
-use crate::watch::{Patience, Watch};
+use crate::watch::{Deadlines, Watch};
 use crate::{interrupt, origin, plan};
 
 /// Reads a film, denoises it and writes the requested files.
 pub fn run(args: &DenoiseArgs, verbosity: Verbosity) -> Result<(), Failure> {
     let clock = Clock::start();
     let (mut outputs, mut inputs) = (
-        Outputs::with_quality(args.display.quality),
-        Inputs::default(),
+        OutputFiles::with_quality(args.display.quality),
+        InputFiles::default(),
     );
     let targets = targets::pictures(&args.outputs, &mut outputs)?;
     inputs.read(&args.film);
     outputs.keep_clear_of(&inputs)?;
     let (stop, threads) = (interrupt::flag()?, Threads::new(args.threads)?);
-    let mut kept = read_film(&args.film, &plan::limits(args.max_memory))?;
-    refuse_other_program(&args.film, &kept.metadata)?;
-    kept.metadata.command = origin::command_line();
-    let denoised = threads.run(|| denoise(&kept.film, &Watch::until(stop)));
+    let mut kept_film = read_film(&args.film, &plan::limits(args.max_memory))?;
+    refuse_other_program(&args.film, &kept_film.metadata)?;
+    kept_film.metadata.command = origin::command_line();
+    let denoised = threads.run(|| denoise(&kept_film.film, &Watch::until(stop)));
     if let Err(error) = &denoised {
         return Err(refused(&args.film.display().to_string(), error));
     }
-    let rendered = Rendered {
+    let rendered = RenderOutput {
         denoised: Some(denoised),
-        ..Rendered::noisy(&kept.film)
+        ..RenderOutput::noisy(&kept_film.film)
     };
-    let display = plan::shown_as_suits(&args.display, kept.display, rendered.shown());
-    let noisy = rendered.noisy_error(&kept.film);
-    kept.metadata.error = origin::error(noisy.as_ref(), &rendered, &kept.film);
+    let display = plan::shown_as_suits(&args.display, kept_film.display, rendered.shown_picture());
+    let noisy = rendered.noisy_error(&kept_film.film);
+    kept_film.metadata.error = origin::error(noisy.as_ref(), &rendered, &kept_film.film);
     let written = write::write(
         &rendered,
         &targets,
         display,
-        &kept.metadata,
+        &kept_film.metadata,
         (&inputs, |path: &Path| outputs.leave_free(path, &inputs)),
     )?;
     let mut notes = Notes::new(verbosity);
-    tell::note_losses(&rendered.counters, &mut notes);
-    let error = tell::error(noisy.as_ref(), &kept.film, &rendered, None, &mut notes)
+    messages::note_losses(&rendered.counters, &mut notes);
+    let error = messages::error(noisy.as_ref(), &kept_film.film, &rendered, None, &mut notes)
         .unwrap_or_else(|| "denoised (biased)".to_owned());
     notes.finish();
     if !written.is_empty() {
         verbosity.say(format_args!(
             "wrote {} ({error}, {})",
             written.join(", "),
-            spoken(clock.total())
+            format_duration(clock.total())
         ));
     }
     Ok(())
@@ -84,9 +84,9 @@ pub fn rendered(
     film: &Film,
     (style, verbosity): (ProgressStyle, Verbosity),
     stop: &AtomicBool,
-) -> Rendered {
+) -> RenderOutput {
     if !film.is_to_be_denoised() {
-        return Rendered::noisy(film);
+        return RenderOutput::noisy(film);
     }
     let is_small = film
         .size()
@@ -101,10 +101,10 @@ pub fn rendered(
     );
     let watch = Watch {
         progress: Some(&progress),
-        patience: Patience::default(),
+        deadlines: Deadlines::default(),
         ..Watch::until(stop)
     };
-    let rendered = Rendered::of(film, &watch as &dyn Observer);
+    let rendered = RenderOutput::from_film(film, &watch as &dyn Observer);
     progress.finish();
     rendered
 }

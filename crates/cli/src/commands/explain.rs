@@ -2,21 +2,21 @@
 //! left out; and the current rung of each ladder.
 
 use raywright_core::accuracy::{EffectCosts, measure_effects};
-use raywright_core::effects::{EffectReport, Finding, Status, detect};
+use raywright_core::effects::{EffectFinding, EffectReport, EffectStatus, detect};
 use raywright_core::ladder::{CurrentRung, standings};
 use raywright_core::{Observer, Settings};
 use raywright_io::{Limits, Loaded, SourceInfo};
 use serde::Serialize;
 
 use crate::args::ExplainArgs;
-use crate::clock::spoken;
+use crate::clock::format_duration;
 use crate::console::{self, Verbosity, on_one_line};
 use crate::failure::Failure;
 use crate::notes::Notes;
-use crate::plan::{self, Choices};
-use crate::progress::Steps;
-use crate::ready::failed;
-use crate::table::{lay_out, paragraph, significant, wrapped};
+use crate::plan::{self, RungChoices};
+use crate::preparation::failed;
+use crate::progress::StepProgress;
+use crate::table::{format_significant, lay_out, paragraph, wrapped};
 use crate::threads::Threads;
 use crate::watch::Watch;
 use crate::{interrupt, scene_input};
@@ -28,13 +28,13 @@ pub fn run(args: &ExplainArgs, verbosity: Verbosity) -> Result<(), Failure> {
         scene_input::read(&args.scene, &plan::options(&args.changes, None), &mut notes)?;
     scene_input::note_completed(&loaded, &mut notes);
     notes.finish();
-    let found = Found::of(args, &mut loaded)?;
+    let found = EffectUse::of(args, &mut loaded)?;
     let costs = if args.measure {
         Some(measured(args, &loaded, &found.settings, verbosity)?)
     } else {
         None
     };
-    let Found {
+    let EffectUse {
         report, ladders, ..
     } = &found;
     console::print(match args.json {
@@ -53,8 +53,8 @@ pub fn embedded(
     mut loaded: Loaded,
     observer: &dyn Observer,
 ) -> Result<String, Failure> {
-    let found = Found::of(args, &mut loaded)?;
-    let mut steps = Steps::start(Verbosity::Quiet);
+    let found = EffectUse::of(args, &mut loaded)?;
+    let mut steps = StepProgress::start(Verbosity::Quiet);
     let costs = args
         .measure
         .then(|| measured_by(args, &loaded, &found.settings, (observer, &mut steps)))
@@ -63,16 +63,16 @@ pub fn embedded(
 }
 
 /// Settings, effects and current rungs of a scene.
-struct Found {
+struct EffectUse {
     settings: Settings,
     report: EffectReport,
     ladders: Vec<CurrentRung>,
 }
 
-impl Found {
+impl EffectUse {
     fn of(args: &ExplainArgs, loaded: &mut Loaded) -> Result<Self, Failure> {
-        let mut settings = Settings::of(&loaded.scene);
-        Choices::from(&args.choices).apply(&mut loaded.scene, &mut settings)?;
+        let mut settings = Settings::from_scene(&loaded.scene);
+        RungChoices::from(&args.choices).apply(&mut loaded.scene, &mut settings)?;
         let report = detect(&loaded.scene, &settings);
         let ladders = standings(&loaded.scene, &settings, &report);
         Ok(Self {
@@ -91,7 +91,7 @@ fn measured(
     verbosity: Verbosity,
 ) -> Result<EffectCosts, Failure> {
     let watch = Watch::until(interrupt::flag()?);
-    let mut steps = Steps::start(if args.json {
+    let mut steps = StepProgress::start(if args.json {
         Verbosity::Quiet
     } else {
         verbosity
@@ -103,7 +103,7 @@ fn measured_by(
     args: &ExplainArgs,
     loaded: &Loaded,
     settings: &Settings,
-    (observer, steps): (&dyn Observer, &mut Steps),
+    (observer, steps): (&dyn Observer, &mut StepProgress),
 ) -> Result<EffectCosts, Failure> {
     let settings = Settings {
         max_memory: Some(Limits::default().memory_bytes),
@@ -125,7 +125,10 @@ pub fn dear(costs: &EffectCosts) -> String {
             percent(cost.ratio.min),
             percent(cost.ratio.max)
         );
-        let (rmse, flip) = (significant(cost.rmse, 3), significant(cost.flip, 3));
+        let (rmse, flip) = (
+            format_significant(cost.rmse, 3),
+            format_significant(cost.flip, 3),
+        );
         [
             format!("  {}", cost.effect),
             spread,
@@ -139,7 +142,7 @@ pub fn dear(costs: &EffectCosts) -> String {
     } else {
         format!("  no time for: {}\n", costs.late.join(", "))
     };
-    let whole = spoken(costs.seconds.median);
+    let whole = format_duration(costs.seconds.median);
     let title = format!(
         "what each adds to time and picture ({width}x{height} pixels, {whole} of all threads with all of them)"
     );
@@ -164,9 +167,9 @@ struct Explanation<'a> {
 
 fn json(
     loaded: &Loaded,
-    Found {
+    EffectUse {
         report, ladders, ..
-    }: &Found,
+    }: &EffectUse,
     costs: Option<&EffectCosts>,
 ) -> String {
     console::json(&Explanation {
@@ -191,16 +194,16 @@ pub fn text(source: &SourceInfo, report: &EffectReport, in_full: bool) -> String
         ))
     );
     for (status, title) in [
-        (Status::Simulated, "simulated"),
-        (Status::LeftOut, "left out"),
-        (Status::Absent, ABSENT),
+        (EffectStatus::Simulated, "simulated"),
+        (EffectStatus::LeftOut, "left out"),
+        (EffectStatus::Absent, ABSENT),
     ] {
-        let effects: Vec<&Finding> = report
+        let effects: Vec<&EffectFinding> = report
             .effects
             .iter()
             .filter(|finding| finding.status == status)
             .collect();
-        if status == Status::Absent && !in_full {
+        if status == EffectStatus::Absent && !in_full {
             let names: Vec<&str> = effects
                 .iter()
                 .map(|finding| finding.effect.name())
@@ -232,27 +235,27 @@ const ABSENT: &str = "absent, and nothing is spent on it";
 /// Lists the ladders that affect the scene: the current rung with its description, and the other
 /// rungs.
 fn rungs(ladders: &[CurrentRung]) -> String {
-    let row = |standing: &CurrentRung| {
-        let own = standing
+    let row = |current_rung: &CurrentRung| {
+        let own = current_rung
             .rungs
             .iter()
-            .find(|rung| rung.name == standing.rung);
-        let others: Vec<&str> = standing
+            .find(|rung| rung.name == current_rung.rung);
+        let others: Vec<&str> = current_rung
             .rungs
             .iter()
             .map(|rung| rung.name)
-            .filter(|name| *name != standing.rung)
+            .filter(|name| *name != current_rung.rung)
             .collect();
         let about = own.map_or_else(String::new, |rung| format!("{} ", rung.about));
         [
-            format!("  {}", standing.ladder),
-            standing.rung.clone(),
+            format!("  {}", current_rung.ladder),
+            current_rung.rung.clone(),
             format!("{about}(others: {})", others.join(", ")),
         ]
     };
     let (pictures, time): (Vec<&CurrentRung>, Vec<&CurrentRung>) = ladders
         .iter()
-        .partition(|standing| standing.changes_pictures);
+        .partition(|current_rung| current_rung.changes_pictures);
     let mut text = String::new();
     for (title, list) in [
         ("rungs in use", pictures),
@@ -265,7 +268,7 @@ fn rungs(ladders: &[CurrentRung]) -> String {
 }
 
 /// Formats an effect with its reason and, below it, the place in the file and advice.
-fn lines(finding: &Finding, source: &SourceInfo, width: usize) -> String {
+fn lines(finding: &EffectFinding, source: &SourceInfo, width: usize) -> String {
     let from = finding.source.as_ref().map(|path| match source.text {
         Some(_) => format!("from {path}, {}", source.locate(path)),
         None => format!("from {path}"),

@@ -2,27 +2,27 @@
 
 use std::path::{Path, PathBuf};
 
-use raywright_core::Rendered;
+use raywright_core::RenderOutput;
 use raywright_core::film::{Film, PartError};
 use raywright_io::output::{KeptFilm, read_film, write_film};
-use raywright_io::{Error, Inputs, Limits};
+use raywright_io::{Error, InputFiles, Limits};
 
 use super::render::film::refuse_other_program;
-use super::render::{tell, write};
+use super::render::{messages, write};
 use crate::args::MergeArgs;
-use crate::clock::{Clock, spoken};
+use crate::clock::{Clock, format_duration};
 use crate::console::Verbosity;
 use crate::failure::{Exit, Failure};
 use crate::notes::Notes;
-use crate::targets::{self, Outputs};
+use crate::targets::{self, OutputFiles};
 use crate::{origin, plan};
 
 /// Reads the parts, joins them and writes the requested files.
 pub fn run(args: &MergeArgs, verbosity: Verbosity) -> Result<(), Failure> {
     let clock = Clock::start();
     let (mut outputs, mut inputs) = (
-        Outputs::with_quality(args.display.quality),
-        Inputs::default(),
+        OutputFiles::with_quality(args.display.quality),
+        InputFiles::default(),
     );
     let targets = targets::pictures(&args.outputs, &mut outputs)?;
     if let Some(path) = &args.checkpoint {
@@ -30,37 +30,37 @@ pub fn run(args: &MergeArgs, verbosity: Verbosity) -> Result<(), Failure> {
     }
     args.parts.iter().for_each(|part| inputs.read(part));
     outputs.keep_clear_of(&inputs)?;
-    let mut kept = joined(&args.parts, &plan::limits(args.max_memory))?;
-    kept.metadata.command = origin::command_line();
-    let missing = kept.film.unfinished();
+    let mut kept_film = joined(&args.parts, &plan::limits(args.max_memory))?;
+    kept_film.metadata.command = origin::command_line();
+    let missing = kept_film.film.unfinished();
     if missing > 0 && !targets.is_empty() && !args.unfinished {
-        return Err(incomplete(&kept.film, missing));
+        return Err(incomplete(&kept_film.film, missing));
     }
     // If the film cannot be written, the picture is still worth writing.
     let filmed = args
         .checkpoint
         .as_ref()
-        .map_or(Ok(()), |path| write_film(path, &mut kept));
-    let rendered = Rendered::of(&kept.film, &());
-    let display = plan::shown_as_suits(&args.display, kept.display, rendered.shown());
-    let noisy = kept.film.uncertainty();
-    kept.metadata.error = origin::error(noisy.as_ref(), &rendered, &kept.film);
+        .map_or(Ok(()), |path| write_film(path, &mut kept_film));
+    let rendered = RenderOutput::from_film(&kept_film.film, &());
+    let display = plan::shown_as_suits(&args.display, kept_film.display, rendered.shown_picture());
+    let noisy = kept_film.film.uncertainty();
+    kept_film.metadata.error = origin::error(noisy.as_ref(), &rendered, &kept_film.film);
     let mut written = write::write(
         &rendered,
         &targets,
         display,
-        &kept.metadata,
+        &kept_film.metadata,
         (&inputs, |path: &Path| outputs.leave_free(path, &inputs)),
     )?;
     written.extend(
         args.checkpoint
             .as_ref()
             .filter(|_| filmed.is_ok())
-            .map(|path| write::shown(path)),
+            .map(|path| write::printable_path(path)),
     );
     let mut notes = Notes::new(verbosity);
-    tell::note_losses(&rendered.counters, &mut notes);
-    let error = tell::error(noisy.as_ref(), &kept.film, &rendered, None, &mut notes)
+    messages::note_losses(&rendered.counters, &mut notes);
+    let error = messages::error(noisy.as_ref(), &kept_film.film, &rendered, None, &mut notes)
         .map(|error| format!(", {error}"))
         .unwrap_or_default();
     notes.finish();
@@ -73,7 +73,7 @@ pub fn run(args: &MergeArgs, verbosity: Verbosity) -> Result<(), Failure> {
         verbosity.say(format_args!(
             "wrote {} ({parts}{error}, {})",
             written.join(", "),
-            spoken(clock.total())
+            format_duration(clock.total())
         ));
     }
     Ok(filmed?)
@@ -100,9 +100,9 @@ fn joined(paths: &[PathBuf], limits: &Limits) -> Result<KeptFilm, Failure> {
 fn refused(path: &Path, first: &Path, error: PartError) -> Failure {
     let (path, first) = (path.display(), first.display());
     match error {
-        PartError::Foreign { what, .. } => Error::input(
+        PartError::Foreign { label, .. } => Error::input(
             path,
-            format_args!("it is not of the picture of {first}: the {what} differs"),
+            format_args!("it is not of the picture of {first}: the {label} differs"),
         )
         .into(),
         PartError::Overlap { .. } => {
@@ -118,7 +118,7 @@ fn refused(path: &Path, first: &Path, error: PartError) -> Failure {
 
 /// Failure for missing samples: their number is known, the missing share is not.
 fn incomplete(film: &Film, missing: u64) -> Failure {
-    let whole = film.whole();
+    let whole = film.whole_part();
     let tiles = film.lacking(&whole);
     let message = format!(
         "parts are missing, or were not finished: {tiles} of {} tiles ({missing} pixels) lack samples",

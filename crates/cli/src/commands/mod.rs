@@ -21,7 +21,7 @@ mod view;
 use crate::args::Command;
 use crate::console::{self, Verbosity};
 use crate::failure::Failure;
-use crate::plan::Task;
+use crate::plan::RenderTask;
 use crate::threads::Threads;
 
 /// Runs a command; `None`: renders the default preset.
@@ -42,7 +42,7 @@ pub fn run(command: Option<Command>, verbosity: Verbosity) -> Result<(), Failure
         Threads::new(None)?;
     }
     match command {
-        Command::Render(args) => render::run(&Task::new(*args, verbosity)?),
+        Command::Render(args) => render::run(&RenderTask::new(*args, verbosity)?),
         Command::View(args) => view::run(*args, verbosity),
         Command::Merge(args) => merge::run(&args, verbosity),
         Command::Denoise(args) => denoise::run(&args, verbosity),

@@ -9,9 +9,10 @@ use std::time::Instant;
 use raywright_core::display::Display;
 use raywright_core::settings::{Sampling, Settings};
 use raywright_core::stress::{
-    CheckRun, Code, Effort, Finding, Report, Severity, Subject, counted, stress,
+    CheckRun, FindingCode, FindingSubject, Severity, StressEffort, StressFinding, StressSummary,
+    counted, stress,
 };
-use raywright_io::output::{self, Mark, Metadata};
+use raywright_io::output::{self, Metadata, PictureMark};
 use raywright_io::{Error, Loaded, Warning, WarningCode};
 use serde::Serialize;
 
@@ -19,12 +20,12 @@ use crate::args::StressArgs;
 use crate::console::{self, Verbosity};
 use crate::failure::{Exit, Failure};
 use crate::notes::Notes;
-use crate::plan::{self, Choices};
+use crate::plan::{self, RungChoices};
+use crate::preparation::{failed, prepare_loaded};
 use crate::progress::Progress;
-use crate::ready::{failed, prepared};
-use crate::targets::Outputs;
+use crate::targets::OutputFiles;
 use crate::threads::Threads;
-use crate::watch::{Patience, Watch};
+use crate::watch::{Deadlines, Watch};
 use crate::{args, interrupt, scene_input};
 use words::Words;
 
@@ -44,7 +45,7 @@ struct StressReport<'a> {
     seed: u64,
     size: [u32; 2],
     cameras: [usize; 2],
-    findings: Vec<Entry>,
+    findings: Vec<FindingEntry>,
     left_out: usize,
     checks: Vec<CheckEntry>,
     warnings: &'a [Warning],
@@ -54,7 +55,7 @@ struct StressReport<'a> {
 
 /// A finding in words.
 #[derive(Serialize)]
-struct Entry {
+struct FindingEntry {
     code: &'static str,
     severity: Severity,
     /// What it is about.
@@ -93,9 +94,9 @@ struct CheckEntry {
 /// Checks a scene and prints what was found; fails where that is as bad as what is denied.
 pub fn run(args: &StressArgs, verbosity: Verbosity) -> Result<(), Failure> {
     let start = Instant::now();
-    let mut outputs = Outputs::default();
+    let mut outputs = OutputFiles::default();
     if let Some(path) = &args.output {
-        if output::Format::of(path)? != output::Format::Png {
+        if output::PictureFormat::from_path(path)? != output::PictureFormat::Png {
             return Err(Error::usage("marks are drawn into a PNG")
                 .with_hint("name a file that ends in .png")
                 .into());
@@ -122,7 +123,7 @@ pub fn run(args: &StressArgs, verbosity: Verbosity) -> Result<(), Failure> {
         stress(
             &loaded.scene,
             &settings,
-            &Effort {
+            &StressEffort {
                 budget: args.budget,
             },
             &watch,
@@ -151,16 +152,16 @@ pub fn run(args: &StressArgs, verbosity: Verbosity) -> Result<(), Failure> {
 }
 
 /// Adds what the reader had to leave out of the scene, so that no check sees it there.
-fn add_findings_of_reading(report: &mut Report, warnings: &[Warning]) {
+fn add_findings_of_reading(report: &mut StressSummary, warnings: &[Warning]) {
     for (about, code, remedy) in [
         (
             WarningCode::TextureCoordinates,
-            Code::NoTextureCoordinates,
+            FindingCode::NoTextureCoordinates,
             "export the mesh with these texture coordinates, or take the image away",
         ),
         (
             WarningCode::Picture,
-            Code::MissingImage,
+            FindingCode::MissingImage,
             "put an image that can be read where the file names it",
         ),
     ] {
@@ -169,8 +170,8 @@ fn add_findings_of_reading(report: &mut Report, warnings: &[Warning]) {
         }
         let of_code = warnings.iter().filter(|warning| warning.code == about);
         let finding = |warning: &Warning| {
-            let (severity, why) = (Severity::PictureWrong, warning.message.clone());
-            Finding::new(code, severity, Subject::Scene, why, remedy)
+            let (severity, reason) = (Severity::PictureWrong, warning.message.clone());
+            StressFinding::new(code, severity, FindingSubject::Scene, reason, remedy)
         };
         report.findings.extend(of_code.map(finding));
     }
@@ -180,7 +181,7 @@ fn add_findings_of_reading(report: &mut Report, warnings: &[Warning]) {
 }
 
 /// How a run ends with these findings where some are denied.
-fn ending(report: &Report, denied: Severity, name: &str) -> Result<(), Failure> {
+fn ending(report: &StressSummary, denied: Severity, name: &str) -> Result<(), Failure> {
     let all = report.findings.len();
     let count = report
         .findings
@@ -207,12 +208,12 @@ fn ending(report: &Report, denied: Severity, name: &str) -> Result<(), Failure> 
 }
 
 fn settings(args: &StressArgs, loaded: &mut Loaded) -> Result<Settings, Failure> {
-    let mut settings = Settings::of(&loaded.scene);
+    let mut settings = Settings::from_scene(&loaded.scene);
     settings.integrator = args.integrator.unwrap_or(settings.integrator);
     settings.precision = args.precision.map_or(settings.precision, Into::into);
     settings.seed = args.seed.unwrap_or(settings.seed);
     settings.max_memory = Some(plan::limits(args.max_memory).memory_bytes);
-    Choices::from(&args.choices).apply(&mut loaded.scene, &mut settings)?;
+    RungChoices::from(&args.choices).apply(&mut loaded.scene, &mut settings)?;
     Ok(settings)
 }
 
@@ -223,7 +224,7 @@ fn mark(
     (args, stop): (&StressArgs, &AtomicBool),
     settings: &Settings,
     loaded: &Loaded,
-    report: &Report,
+    report: &StressSummary,
 ) -> Result<(), Failure> {
     let sampling = match settings.sampling {
         Sampling::General(samples) => Sampling::General(samples.min(SAMPLES)),
@@ -235,14 +236,14 @@ fn mark(
     };
     let deadline = Instant::now().checked_add(args.budget);
     let watch = Watch {
-        patience: Patience {
+        deadlines: Deadlines {
             deadline,
-            ..Patience::default()
+            ..Deadlines::default()
         },
         ..Watch::until(stop)
     };
-    let rendered = prepared(loaded, &settings, &watch)?.render(&watch);
-    let marks: Vec<Mark> = report
+    let rendered = prepare_loaded(loaded, &settings, &watch)?.render(&watch);
+    let marks: Vec<PictureMark> = report
         .findings
         .iter()
         .enumerate()
@@ -256,7 +257,7 @@ fn mark(
     output::write_marked(
         path,
         &rendered.picture,
-        Display::of(&loaded.scene.render),
+        Display::from_render(&loaded.scene.render),
         &marks,
         &note,
         &Metadata::default(),
@@ -264,24 +265,24 @@ fn mark(
     Ok(())
 }
 
-fn mark_of(index: usize, found: &Finding) -> Option<Mark> {
+fn mark_of(index: usize, found: &StressFinding) -> Option<PictureMark> {
     let (pixel, _) = found.pixel.filter(|(_, camera)| *camera == 0)?;
     let colour = match found.severity {
         Severity::PictureWrong => [255, 70, 70],
         Severity::SlowOrNoisy => [255, 200, 40],
         Severity::Harmless => [120, 200, 255],
     };
-    Some(Mark {
+    Some(PictureMark {
         pixel,
         label: (index + 1).to_string(),
         colour,
     })
 }
 
-fn json(loaded: &Loaded, settings: &Settings, report: &Report, seconds: f64) -> String {
-    let entry = |found: &Finding| {
+fn json(loaded: &Loaded, settings: &Settings, report: &StressSummary, seconds: f64) -> String {
+    let entry = |found: &StressFinding| {
         let path = found.subject.path(&loaded.scene);
-        Entry {
+        FindingEntry {
             code: found.code.name(),
             severity: found.severity,
             about: found.subject.words(&loaded.scene),
@@ -302,7 +303,7 @@ fn json(loaded: &Loaded, settings: &Settings, report: &Report, seconds: f64) -> 
                 .map(|subject| subject.path(&loaded.scene))
                 .collect(),
             more: found.others.len(),
-            why: found.why.clone(),
+            why: found.reason.clone(),
             remedy: found.remedy.clone(),
         }
     };
@@ -330,7 +331,7 @@ fn json(loaded: &Loaded, settings: &Settings, report: &Report, seconds: f64) -> 
 }
 
 /// Numbers of the findings that have no mark in the picture.
-fn unmarked(report: &Report) -> Vec<String> {
+fn unmarked(report: &StressSummary) -> Vec<String> {
     let findings = report.findings.iter().enumerate();
     findings
         .filter(|&(index, found)| mark_of(index, found).is_none())

@@ -11,19 +11,21 @@ use raywright_core::display::Display;
 use raywright_core::framing::{FIELD_OF_VIEW, Silhouette};
 use raywright_core::{Settings, denoise};
 use raywright_io::output::{Metadata, is_own_picture, write_atomically, write_png};
-use raywright_io::{Error, Format, Input, Inputs, LoadOptions, Loaded, is_scene_or_model, load};
+use raywright_io::{
+    Error, Input, InputFiles, LoadOptions, Loaded, SceneFormat, is_scene_or_model, load,
+};
 use serde::{Deserialize, Serialize};
 
 use crate::args::ThumbsArgs;
 use crate::console::{self, Verbosity};
 use crate::failure::{Exit, Failure};
 use crate::interrupt;
-use crate::ready::prepared;
+use crate::preparation::prepare_loaded;
 use crate::threads::Threads;
 use crate::watch::Watch;
 use crate::{origin, plan, scene_input};
 
-/// Version of the layout of [`Index`].
+/// Version of the layout of [`ThumbnailIndex`].
 const FORMAT: u32 = 1;
 /// Name of the index file among the pictures.
 const INDEX: &str = "thumbs.json";
@@ -32,7 +34,7 @@ const DEEPEST: usize = 64;
 
 /// Inputs of all pictures, kept between runs.
 #[derive(Debug, Default, Deserialize, Serialize)]
-struct Index {
+struct ThumbnailIndex {
     format: u32,
     /// Entries by the model's path below the folder.
     thumbnails: BTreeMap<String, Thumbnail>,
@@ -50,7 +52,7 @@ struct Thumbnail {
 }
 
 impl Thumbnail {
-    fn of(inputs: &Inputs, size: u32) -> Self {
+    fn of(inputs: &InputFiles, size: u32) -> Self {
         let files = inputs.files().map(Path::to_owned).collect();
         Self {
             version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -62,7 +64,7 @@ impl Thumbnail {
 
     /// Whether a new render would have the same inputs.
     fn is_current(&self, size: u32) -> bool {
-        let mut inputs = Inputs::default();
+        let mut inputs = InputFiles::default();
         self.files.iter().for_each(|file| inputs.read(file));
         *self == Self::of(&inputs, size)
     }
@@ -89,7 +91,7 @@ pub fn run(args: &ThumbsArgs, verbosity: Verbosity) -> Result<(), Failure> {
             ))?,
             Err(failure) if failure.exit == Exit::Interrupted => break,
             Err(failure) => {
-                console::tell(&failure.message);
+                console::print_message(&failure.message);
                 failed += 1;
                 worst = if failure.exit as u8 > worst as u8 {
                     failure.exit
@@ -136,16 +138,16 @@ fn models(args: &ThumbsArgs) -> Result<Vec<(SystemTime, PathBuf)>, Failure> {
             let is_hidden = path
                 .file_name()
                 .is_some_and(|name| name.to_string_lossy().starts_with('.'));
-            let Ok(facts) = fs::metadata(&path) else {
+            let Ok(metadata) = fs::metadata(&path) else {
                 continue;
             };
-            if facts.is_dir() {
+            if metadata.is_dir() {
                 let is_output = pictures.is_some() && fs::canonicalize(&path).ok() == pictures;
                 if !is_hidden && !is_output && depth < DEEPEST {
                     folders.push((path, depth + 1));
                 }
-            } else if facts.is_file() && !is_hidden && is_scene_or_model(&path) {
-                found.push((facts.modified().unwrap_or(SystemTime::UNIX_EPOCH), path));
+            } else if metadata.is_file() && !is_hidden && is_scene_or_model(&path) {
+                found.push((metadata.modified().unwrap_or(SystemTime::UNIX_EPOCH), path));
             }
         }
     }
@@ -156,7 +158,7 @@ fn models(args: &ThumbsArgs) -> Result<Vec<(SystemTime, PathBuf)>, Failure> {
 fn thumbnail(
     args: &ThumbsArgs,
     model: &Path,
-    index: &mut Index,
+    index: &mut ThumbnailIndex,
     (threads, stop): (&Threads, &AtomicBool),
 ) -> Result<(PathBuf, bool), Failure> {
     let below = model.strip_prefix(&args.folder).unwrap_or(model);
@@ -207,28 +209,28 @@ fn render(
     picture: &Path,
     (threads, stop): (&Threads, &AtomicBool),
 ) -> Result<(), Failure> {
-    let own = Settings::of(&loaded.scene);
-    let sampling = plan::quick_sampling(own.sampling);
-    let is_model = !matches!(loaded.source.format, Format::Native(_));
+    let own_settings = Settings::from_scene(&loaded.scene);
+    let sampling = plan::quick_sampling(own_settings.sampling);
+    let is_model = !matches!(loaded.source.format, SceneFormat::Native(_));
     let camera = is_model.then(|| {
-        let silhouette = Silhouette::of(&loaded.scene);
+        let silhouette = Silhouette::from_scene(&loaded.scene);
         silhouette.frame(silhouette.front(), FIELD_OF_VIEW, 1.0)
     });
     let settings = Settings {
         size: [size; 2],
         sampling,
         denoise: denoise::is_possible(sampling),
-        camera: camera.or(own.camera.clone()),
-        ..own
+        camera: camera.or(own_settings.camera.clone()),
+        ..own_settings
     };
     let watch = Watch::until(stop);
-    let rendered =
-        threads.run(|| prepared(loaded, &settings, &watch).map(|ready| ready.render(&watch)))?;
+    let rendered = threads
+        .run(|| prepare_loaded(loaded, &settings, &watch).map(|ready| ready.render(&watch)))?;
     if !rendered.finished {
         return Err(Failure::new(Exit::Interrupted, "interrupted"));
     }
-    if let Some(why) = scene_input::nothing_met(loaded, &rendered, &settings) {
-        return Err(scene_input::empty(&loaded.source.name, why));
+    if let Some(reason) = scene_input::nothing_met(loaded, &rendered, &settings) {
+        return Err(scene_input::empty(&loaded.source.name, reason));
     }
     let metadata = Metadata {
         software: origin::SOFTWARE.to_owned(),
@@ -238,8 +240,13 @@ fn render(
     };
     make_folder(picture)?;
     // No user is present to choose the exposure.
-    let display = Display::of(&loaded.scene.render).suited_to(rendered.shown());
-    Ok(write_png(picture, rendered.shown(), display, &metadata)?)
+    let display = Display::from_render(&loaded.scene.render).suited_to(rendered.shown_picture());
+    Ok(write_png(
+        picture,
+        rendered.shown_picture(),
+        display,
+        &metadata,
+    )?)
 }
 
 /// Creates the folder of a file.
@@ -249,17 +256,17 @@ fn make_folder(file: &Path) -> Result<(), Failure> {
 }
 
 /// Reads the index of earlier runs; empty without a file or for another version.
-fn read_index(file: &Path) -> Result<Index, Failure> {
-    let fresh = Index {
+fn read_index(file: &Path) -> Result<ThumbnailIndex, Failure> {
+    let fresh = ThumbnailIndex {
         format: FORMAT,
-        ..Index::default()
+        ..ThumbnailIndex::default()
     };
     let text = match fs::read_to_string(file) {
         Ok(text) => text,
         Err(cause) if cause.kind() == std::io::ErrorKind::NotFound => return Ok(fresh),
         Err(cause) => return Err(Error::read(file, &cause).into()),
     };
-    match serde_json::from_str::<Index>(&text) {
+    match serde_json::from_str::<ThumbnailIndex>(&text) {
         Ok(index) if index.format == FORMAT => Ok(index),
         Ok(_) => Ok(fresh),
         Err(cause) => {
@@ -272,7 +279,7 @@ fn read_index(file: &Path) -> Result<Index, Failure> {
     }
 }
 
-fn write_index(file: &Path, index: &Index) -> Result<(), Failure> {
+fn write_index(file: &Path, index: &ThumbnailIndex) -> Result<(), Failure> {
     make_folder(file)?;
     Ok(write_atomically(file, console::json(index).as_bytes())?)
 }

@@ -26,13 +26,13 @@ use raywright_io::{
 use crate::args::values::{Backdrop, MaterialChoice, Up};
 use crate::args::{
     Accelerator, BackgroundChoice, DisplayArgs, Exposure, Frames, LightArgs, MOST_SAMPLES,
-    ProgressStyle, RenderArgs, SceneArgs, Share, TevAddress, ViewArgs,
+    PictureShare, ProgressStyle, RenderArgs, SceneArgs, TevAddress, ViewArgs,
 };
 use crate::console::Verbosity;
 use crate::failure::Failure;
 use crate::progress::Progress;
 use crate::scene_input;
-pub use rungs::Choices;
+pub use rungs::RungChoices;
 pub use shots::Shot;
 
 /// Samples per pixel of a quick preview.
@@ -42,7 +42,7 @@ const QUICK_SIZE: [u32; 2] = [640, 360];
 
 /// Settings of one picture.
 #[derive(Clone, Debug)]
-pub struct Plan {
+pub struct PicturePlan {
     /// Everything besides the scene that determines the pixel values.
     pub settings: Settings,
     /// Conversion of pixel values for a PNG.
@@ -53,13 +53,13 @@ pub struct Plan {
 
 /// Work of a `render` run.
 #[derive(Debug)]
-pub struct Task {
+pub struct RenderTask {
     /// Names of the scenes, at least one.
     pub scenes: Vec<OsString>,
     /// Changes to the scenes, and limits above which they are refused.
     pub options: LoadOptions,
     /// Chosen rungs and switched-off effects.
-    pub choices: Choices,
+    pub choices: RungChoices,
     /// Pictures of each scene, at least one.
     pub shots: Vec<Shot>,
     /// Whether the run makes a single picture and no file with several.
@@ -89,7 +89,7 @@ pub struct Task {
     pub checkpoint: Option<PathBuf>,
     pub resume: Option<PathBuf>,
     pub replay: Option<PathBuf>,
-    pub part: Option<Share>,
+    pub part: Option<PictureShare>,
     /// Output file of times and counts.
     pub stats: Option<PathBuf>,
     /// Whether hashes are printed.
@@ -100,19 +100,19 @@ pub struct Task {
     /// Style of progress, and amount of messages.
     pub progress: ProgressStyle,
     pub verbosity: Verbosity,
-    look: Look,
+    overrides: DisplayOverrides,
 }
 
 /// Flags for settings and display, each present only where the user gave it.
 #[derive(Debug)]
-struct Look {
+struct DisplayOverrides {
     view: ViewArgs,
     light: LightArgs,
     display: DisplayArgs,
     accel: Option<Accelerator>,
 }
 
-impl Task {
+impl RenderTask {
     /// Builds the task of the arguments.
     ///
     /// # Errors
@@ -157,7 +157,7 @@ impl Task {
                 && !outputs.iter().any(is_animation),
             scenes,
             options,
-            choices: Choices::from(&choices),
+            choices: RungChoices::from(&choices),
             shots,
             rate: shots::rate(&view),
             outputs,
@@ -179,7 +179,7 @@ impl Task {
             display: report.display,
             progress: report.progress,
             verbosity,
-            look: Look {
+            overrides: DisplayOverrides {
                 view,
                 light,
                 display,
@@ -195,17 +195,17 @@ impl Task {
     /// Whether a scene with nothing visible is refused. A crop or a share of a picture may well be
     /// empty.
     pub fn refuses_empty(&self) -> bool {
-        !self.allows_empty && self.look.view.crop.is_none() && self.part.is_none()
+        !self.allows_empty && self.overrides.view.crop.is_none() && self.part.is_none()
     }
 
     /// Requested JPEG quality, or `None`.
     pub fn quality(&self) -> Option<u8> {
-        self.look.display.quality
+        self.overrides.display.quality
     }
 
     /// Whether pictures have coverage in place of a background.
     pub fn is_transparent(&self) -> bool {
-        self.look.view.background == Some(BackgroundChoice::Transparent)
+        self.overrides.view.background == Some(BackgroundChoice::Transparent)
     }
 
     fn refuse_what_is_of_one_picture(&self) -> Result<(), Failure> {
@@ -240,10 +240,10 @@ impl Task {
         scene: &mut Scene,
         shot: &Shot,
         silhouette: &OnceCell<Silhouette>,
-    ) -> Result<Plan, Failure> {
-        let view = shot.seen_from(|| silhouette.get_or_init(|| Silhouette::of(scene)));
+    ) -> Result<PicturePlan, Failure> {
+        let view = shot.seen_from(|| silhouette.get_or_init(|| Silhouette::from_scene(scene)));
         self.settle(scene, view, |scene, view, fov, aspect| {
-            let silhouette = silhouette.get_or_init(|| Silhouette::of(scene));
+            let silhouette = silhouette.get_or_init(|| Silhouette::from_scene(scene));
             silhouette.frame(view.unwrap_or_else(|| silhouette.front()), fov, aspect)
         })
     }
@@ -256,36 +256,36 @@ impl Task {
         scene: &mut Scene,
         view: Option<View>,
         framed: impl FnOnce(&Scene, Option<View>, f64, f64) -> Camera,
-    ) -> Result<Plan, Failure> {
-        rungs::refuse_two_words(&self.choices.rungs, &self.look)?;
-        let Look {
+    ) -> Result<PicturePlan, Failure> {
+        rungs::refuse_two_words(&self.choices.rungs, &self.overrides)?;
+        let DisplayOverrides {
             view: flags,
             light,
             display,
             accel,
-        } = &self.look;
-        let own = Settings::of(scene);
+        } = &self.overrides;
+        let own_settings = Settings::from_scene(scene);
         let size = flags.size.unwrap_or_else(|| {
             if self.is_quick {
-                quick_size(own.size)
+                quick_size(own_settings.size)
             } else {
-                own.size
+                own_settings.size
             }
         });
         let mut settings = Settings {
             size,
             crop: flags.crop.map(|crop| within(crop, size)).transpose()?,
             sampling: self.sampling(scene),
-            max_depth: light.max_depth.unwrap_or(own.max_depth),
+            max_depth: light.max_depth.unwrap_or(own_settings.max_depth),
             clamp: light.clamp,
-            integrator: light.integrator.unwrap_or(own.integrator),
+            integrator: light.integrator.unwrap_or(own_settings.integrator),
             max_error: light.max_error,
             denoise: light.denoise || light.quick,
-            seed: light.seed.unwrap_or(own.seed),
-            precision: light.precision.map_or(own.precision, Into::into),
-            accelerator: accel.map_or(own.accelerator, Into::into),
+            seed: light.seed.unwrap_or(own_settings.seed),
+            precision: light.precision.map_or(own_settings.precision, Into::into),
+            accelerator: accel.map_or(own_settings.accelerator, Into::into),
             background: match flags.background {
-                None => own.background,
+                None => own_settings.background,
                 Some(BackgroundChoice::Environment) => Background::Environment,
                 // A picture over a colour is rendered with coverage, and composited afterwards.
                 Some(BackgroundChoice::Transparent | BackgroundChoice::Colour(_)) => {
@@ -295,7 +295,7 @@ impl Task {
             wireframe: flags.wireframe,
             aovs: self.layers.clone(),
             max_memory: Some(self.options.limits.memory_bytes),
-            ..own
+            ..own_settings
         };
         let aspect = f64::from(size[0]) / f64::from(size[1]);
         settings.camera = view::camera(scene, (flags, view), |view, fov| {
@@ -306,11 +306,11 @@ impl Task {
                 Some(BackgroundChoice::Colour(colour)) => Some(colour),
                 _ => None,
             },
-            ..shown(display, Display::of(&scene.render))
+            ..shown(display, Display::from_render(&scene.render))
         };
         self.choices.apply(scene, &mut settings)?;
-        let is_exposed = self.look.display.exposure == Some(Exposure::Auto);
-        Ok(Plan {
+        let is_exposed = self.overrides.display.exposure == Some(Exposure::Auto);
+        Ok(PicturePlan {
             display: Display {
                 output: settings.output,
                 ..display
@@ -324,7 +324,7 @@ impl Task {
     /// fixed pattern has no more samples than its own, and its error does not fall with more of
     /// them.
     fn sampling(&self, scene: &Scene) -> Sampling {
-        let spp = self.look.light.spp;
+        let spp = self.overrides.light.spp;
         let named = spp.is_some() || self.choices.has(Ladder::Samples);
         let open_ended = (self.budget.is_some() || self.replay.is_some()) && !named;
         match Sampling::resolve(scene, spp) {
@@ -341,8 +341,8 @@ fn length(scenes: &[OsString], options: &LoadOptions, rate: f64) -> Result<f64, 
     let [name] = scenes else {
         return Err(Error::usage("--frames all is of one model, and several are named").into());
     };
-    let refuse = |why: String| {
-        Error::usage(format_args!("{}: {why}", name.display()))
+    let refuse = |reason: String| {
+        Error::usage(format_args!("{}: {reason}", name.display()))
             .with_hint("say it in seconds: --frames 0..2:25")
     };
     if name == "-" {
@@ -399,7 +399,7 @@ pub fn limits(memory: Option<u64>) -> Limits {
 pub fn options(changes: &SceneArgs, memory: Option<u64>) -> LoadOptions {
     LoadOptions {
         overrides: Overrides {
-            at: changes.at,
+            time: changes.at,
             set: changes.set.clone(),
         },
         model: ModelOptions {
@@ -454,22 +454,22 @@ fn with_up(view: ViewArgs, up: Option<Up>) -> Result<ViewArgs, Failure> {
 }
 
 /// Display settings of the scene or file, as changed by flags.
-pub fn shown(asked: &DisplayArgs, own: Display) -> Display {
+pub fn shown(requested: &DisplayArgs, display: Display) -> Display {
     Display {
-        tone_map: asked.tonemap.unwrap_or(own.tone_map),
-        curve: asked.gamma.unwrap_or(own.curve),
-        exposure_stops: match asked.exposure {
+        tone_map: requested.tonemap.unwrap_or(display.tone_map),
+        curve: requested.gamma.unwrap_or(display.curve),
+        exposure_stops: match requested.exposure {
             Some(Exposure::Stops(stops)) => stops,
-            Some(Exposure::Auto) | None => own.exposure_stops,
+            Some(Exposure::Auto) | None => display.exposure_stops,
         },
-        ..own
+        ..display
     }
 }
 
 /// The same with an automatic exposure for this picture where requested.
-pub fn shown_as_suits(asked: &DisplayArgs, own: Display, picture: &Picture) -> Display {
-    let display = shown(asked, own);
-    match asked.exposure {
+pub fn shown_as_suits(requested: &DisplayArgs, own_display: Display, picture: &Picture) -> Display {
+    let display = shown(requested, own_display);
+    match requested.exposure {
         Some(Exposure::Auto) => display.suited_to(picture),
         Some(Exposure::Stops(_)) | None => display,
     }

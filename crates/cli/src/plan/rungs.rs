@@ -1,24 +1,24 @@
 //! Rungs of ladders chosen by name, applied to scene and settings unless another flag contradicts.
 
 use raywright_core::effects::{Effect, EffectSet};
-use raywright_core::ladder::{Choice, Ladder};
+use raywright_core::ladder::{Ladder, RungChoice};
 use raywright_core::{Scene, Settings};
 use raywright_io::Error;
 
-use super::Look;
+use super::DisplayOverrides;
 use crate::args::ChoiceArgs;
 use crate::failure::Failure;
 
 /// Chosen rungs and switched-off effects.
 #[derive(Clone, Debug, Default)]
-pub struct Choices {
+pub struct RungChoices {
     /// The rungs, at most one per ladder.
-    pub rungs: Vec<Choice>,
+    pub rungs: Vec<RungChoice>,
     /// Switched-off effects.
     pub without: Vec<Effect>,
 }
 
-impl From<&ChoiceArgs> for Choices {
+impl From<&ChoiceArgs> for RungChoices {
     fn from(args: &ChoiceArgs) -> Self {
         Self {
             rungs: args.rungs.clone(),
@@ -27,7 +27,7 @@ impl From<&ChoiceArgs> for Choices {
     }
 }
 
-impl Choices {
+impl RungChoices {
     /// Applies the rungs to scene and settings, and switches the effects off.
     pub fn apply(&self, scene: &mut Scene, settings: &mut Settings) -> Result<(), Failure> {
         settings.without = self.without.iter().copied().collect::<EffectSet>();
@@ -65,8 +65,11 @@ impl Choices {
 }
 
 /// Refuses a rung whose ladder is set by another given flag too.
-pub(super) fn refuse_two_words(rungs: &[Choice], look: &Look) -> Result<(), Failure> {
-    let light = &look.light;
+pub(super) fn refuse_two_words(
+    rungs: &[RungChoice],
+    overrides: &DisplayOverrides,
+) -> Result<(), Failure> {
+    let light = &overrides.light;
     for choice in rungs {
         let flag = match choice.ladder() {
             Ladder::Precision if light.precision.is_some() => "--precision",
@@ -75,7 +78,7 @@ pub(super) fn refuse_two_words(rungs: &[Choice], look: &Look) -> Result<(), Fail
             Ladder::Reconstruction if light.denoise => "--denoise",
             Ladder::Reconstruction | Ladder::Samples if light.quick => "--quick",
             Ladder::PathLength if light.max_depth.is_some() => "--max-depth",
-            Ladder::Accelerator | Ladder::Build if look.accel.is_some() => "--accel",
+            Ladder::Accelerator | Ladder::Build if overrides.accel.is_some() => "--accel",
             _ => continue,
         };
         return Err(twice(choice.ladder(), flag));
@@ -100,9 +103,9 @@ mod tests {
     use super::*;
     use crate::args::{Arguments, Command};
     use crate::console::Verbosity;
-    use crate::plan::Task;
+    use crate::plan::RenderTask;
 
-    fn task(words: &[&str]) -> Task {
+    fn task(words: &[&str]) -> RenderTask {
         let words = [&["raywright", "render"], words].concat();
         let Ok(Arguments {
             command: Some(Command::Render(args)),
@@ -111,12 +114,12 @@ mod tests {
         else {
             panic!("a right command line")
         };
-        Task::new(*args, Verbosity::Quiet).expect("nothing is wrong with it")
+        RenderTask::new(*args, Verbosity::Quiet).expect("nothing is wrong with it")
     }
 
-    fn rungs(list: &[&str]) -> Choices {
-        let choice = |text: &&str| Choice::parse(text).expect("a rung");
-        Choices {
+    fn rungs(list: &[&str]) -> RungChoices {
+        let choice = |text: &&str| RungChoice::parse(text).expect("a rung");
+        RungChoices {
             rungs: list.iter().map(choice).collect(),
             without: Vec::new(),
         }
@@ -125,8 +128,8 @@ mod tests {
     /// Protects: rungs and switches reach the settings, and contradictory flags are refused.
     #[test]
     fn choices_reach_the_settings_once() {
-        let (mut scene, mut settings) = (Scene::default(), Settings::of(&Scene::default()));
-        let choices = Choices {
+        let (mut scene, mut settings) = (Scene::default(), Settings::from_scene(&Scene::default()));
+        let choices = RungChoices {
             without: vec![Effect::Highlights],
             ..rungs(&["path-length=4", "shadows=off"])
         };
@@ -135,14 +138,17 @@ mod tests {
             .expect("no contradiction");
         assert_eq!(
             (settings.max_depth, settings.without),
-            (4, EffectSet::of(&[Effect::Highlights, Effect::Shadows]))
+            (
+                4,
+                EffectSet::from_effects(&[Effect::Highlights, Effect::Shadows])
+            )
         );
         assert!(
             rungs(&["build=fast", "build=high"])
                 .apply(&mut scene, &mut settings)
                 .is_err()
         );
-        let both = Choices {
+        let both = RungChoices {
             without: vec![Effect::Shadows],
             ..rungs(&["shadows=on"])
         };
@@ -166,7 +172,7 @@ mod tests {
         };
         let (_, settings) = rendered(&[]);
         for choice in Ladder::ALL.into_iter().flat_map(Ladder::choices) {
-            let measured = Setting::one(choice).applied(&own, &settings);
+            let measured = Setting::single(choice).applied(&own, &settings);
             assert_eq!(
                 rendered(&["--rung", &choice.to_string()]),
                 measured,
@@ -189,8 +195,10 @@ mod tests {
                 "reconstruction=denoised",
             ]
             .map(|rung| {
-                let Task { choices, look, .. } = task(&[&["--rung", rung], flag].concat());
-                u8::from(refuse_two_words(&choices.rungs, &look).is_err())
+                let RenderTask {
+                    choices, overrides, ..
+                } = task(&[&["--rung", rung], flag].concat());
+                u8::from(refuse_two_words(&choices.rungs, &overrides).is_err())
             })
         };
         assert_eq!(
@@ -209,7 +217,7 @@ mod tests {
     /// Protects: choices are printed as typed.
     #[test]
     fn choices_have_their_own_words() {
-        let choices = Choices {
+        let choices = RungChoices {
             without: vec![Effect::MirrorReflection, Effect::Sky],
             ..rungs(&["samples=16"])
         };

@@ -98,9 +98,9 @@ mod tests {
             azimuth: 3.0,
             elevation: 4.0,
         });
-        for (asked, expected) in [(None, None), (view, view)] {
+        for (requested, expected) in [(None, None), (view, view)] {
             let found = shots(&ViewArgs {
-                view: asked,
+                view: requested,
                 ..ViewArgs::default()
             });
             assert_eq!(

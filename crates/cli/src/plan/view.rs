@@ -214,9 +214,9 @@ fn zoom(projection: &mut Projection, factor: f64) {
 
 /// Keeps the vertical angle of a camera in a picture of another shape. A horizontal angle applies
 /// to the aspect ratio in the file.
-fn keep_vertical_fov(camera: &mut Camera, file: [u32; 2], asked: Option<[u32; 2]>) {
+fn keep_vertical_fov(camera: &mut Camera, file: [u32; 2], requested: Option<[u32; 2]>) {
     let [width, height] = file.map(f64::from);
-    let other_shape = asked.is_some_and(|[w, h]| {
+    let other_shape = requested.is_some_and(|[w, h]| {
         u64::from(w) * u64::from(file[1]) != u64::from(h) * u64::from(file[0])
     });
     if let Projection::Pinhole(pinhole) | Projection::ThinLens { pinhole, .. } =
@@ -296,14 +296,14 @@ mod tests {
         scene
     }
 
-    fn taken(args: &ViewArgs) -> Result<Camera, Failure> {
+    fn camera_from_args(args: &ViewArgs) -> Result<Camera, Failure> {
         let taken = camera(&scene(), (args, None), |_, _| {
             panic!("the scene has cameras")
         })?;
         Ok(taken.expect("the scene has cameras"))
     }
 
-    fn named(name: &str) -> ViewArgs {
+    fn view_args(name: &str) -> ViewArgs {
         ViewArgs {
             camera: Some(name.to_owned()),
             ..ViewArgs::default()
@@ -314,32 +314,45 @@ mod tests {
     #[test]
     fn cameras_are_found_by_name_and_by_index() {
         assert_eq!(
-            taken(&ViewArgs::default()).expect("the first").name,
+            camera_from_args(&ViewArgs::default())
+                .expect("the first")
+                .name,
             "front"
         );
-        assert_eq!(taken(&named("side")).expect("by name").name, "side");
-        assert_eq!(taken(&named("1")).expect("by index").name, "side");
-        assert_eq!(taken(&named("2")).expect("by index").name, "");
+        assert_eq!(
+            camera_from_args(&view_args("side")).expect("by name").name,
+            "side"
+        );
+        assert_eq!(
+            camera_from_args(&view_args("1")).expect("by index").name,
+            "side"
+        );
+        assert_eq!(
+            camera_from_args(&view_args("2")).expect("by index").name,
+            ""
+        );
         assert!(
-            taken(&named("")).is_err(),
+            camera_from_args(&view_args("")).is_err(),
             "a camera without a name has an index alone"
         );
-        let message = taken(&named("fornt")).expect_err("unknown").message;
+        let message = camera_from_args(&view_args("fornt"))
+            .expect_err("unknown")
+            .message;
         assert!(message.contains("did you mean `front`?"), "{message}");
-        assert!(taken(&named("3")).is_err());
+        assert!(camera_from_args(&view_args("3")).is_err());
     }
 
     /// Protects: a flag changes its own part of a pose and leaves the rest, for each form of pose
     /// in the file.
     #[test]
     fn flags_change_one_part_of_a_pose() {
-        let pose = |args: ViewArgs| taken(&args).expect("a camera").pose;
+        let pose = |args: ViewArgs| camera_from_args(&args).expect("a camera").pose;
         let eye = Some([1.0, 2.0, 3.0]);
         let up = [0.0, 1.0, 0.0];
         assert_eq!(
             pose(ViewArgs {
                 eye,
-                ..named("front")
+                ..view_args("front")
             }),
             Pose::LookAt {
                 eye: [1.0, 2.0, 3.0],
@@ -351,7 +364,7 @@ mod tests {
             eye: from, target, ..
         } = pose(ViewArgs {
             target: Some([0.0, 1.0, 0.0]),
-            ..named("side")
+            ..view_args("side")
         })
         else {
             panic!("an orbit that is turned becomes a look-at");
@@ -363,7 +376,10 @@ mod tests {
         assert_eq!(target, [0.0, 1.0, 0.0]);
         let Pose::Axes {
             eye: moved, back, ..
-        } = pose(ViewArgs { eye, ..named("2") })
+        } = pose(ViewArgs {
+            eye,
+            ..view_args("2")
+        })
         else {
             panic!("axes that are only moved stay axes");
         };
@@ -372,7 +388,7 @@ mod tests {
             pose(ViewArgs {
                 up: Some([1.0, 0.0, 0.0]),
                 eye,
-                ..named("2")
+                ..view_args("2")
             }),
             Pose::LookAt {
                 eye: [1.0, 2.0, 3.0],
@@ -397,7 +413,7 @@ mod tests {
         let pose = |target: Triple| {
             let args = ViewArgs {
                 target: Some(target),
-                ..named("2")
+                ..view_args("2")
             };
             camera(&scene, (&args, None), |_, _| {
                 panic!("the scene has cameras")
@@ -445,14 +461,14 @@ mod tests {
         assert_eq!(
             taken(&ViewArgs {
                 fov: Some(20.0),
-                ..named("front")
+                ..view_args("front")
             })
             .pose_end,
             Some(end)
         );
         let put = taken(&ViewArgs {
             eye: Some([1.0, 2.0, 3.0]),
-            ..named("front")
+            ..view_args("front")
         });
         assert_eq!((put.pose_end, put.shutter), (None, Some([0.0, 1.0])));
     }
@@ -462,7 +478,9 @@ mod tests {
     #[test]
     fn zooms_and_views_go_with_an_angle() {
         let half = |args: ViewArgs| {
-            let Projection::Pinhole(pinhole) = taken(&args).expect("a camera").projection else {
+            let Projection::Pinhole(pinhole) =
+                camera_from_args(&args).expect("a camera").projection
+            else {
                 panic!("a pinhole")
             };
             libm::tan(
@@ -475,11 +493,11 @@ mod tests {
             )
         };
         for args in [
-            named("front"),
-            named("side"),
+            view_args("front"),
+            view_args("side"),
             ViewArgs {
                 fov: Some(50.0),
-                ..named("side")
+                ..view_args("side")
             },
         ] {
             let zoomed = half(ViewArgs {
@@ -496,7 +514,7 @@ mod tests {
             elevation: 20.0,
         };
         for (fov, expected) in [(None, FIELD_OF_VIEW), (Some(15.0), 15.0)] {
-            let asked = |view, fov| {
+            let requested = |view, fov| {
                 assert_eq!((view, fov), (Some(side), expected));
                 scene().cameras[1].clone()
             };
@@ -505,7 +523,7 @@ mod tests {
                 ..ViewArgs::default()
             };
             assert_eq!(
-                camera(&scene(), (&args, Some(side)), asked)
+                camera(&scene(), (&args, Some(side)), requested)
                     .expect("a view")
                     .map(|camera| camera.name),
                 Some("side".to_owned())
@@ -517,23 +535,23 @@ mod tests {
     #[test]
     fn impossible_views_are_refused() {
         assert!(
-            taken(&ViewArgs {
+            camera_from_args(&ViewArgs {
                 eye: Some([0.0; 3]),
-                ..named("front")
+                ..view_args("front")
             })
             .is_err()
         );
         assert!(
-            taken(&ViewArgs {
+            camera_from_args(&ViewArgs {
                 up: Some([0.0, 0.0, 1.0]),
-                ..named("front")
+                ..view_args("front")
             })
             .is_err()
         );
         assert!(
-            taken(&ViewArgs {
+            camera_from_args(&ViewArgs {
                 up: Some([0.0; 3]),
-                ..named("front")
+                ..view_args("front")
             })
             .is_err()
         );
@@ -544,9 +562,9 @@ mod tests {
     #[test]
     fn the_vertical_angle_survives_another_shape() {
         let projection = |size| {
-            taken(&ViewArgs {
+            camera_from_args(&ViewArgs {
                 size,
-                ..named("front")
+                ..view_args("front")
             })
             .expect("a camera")
             .projection
@@ -562,9 +580,9 @@ mod tests {
             (None, Some(1e9))
         );
         assert_eq!(projection(Some([400, 200])), projection(None));
-        let Projection::Pinhole(narrow) = taken(&ViewArgs {
+        let Projection::Pinhole(narrow) = camera_from_args(&ViewArgs {
             fov: Some(20.0),
-            ..named("front")
+            ..view_args("front")
         })
         .expect("a camera")
         .projection
@@ -584,7 +602,7 @@ mod tests {
         let mut scene = scene();
         scene.cameras[1].aspect = Some(1.5);
         scene.cameras[1].fit = Fit::Contain;
-        let of = |args: ViewArgs| {
+        let value_of = |args: ViewArgs| {
             let taken = camera(&scene, (&args, None), |_, _| {
                 panic!("the scene has cameras")
             })
@@ -594,18 +612,24 @@ mod tests {
         };
         let fit = Some(Fit::Cover);
         assert_eq!(
-            of(ViewArgs {
+            value_of(ViewArgs {
                 fit,
-                ..named("side")
+                ..view_args("side")
             }),
             (Some(1.5), Fit::Cover)
         );
-        assert_eq!(of(ViewArgs { fit, ..named("2") }), (Some(2.0), Fit::Cover));
-        assert_eq!(of(named("side")), (Some(1.5), Fit::Contain));
         assert_eq!(
-            of(ViewArgs {
+            value_of(ViewArgs {
+                fit,
+                ..view_args("2")
+            }),
+            (Some(2.0), Fit::Cover)
+        );
+        assert_eq!(value_of(view_args("side")), (Some(1.5), Fit::Contain));
+        assert_eq!(
+            value_of(ViewArgs {
                 fov: Some(30.0),
-                ..named("side")
+                ..view_args("side")
             })
             .0,
             None
@@ -633,7 +657,7 @@ mod tests {
         scene.cameras[0].aspect = Some(1.0);
         let args = ViewArgs {
             size: Some([100, 100]),
-            ..named("front")
+            ..view_args("front")
         };
         let taken = camera(&scene, (&args, None), |_, _| {
             panic!("the scene has cameras")

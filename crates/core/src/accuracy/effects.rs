@@ -6,8 +6,8 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-use super::Listener;
-use super::renderer::{Now, Renderer, TimedRender, Unfinished};
+use super::ProgressListener;
+use super::renderer::{ClockFunction, Renderer, TimedRender, UnfinishedRender};
 use crate::bench::Spread;
 use crate::bench::clock::{Stopwatch, of_process};
 use crate::display::Display;
@@ -66,9 +66,9 @@ pub fn measure_effects(
     settings: &Settings,
     budget: Duration,
     observer: &dyn Observer,
-    listener: &mut dyn Listener,
+    listener: &mut dyn ProgressListener,
 ) -> Result<EffectCosts, PrepareError> {
-    let bench = Bench {
+    let bench = EffectBench {
         scene,
         observer,
         stopwatch: of_process,
@@ -77,7 +77,7 @@ pub fn measure_effects(
         budget,
     };
     let costs = bench.run(settings, listener)?;
-    if observer.cancelled() {
+    if observer.is_cancelled() {
         Err(PrepareError::Cancelled)
     } else {
         Ok(costs)
@@ -85,20 +85,20 @@ pub fn measure_effects(
 }
 
 /// Renders with and without effects, within a time budget.
-pub(super) struct Bench<'a> {
+pub(super) struct EffectBench<'a> {
     pub scene: &'a Scene,
     pub observer: &'a dyn Observer,
     pub stopwatch: Stopwatch,
-    pub now: Now<'a>,
+    pub now: ClockFunction<'a>,
     pub start: Instant,
     pub budget: Duration,
 }
 
-impl Bench<'_> {
+impl EffectBench<'_> {
     pub fn run(
         &self,
         settings: &Settings,
-        listener: &mut dyn Listener,
+        listener: &mut dyn ProgressListener,
     ) -> Result<EffectCosts, PrepareError> {
         let simulated = detect(self.scene, settings).simulated();
         let measured: Vec<Effect> = Effect::ALL
@@ -121,16 +121,17 @@ impl Bench<'_> {
                     ((self.now)() - self.start).as_secs_f64() / self.budget.as_secs_f64().max(1e-9);
                 listener.step(&format!("without {}", effect.name()), share.min(1.0));
                 let off = Settings {
-                    without: settings.without.or(EffectSet::of(&[effect])),
+                    without: settings.without.or(EffectSet::from_effects(&[effect])),
                     ..settings.clone()
                 };
-                match (self.take(&settings, round), self.take(&off, round)) {
+                match (self.render(&settings, round), self.render(&off, round)) {
                     (Ok(all), Ok(less)) => {
                         own.push(all.seconds);
                         with.push(all);
                         without.push(less);
                     }
-                    (Err(Unfinished::Failed(error)), _) | (_, Err(Unfinished::Failed(error))) => {
+                    (Err(UnfinishedRender::Failed(error)), _)
+                    | (_, Err(UnfinishedRender::Failed(error))) => {
                         return Err(error);
                     }
                     _ => break,
@@ -143,21 +144,21 @@ impl Bench<'_> {
         }
         if own.is_empty() {
             own.push(
-                self.take(&settings, 0)
-                    .map_err(Unfinished::into_error)?
+                self.render(&settings, 0)
+                    .map_err(UnfinishedRender::into_error)?
                     .seconds,
             );
         }
         costs.sort_by(|a, b| b.ratio.median.total_cmp(&a.ratio.median));
         Ok(EffectCosts {
             size: settings.size,
-            seconds: Spread::of(&own),
+            seconds: Spread::from_samples(&own),
             effects: costs,
             late,
         })
     }
 
-    fn take(&self, settings: &Settings, round: u64) -> Result<TimedRender, Unfinished> {
+    fn render(&self, settings: &Settings, round: u64) -> Result<TimedRender, UnfinishedRender> {
         let settings = Settings {
             seed: settings.seed.wrapping_add(round),
             ..settings.clone()
@@ -174,28 +175,28 @@ impl Bench<'_> {
     /// Returns the size at which all renders take four fifths of the time, extrapolated from the
     /// smallest size; at most the scene's.
     fn affordable(&self, settings: &Settings, effects: usize) -> Result<[u32; 2], PrepareError> {
-        let least = (LEAST_WIDTH / f64::from(settings.size[0])).min(1.0);
+        let minimum = (LEAST_WIDTH / f64::from(settings.size[0])).min(1.0);
         let scaled = |factor: f64| {
             settings
                 .size
                 .map(|edge| (f64::from(edge) * factor).round().max(1.0) as u32)
         };
         let before = (self.now)();
-        self.take(
+        self.render(
             &Settings {
-                size: scaled(least),
+                size: scaled(minimum),
                 ..settings.clone()
             },
             0,
         )
-        .map_err(Unfinished::into_error)?;
+        .map_err(UnfinishedRender::into_error)?;
         let all =
             ((self.now)() - before).as_secs_f64() * 2.0 * ROUNDS as f64 * effects.max(1) as f64;
         Ok(scaled(
-            least
+            minimum
                 * (0.8 * self.budget.as_secs_f64() / all)
                     .sqrt()
-                    .clamp(1.0, 1.0 / least),
+                    .clamp(1.0, 1.0 / minimum),
         ))
     }
 
@@ -211,13 +212,13 @@ impl Bench<'_> {
             .zip(without)
             .map(|(a, b)| (&a.picture, &b.picture))
             .collect();
-        let display = Display::of(&self.scene.render);
+        let display = Display::from_render(&self.scene.render);
         let [shown, other] =
             [&with[0].picture, &without[0].picture].map(|picture| display.to_values(picture));
         EffectCost {
             effect: effect.name(),
-            seconds_without: Spread::of(&seconds),
-            ratio: Spread::of(&ratios),
+            seconds_without: Spread::from_samples(&seconds),
+            ratio: Spread::from_samples(&ratios),
             rays: with[0].rays as f64 / (without[0].rays as f64).max(1.0),
             rmse: root_mean_square(&pairs),
             // Both pictures have the same size, which is not zero.
@@ -264,11 +265,11 @@ mod tests {
         let scene: Scene =
             serde_json::from_str(text).unwrap_or_else(|e| panic!("the scene is right: {e}"));
         let settings = Settings {
-            without: EffectSet::of(effects),
-            ..Settings::of(&scene)
+            without: EffectSet::from_effects(effects),
+            ..Settings::from_scene(&scene)
         };
         let stopwatch: Stopwatch = |work| work() as f64 * 1e-6;
-        Bench {
+        EffectBench {
             scene: &scene,
             observer: &(),
             stopwatch,
@@ -295,14 +296,18 @@ mod tests {
             (costs.size, costs.seconds.median, costs.late.len()),
             ([4, 2], 16e-6, 0)
         );
-        let of = |name: &str| {
+        let value_of = |name: &str| {
             costs
                 .effects
                 .iter()
                 .find(|cost| cost.effect == name)
                 .unwrap_or_else(|| panic!("no {name}"))
         };
-        let (mirror, sky, glow) = (of("mirror reflection"), of("sky"), of("emission"));
+        let (mirror, sky, glow) = (
+            value_of("mirror reflection"),
+            value_of("sky"),
+            value_of("emission"),
+        );
         assert_eq!(
             (
                 mirror.seconds_without.median,

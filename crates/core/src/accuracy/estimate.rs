@@ -13,7 +13,7 @@ pub(super) const BLOCK: usize = 8;
 
 /// An estimate with its confidence interval of about 95 %.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Interval {
+pub struct ConfidenceInterval {
     /// The estimate.
     pub value: f64,
     /// Lower end.
@@ -22,7 +22,7 @@ pub struct Interval {
     pub high: f64,
 }
 
-impl Interval {
+impl ConfidenceInterval {
     /// Returns the interval of an exact number.
     pub fn exact(value: f64) -> Self {
         Self {
@@ -118,16 +118,16 @@ impl Interval {
 
 /// Errors of a setting in the whole picture, in linear radiance, over pixels and channels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Errors {
+pub struct SettingErrors {
     /// Root mean squared error against the truth.
-    pub rmse: Interval,
+    pub rmse: ConfidenceInterval,
     /// Mean of (I − R)² / (R² + 0.01), less the reference's own share.
-    pub relmse: Interval,
+    pub relmse: ConfidenceInterval,
     /// Part of `relmse` that remains with more samples; `None` where a single render leaves it
     /// unknown.
-    pub bias: Option<Interval>,
+    pub bias: Option<ConfidenceInterval>,
     /// Ratio of the picture's total light to the reference's.
-    pub light: Interval,
+    pub light: ConfidenceInterval,
 }
 
 /// Reference data of a tile.
@@ -172,8 +172,13 @@ impl TruthTile {
         let variance: Vec<[f64; 3]> = means.iter().map(|[_, variance]| *variance).collect();
         // A squared difference less the variance of one side has twice the square of that variance.
         // Channels are fully correlated.
-        let pixel = |(of, rgb): (&[f64; 3], &[f32; 3])| {
-            (0..3).map(|i| of[i] * weight(rgb[i])).sum::<f64>().powi(2) * 8.0 / 3.0
+        let pixel = |(value, rgb): (&[f64; 3], &[f32; 3])| {
+            (0..3)
+                .map(|i| value[i] * weight(rgb[i]))
+                .sum::<f64>()
+                .powi(2)
+                * 8.0
+                / 3.0
         };
         let doubt = variance.iter().zip(&picture.rgb).map(pixel).sum();
         Self {
@@ -189,7 +194,7 @@ impl TruthTile {
         let [columns, rows] = [self.picture.width, self.picture.height].map(|edge| {
             let edge = edge as usize;
             (0..edge.div_ceil(BLOCK))
-                .map(|at| BLOCK.min(edge - at * BLOCK) as f64)
+                .map(|position| BLOCK.min(edge - position * BLOCK) as f64)
                 .collect::<Vec<_>>()
         });
         rows.iter()

@@ -5,11 +5,11 @@
 use std::collections::BTreeMap;
 
 use super::setting::Setting;
-use crate::ladder::{Choice, Ladder};
+use crate::ladder::{Ladder, RungChoice};
 
 /// Time and error of a setting.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Point {
+pub(super) struct FrontierPoint {
     /// Seconds, above zero.
     pub time: f64,
     /// Mean squared error, relative as in the report, at least zero.
@@ -24,15 +24,15 @@ const WORTH: f64 = 0.02;
 /// Measured effect of a ladder's rungs alone, from fast to exact, and the rung at which a walk
 /// starts.
 #[derive(Clone, Debug)]
-pub(super) struct Steps {
+pub(super) struct LadderSteps {
     pub ladder: Ladder,
     /// Rungs with their points; `None` for the scene's own setting, which may be no rung.
-    pub rungs: Vec<(Option<Choice>, Point)>,
+    pub rungs: Vec<(Option<RungChoice>, FrontierPoint)>,
     pub start: usize,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Direction {
+pub(super) enum WalkDirection {
     Faster,
     MoreExact,
 }
@@ -42,21 +42,21 @@ pub(super) trait Surveyor {
     /// Whether a setting is valid.
     fn is_possible(&self, setting: &Setting) -> bool;
     /// Returns the point of a setting, or `None` where time is out.
-    fn measure(&mut self, setting: &Setting) -> Option<Point>;
+    fn measure(&mut self, setting: &Setting) -> Option<FrontierPoint>;
     /// Whether a setting is better than another in a direction, with certainty, and the walk may
     /// continue from it.
-    fn is_beyond(&self, setting: &Setting, other: &Setting, direction: Direction) -> bool;
+    fn is_beyond(&self, setting: &Setting, other: &Setting, direction: WalkDirection) -> bool;
 }
 
 /// Walks from a setting in both directions.
 pub(super) fn walk(
-    steps: &[Steps],
-    (start, point): (&Setting, Point),
+    steps: &[LadderSteps],
+    (start, point): (&Setting, FrontierPoint),
     surveyor: &mut dyn Surveyor,
-) -> Vec<(Setting, Point)> {
+) -> Vec<(Setting, FrontierPoint)> {
     let mut found = Vec::new();
-    for direction in [Direction::Faster, Direction::MoreExact] {
-        let mut walk = Walk {
+    for direction in [WalkDirection::Faster, WalkDirection::MoreExact] {
+        let mut walk = FrontierWalk {
             steps,
             at: steps.iter().map(|s| (s.ladder, s.start)).collect(),
             point,
@@ -87,14 +87,14 @@ pub(super) fn walk(
     found
 }
 
-struct Walk<'a> {
-    steps: &'a [Steps],
+struct FrontierWalk<'a> {
+    steps: &'a [LadderSteps],
     at: BTreeMap<Ladder, usize>,
     setting: Setting,
-    point: Point,
+    point: FrontierPoint,
 }
 
-impl Walk<'_> {
+impl FrontierWalk<'_> {
     fn moved(&self, ladder: Ladder, rung: usize) -> Setting {
         let choice = self
             .steps
@@ -108,21 +108,27 @@ impl Walk<'_> {
     }
 
     /// Returns the neighbouring rung with the best ratio of gain to price.
-    fn best(&self, direction: Direction, barred: &[(Ladder, usize)]) -> Option<(Ladder, usize)> {
-        let worth = |steps: &Steps| {
-            let at = *self.at.get(&steps.ladder)?;
+    fn best(
+        &self,
+        direction: WalkDirection,
+        barred: &[(Ladder, usize)],
+    ) -> Option<(Ladder, usize)> {
+        let worth = |steps: &LadderSteps| {
+            let position = *self.at.get(&steps.ladder)?;
             let next = match direction {
-                Direction::Faster => at.checked_sub(1)?,
-                Direction::MoreExact => Some(at + 1).filter(|&next| next < steps.rungs.len())?,
+                WalkDirection::Faster => position.checked_sub(1)?,
+                WalkDirection::MoreExact => {
+                    Some(position + 1).filter(|&next| next < steps.rungs.len())?
+                }
             };
-            let (from, to) = (steps.rungs[at].1, steps.rungs[next].1);
+            let (from, to) = (steps.rungs[position].1, steps.rungs[next].1);
             let time = to.time / from.time;
             // Errors of independent causes add as squares.
             let error = (self.point.error + to.error - from.error).max(1e-3 * self.point.error)
                 / self.point.error.max(1e-300);
             let (gain, price) = match direction {
-                Direction::Faster => (1.0 / time, error),
-                Direction::MoreExact => (1.0 / error, time),
+                WalkDirection::Faster => (1.0 / time, error),
+                WalkDirection::MoreExact => (1.0 / error, time),
             };
             let promising = gain > 1.0 + WORTH && !barred.contains(&(steps.ladder, next));
             promising.then(|| {
@@ -149,7 +155,7 @@ const SAME_ERROR: f64 = 0.02;
 
 /// Returns the indices of the Pareto front, by ascending time. A point is dropped where another has
 /// at most its time and at most its error, and less of either. Of equal points the first remains.
-pub(super) fn pareto(points: &[Point]) -> Vec<usize> {
+pub(super) fn pareto(points: &[FrontierPoint]) -> Vec<usize> {
     let beaten = |i: usize| {
         let p = points[i];
         points.iter().enumerate().any(|(j, q)| {
@@ -169,8 +175,8 @@ pub(super) fn pareto(points: &[Point]) -> Vec<usize> {
 mod tests {
     use super::*;
 
-    fn point(time: f64, error: f64) -> Point {
-        Point { time, error }
+    fn point(time: f64, error: f64) -> FrontierPoint {
+        FrontierPoint { time, error }
     }
 
     /// Protects: exactly the points that no other beats in both time and error remain, in any
@@ -197,7 +203,7 @@ mod tests {
 
     /// Samples with noise 1/n, and a ladder of light sampling: half the time costs an error of
     /// 10⁻⁹, twice the time saves 10⁻³.
-    fn steps() -> Vec<Steps> {
+    fn steps() -> Vec<LadderSteps> {
         let samples = Ladder::Samples.choices().map(|choice| {
             let n: f64 = choice.rung().parse().expect("a number");
             ((n != 16.0).then_some(choice), point(n, 1.0 / n + 0.001))
@@ -212,12 +218,12 @@ mod tests {
             .zip(ways)
             .map(|(choice, at)| ((at.time != 16.0).then_some(choice), at));
         vec![
-            Steps {
+            LadderSteps {
                 ladder: Ladder::Samples,
                 rungs: samples.collect(),
                 start: 2,
             },
-            Steps {
+            LadderSteps {
                 ladder: Ladder::LightSampling,
                 rungs: lights.collect(),
                 start: 1,
@@ -226,7 +232,7 @@ mod tests {
     }
 
     /// The true points of combined rungs.
-    fn truth(setting: &Setting) -> Point {
+    fn truth(setting: &Setting) -> FrontierPoint {
         let n = setting
             .rung(Ladder::Samples)
             .map_or(16.0, |c| c.rung().parse().expect("a number"));
@@ -240,17 +246,17 @@ mod tests {
 
     /// Surveyor that records its queries and answers by a rule: impossible settings, and a least
     /// share of a certain gain.
-    struct Rule<'a> {
-        asked: Vec<String>,
-        truth: &'a dyn Fn(&Setting) -> Option<Point>,
+    struct RuleSurveyor<'a> {
+        requested: Vec<String>,
+        truth: &'a dyn Fn(&Setting) -> Option<FrontierPoint>,
         impossible: &'a [&'a str],
         sure: f64,
     }
 
-    impl<'a> Rule<'a> {
-        fn of(truth: &'a dyn Fn(&Setting) -> Option<Point>) -> Self {
+    impl<'a> RuleSurveyor<'a> {
+        fn of(truth: &'a dyn Fn(&Setting) -> Option<FrontierPoint>) -> Self {
             Self {
-                asked: Vec::new(),
+                requested: Vec::new(),
                 truth,
                 impossible: &[],
                 sure: 1.0,
@@ -258,24 +264,24 @@ mod tests {
         }
     }
 
-    impl Surveyor for Rule<'_> {
+    impl Surveyor for RuleSurveyor<'_> {
         fn is_possible(&self, setting: &Setting) -> bool {
             setting
                 .rung(Ladder::Samples)
                 .is_none_or(|samples| !self.impossible.contains(&samples.rung()))
         }
 
-        fn measure(&mut self, setting: &Setting) -> Option<Point> {
-            self.asked.push(setting.to_string());
+        fn measure(&mut self, setting: &Setting) -> Option<FrontierPoint> {
+            self.requested.push(setting.to_string());
             (self.truth)(setting)
         }
 
-        fn is_beyond(&self, setting: &Setting, other: &Setting, direction: Direction) -> bool {
+        fn is_beyond(&self, setting: &Setting, other: &Setting, direction: WalkDirection) -> bool {
             let [new, old] =
                 [setting, other].map(|setting| (self.truth)(setting).expect("measured"));
             match direction {
-                Direction::Faster => new.time < self.sure * old.time,
-                Direction::MoreExact => new.error < self.sure * old.error,
+                WalkDirection::Faster => new.time < self.sure * old.time,
+                WalkDirection::MoreExact => new.error < self.sure * old.error,
             }
         }
     }
@@ -286,15 +292,15 @@ mod tests {
     #[test]
     fn walks_take_what_gives_most() {
         let known = |setting: &Setting| Some(truth(setting));
-        let mut rule = Rule::of(&known);
+        let mut rule = RuleSurveyor::of(&known);
         let found = walk(
             &steps(),
             (&Setting::default(), point(16.0, 0.0635)),
             &mut rule,
         );
-        let asked = rule.asked;
+        let requested = rule.requested;
         assert_eq!(
-            asked[..3],
+            requested[..3],
             [
                 "light-sampling=scattering",
                 "light-sampling=scattering samples=4",
@@ -302,7 +308,7 @@ mod tests {
             ]
         );
         assert_eq!(
-            asked[3..],
+            requested[3..],
             [
                 "samples=64",
                 "samples=256",
@@ -310,7 +316,7 @@ mod tests {
                 "light-sampling=both samples=1024"
             ]
         );
-        assert_eq!(found.len(), asked.len());
+        assert_eq!(found.len(), requested.len());
         let front = pareto(&found.iter().map(|(_, point)| *point).collect::<Vec<_>>());
         assert!(front.len() >= 5, "{found:?}");
     }
@@ -321,19 +327,19 @@ mod tests {
     fn walks_begin_where_they_are_told() {
         let mut steps = steps();
         steps[0].start = 1;
-        let four = Setting::one(Choice::parse("samples=4").expect("a rung"));
+        let four = Setting::single(RungChoice::parse("samples=4").expect("a rung"));
         let known = |setting: &Setting| Some(truth(setting));
-        let mut rule = Rule::of(&known);
+        let mut rule = RuleSurveyor::of(&known);
         walk(&steps, (&four, truth(&four)), &mut rule);
-        let asked = rule.asked;
+        let requested = rule.requested;
         assert_eq!(
-            asked[..2],
+            requested[..2],
             [
                 "light-sampling=scattering samples=4",
                 "light-sampling=scattering samples=1"
             ]
         );
-        assert_eq!(asked[2..5], ["as it is", "samples=64", "samples=256"]);
+        assert_eq!(requested[2..5], ["as it is", "samples=64", "samples=256"]);
     }
 
     /// Protects: impossible settings are neither measured nor continued from; the walk takes the
@@ -341,9 +347,9 @@ mod tests {
     #[test]
     fn walks_go_around_what_is_impossible() {
         let known = |setting: &Setting| Some(truth(setting));
-        let mut rule = Rule {
+        let mut rule = RuleSurveyor {
             impossible: &["1", "256"],
-            ..Rule::of(&known)
+            ..RuleSurveyor::of(&known)
         };
         walk(
             &steps(),
@@ -351,7 +357,7 @@ mod tests {
             &mut rule,
         );
         assert_eq!(
-            rule.asked,
+            rule.requested,
             [
                 "light-sampling=scattering",
                 "light-sampling=scattering samples=4",
@@ -363,11 +369,11 @@ mod tests {
 
     /// Protects: an uncertain step is not taken and not tried twice; a walk ends where time is out.
     #[test]
-    fn walks_end() {
+    fn walks_end_without_time_or_certain_steps() {
         let known = |setting: &Setting| Some(truth(setting));
-        let mut rule = Rule {
+        let mut rule = RuleSurveyor {
             sure: 0.2,
-            ..Rule::of(&known)
+            ..RuleSurveyor::of(&known)
         };
         let found = walk(
             &steps(),
@@ -375,12 +381,17 @@ mod tests {
             &mut rule,
         );
         // Faster: both ladders once; more exact: samples once, since lights promise too little.
-        assert_eq!((rule.asked.len(), found.len()), (3, 3), "{:?}", rule.asked);
+        assert_eq!(
+            (rule.requested.len(), found.len()),
+            (3, 3),
+            "{:?}",
+            rule.requested
+        );
         assert!(
             walk(
                 &steps(),
                 (&Setting::default(), point(16.0, 0.0635)),
-                &mut Rule::of(&|_| None)
+                &mut RuleSurveyor::of(&|_| None)
             )
             .is_empty()
         );

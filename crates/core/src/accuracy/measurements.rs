@@ -1,7 +1,7 @@
 //! Measurements of each setting, tile by tile, and the estimates for the whole picture.
 
 mod estimates;
-mod paid;
+mod rung_cost;
 mod turns;
 
 use std::ops::Range;
@@ -13,7 +13,7 @@ pub(super) use estimates::RelativeCost;
 
 use super::estimate::{TileErrors, TruthTile, light};
 use super::pilot::{PilotPair, WholeErrors};
-use super::renderer::{MARGIN, Renderer, TimedRender, Unfinished};
+use super::renderer::{MARGIN, Renderer, TimedRender, UnfinishedRender};
 use super::setting::Setting;
 use super::tiles::TileSample;
 use crate::display::Display;
@@ -45,7 +45,7 @@ fn of_part(renders: &[Vec<TimedRender>], part: usize) -> Vec<&TimedRender> {
 
 /// Figures of a setting in the first tiles of the sample.
 #[derive(Default)]
-struct Figures {
+struct SettingFigures {
     setting: Setting,
     rounds: u64,
     tiles: Vec<TileFigures>,
@@ -54,7 +54,7 @@ struct Figures {
     /// First render of the first tile, or of the whole picture.
     first: Option<Picture>,
     /// Renders of the whole picture, from which more tiles may be judged.
-    whole: Vec<TimedRender>,
+    renders: Vec<TimedRender>,
     /// Errors of the whole picture, estimated from the pilots.
     whole_errors: Option<WholeErrors>,
     /// Seconds of the first render of the whole picture, if any.
@@ -63,7 +63,7 @@ struct Figures {
     turns: Vec<f64>,
 }
 
-impl Figures {
+impl SettingFigures {
     fn new(setting: &Setting, rounds: u64) -> Self {
         Self {
             setting: setting.clone(),
@@ -78,7 +78,7 @@ pub(super) struct Measurements<'a> {
     pub sample: &'a TileSample,
     display: Display,
     truths: Vec<TruthTile>,
-    all: Vec<Figures>,
+    all: Vec<SettingFigures>,
     /// Noisy pictures of the whole.
     pub pilots: Option<PilotPair>,
     /// Most samples up to which denoised pictures are rendered whole.
@@ -107,28 +107,29 @@ impl<'a> Measurements<'a> {
     }
 
     /// Returns the number of tiles with reference data.
-    pub fn known(&self) -> usize {
+    pub fn known_tiles(&self) -> usize {
         self.truths.len()
     }
 
-    fn of(&self, setting: &Setting) -> Option<&Figures> {
+    fn figures(&self, setting: &Setting) -> Option<&SettingFigures> {
         self.all
             .iter()
-            .find(|of| of.setting == *setting && !of.tiles.is_empty())
+            .find(|figures| figures.setting == *setting && !figures.tiles.is_empty())
     }
 
     /// Returns all measured settings, in the order of their measurement.
     pub fn settings(&self) -> Vec<Setting> {
         self.all
             .iter()
-            .filter(|of| !of.tiles.is_empty())
-            .map(|of| of.setting.clone())
+            .filter(|figures| !figures.tiles.is_empty())
+            .map(|figures| figures.setting.clone())
             .collect()
     }
 
     /// Returns the number of tiles on which a setting was measured.
     pub fn tiles(&self, setting: &Setting) -> usize {
-        self.of(setting).map_or(0, |of| of.tiles.len())
+        self.figures(setting)
+            .map_or(0, |figures| figures.tiles.len())
     }
 
     /// Measures a setting on the first tiles, in the given number of rounds, unless already
@@ -142,40 +143,41 @@ impl<'a> Measurements<'a> {
         keep: bool,
         end: Instant,
     ) -> Result<bool, PrepareError> {
-        let count = count.min(self.known());
-        let place = self
+        let count = count.min(self.known_tiles());
+        let index = self
             .all
             .iter()
-            .position(|of| of.setting == *setting)
+            .position(|figures| figures.setting == *setting)
             .unwrap_or(self.all.len());
-        if place == self.all.len() {
-            self.all.push(Figures::new(setting, rounds));
+        if index == self.all.len() {
+            self.all.push(SettingFigures::new(setting, rounds));
         }
-        if self.all[place].rounds < rounds {
-            let known = std::mem::replace(&mut self.all[place], Figures::new(setting, rounds));
-            let is_done = self.add(place, count, beside, keep, end)?;
+        if self.all[index].rounds < rounds {
+            let known_figures =
+                std::mem::replace(&mut self.all[index], SettingFigures::new(setting, rounds));
+            let is_done = self.add(index, count, beside, keep, end)?;
             if !is_done {
-                self.all[place] = known;
+                self.all[index] = known_figures;
             }
             return Ok(is_done);
         }
-        self.add(place, count, beside, keep, end)
+        self.add(index, count, beside, keep, end)
     }
 
     fn add(
         &mut self,
-        place: usize,
+        index: usize,
         count: usize,
         beside: Option<&Setting>,
         keep: bool,
         end: Instant,
     ) -> Result<bool, PrepareError> {
-        let Figures {
+        let SettingFigures {
             setting,
             rounds,
             tiles,
             ..
-        } = &self.all[place];
+        } = &self.all[index];
         let (setting, rounds, from) = (setting.clone(), 0..*rounds, tiles.len());
         if from >= count {
             return Ok(true);
@@ -183,59 +185,68 @@ impl<'a> Measurements<'a> {
         let is_denoised = self.is_denoised(&setting);
         let grid = self.sample.grid;
         let area = |crop: Crop| f64::from(crop.width) * f64::from(crop.height);
-        let whole = Crop {
+        let whole_crop = Crop {
             x: 0,
             y: 0,
             width: grid.size[0],
             height: grid.size[1],
         };
-        let of_parts: f64 = (from..count).map(|at| area(self.part(&setting, at))).sum();
+        let of_parts: f64 = (from..count)
+            .map(|position| area(self.part(&setting, position)))
+            .sum();
         let is_all = self.sample.is_whole(count);
-        if is_all || of_parts >= area(whole) || is_denoised && self.is_whole_cheap(&setting) {
-            let mut renders = std::mem::take(&mut self.all[place].whole);
+        if is_all || of_parts >= area(whole_crop) || is_denoised && self.is_whole_cheap(&setting) {
+            let mut renders = std::mem::take(&mut self.all[index].renders);
             let is_new = renders.is_empty();
             if is_new {
-                let Some(taken) = self.take(&setting, &[], rounds, end)? else {
+                let Some(taken_renders) = self.render_parts(&setting, &[], rounds, end)? else {
                     return Ok(false);
                 };
-                renders = taken.into_iter().flatten().collect();
+                renders = taken_renders.into_iter().flatten().collect();
             }
-            let looked: f64 = self.sample.order.iter().map(|look| look.seconds).sum();
+            let looked: f64 = self
+                .sample
+                .order
+                .iter()
+                .map(|pilot_pass| pilot_pass.seconds)
+                .sum();
             let looked = looked * grid.count() as f64 / self.sample.most() as f64;
             let first = is_all.then(|| renders[0].picture.clone());
-            let of = &mut self.all[place];
+            let figures = &mut self.all[index];
             if is_new {
-                (of.tiles, of.pictures, of.first) = (Vec::new(), Vec::new(), first);
-                of.whole_seconds = Some(renders[0].seconds);
+                (figures.tiles, figures.pictures, figures.first) = (Vec::new(), Vec::new(), first);
+                figures.whole_seconds = Some(renders[0].seconds);
             }
-            let from = self.all[place].tiles.len();
-            let share = |at: usize| {
-                let look = &self.sample.order[at];
+            let from = self.all[index].tiles.len();
+            let share = |position: usize| {
+                let pilot_pass = &self.sample.order[position];
                 if looked > 0.0 {
-                    look.seconds / looked
+                    pilot_pass.seconds / looked
                 } else {
-                    grid.pixels(look.tile) / area(whole)
+                    grid.pixels(pilot_pass.tile) / area(whole_crop)
                 }
             };
             let all = || renders.iter().collect::<Vec<_>>();
             self.judge(
-                place,
+                index,
                 (from..count)
-                    .map(|at| (at, whole, share(at), all()))
+                    .map(|position| (position, whole_crop, share(position), all()))
                     .collect(),
                 beside,
                 keep,
             );
             if is_denoised && !is_all {
-                self.all[place].whole = renders;
+                self.all[index].renders = renders;
                 if is_new {
                     self.judge_whole();
                 }
             }
             return Ok(true);
         }
-        let parts: Vec<Crop> = (from..count).map(|at| self.part(&setting, at)).collect();
-        let Some(renders) = self.take(&setting, &parts, rounds, end)? else {
+        let parts: Vec<Crop> = (from..count)
+            .map(|position| self.part(&setting, position))
+            .collect();
+        let Some(renders) = self.render_parts(&setting, &parts, rounds, end)? else {
             return Ok(false);
         };
         let renders = parts.iter().enumerate().map(|(i, &part)| {
@@ -246,43 +257,53 @@ impl<'a> Measurements<'a> {
                 of_part(&renders, i),
             )
         });
-        self.judge(place, renders.collect(), beside, keep);
+        self.judge(index, renders.collect(), beside, keep);
         Ok(true)
     }
 
     /// Judges all denoised pictures of the whole by the pilots, relative to the picture with the
     /// most samples.
     fn judge_whole(&mut self) {
-        let samples = |of: &Figures| {
-            of.setting
+        let samples = |figures: &SettingFigures| {
+            figures
+                .setting
                 .applied(self.renderer.scene, self.renderer.settings)
                 .1
                 .sampling
                 .count()
         };
-        let is_free = |of: &&Figures| of.setting.without(Ladder::Reconstruction).is_free_of_bias();
+        let is_free = |figures: &&SettingFigures| {
+            figures
+                .setting
+                .without(Ladder::Reconstruction)
+                .is_free_of_bias()
+        };
         let best = self
             .all
             .iter()
-            .filter(|of| !of.whole.is_empty())
+            .filter(|figures| !figures.renders.is_empty())
             .filter(is_free)
-            .max_by_key(|of| samples(of));
+            .max_by_key(|figures| samples(figures));
         let Some((pilots, best)) = self
             .pilots
             .as_ref()
-            .zip(best.map(|of| of.whole[0].picture.clone()))
+            .zip(best.map(|figures| figures.renders[0].picture.clone()))
         else {
             return;
         };
-        for of in self.all.iter_mut().filter(|of| !of.whole.is_empty()) {
-            of.whole_errors =
-                Some(pilots.judge(of.whole.iter().map(|render| &render.picture), &best));
+        for figures in self
+            .all
+            .iter_mut()
+            .filter(|figures| !figures.renders.is_empty())
+        {
+            figures.whole_errors =
+                Some(pilots.judge(figures.renders.iter().map(|render| &render.picture), &best));
         }
     }
 
     /// Returns the part to render for a tile of the sample: with a margin for a denoised setting.
-    fn part(&self, setting: &Setting, at: usize) -> Crop {
-        let (tile, grid) = (self.sample.order[at].tile, self.sample.grid);
+    fn part(&self, setting: &Setting, position: usize) -> Crop {
+        let (tile, grid) = (self.sample.order[position].tile, self.sample.grid);
         if self.is_denoised(setting) {
             grid.around(tile, MARGIN)
         } else {
@@ -291,8 +312,8 @@ impl<'a> Measurements<'a> {
     }
 
     /// Returns the tile's share of the part, by pixels.
-    fn share(&self, at: usize, part: Crop) -> f64 {
-        self.sample.grid.pixels(self.sample.order[at].tile)
+    fn share(&self, position: usize, part: Crop) -> f64 {
+        self.sample.grid.pixels(self.sample.order[position].tile)
             / (f64::from(part.width) * f64::from(part.height))
     }
 
@@ -310,7 +331,7 @@ impl<'a> Measurements<'a> {
     }
 
     /// Renders parts by rounds; `None` where time is out.
-    fn take(
+    fn render_parts(
         &self,
         setting: &Setting,
         parts: &[Crop],
@@ -318,24 +339,27 @@ impl<'a> Measurements<'a> {
         end: Instant,
     ) -> Result<Option<Vec<Vec<TimedRender>>>, PrepareError> {
         rounds
-            .map(|round| Unfinished::allow(self.renderer.take(setting, parts, round, end)))
+            .map(|round| {
+                UnfinishedRender::allow(self.renderer.render_setting(setting, parts, round, end))
+            })
             .collect()
     }
 
     /// Returns the tracing time of each tile for a denoised setting whose parts are tiles with
     /// margins, as measured without denoising. Tiles are drawn where noise is, and tracing takes
     /// longer there than in the margin. Empty for other settings.
-    fn noisy_seconds(&self, place: usize) -> Vec<f64> {
-        let of = &self.all[place];
-        if !self.is_denoised(&of.setting) || of.whole_seconds.is_some() {
+    fn noisy_seconds(&self, index: usize) -> Vec<f64> {
+        let figures = &self.all[index];
+        if !self.is_denoised(&figures.setting) || figures.whole_seconds.is_some() {
             return Vec::new();
         }
-        let own = self
+        let own_figures = self
             .all
             .iter()
-            .find(|other| self.is_noisy_twin(&other.setting, &of.setting));
-        own.map_or(Vec::new(), |own| {
-            own.tiles
+            .find(|other| self.is_noisy_twin(&other.setting, &figures.setting));
+        own_figures.map_or(Vec::new(), |own_figures| {
+            own_figures
+                .tiles
                 .iter()
                 .map(|tile| tile.seconds.iter().sum())
                 .collect()
@@ -351,28 +375,29 @@ impl<'a> Measurements<'a> {
     /// Judges renders of parts, each with one tile; the tile gets its share of the part's time.
     fn judge(
         &mut self,
-        place: usize,
+        index: usize,
         renders: Vec<TileRenders<'_>>,
         beside: Option<&Setting>,
         keep: bool,
     ) {
-        let other = beside.and_then(|setting| self.of(setting));
-        let noisy_seconds = self.noisy_seconds(place);
-        let seconds = |at: usize, share: f64, render: &TimedRender| match noisy_seconds.get(at) {
-            Some(tracing) => tracing + share * render.denoising,
-            None => share * render.seconds,
-        };
+        let other = beside.and_then(|setting| self.figures(setting));
+        let noisy_seconds = self.noisy_seconds(index);
+        let seconds =
+            |position: usize, share: f64, render: &TimedRender| match noisy_seconds.get(position) {
+                Some(tracing) => tracing + share * render.denoising,
+                None => share * render.seconds,
+            };
         let judged: Vec<(TileFigures, Vec<Picture>)> = renders
             .into_par_iter()
-            .map(|(at, part, share, renders)| {
-                let tile = self.sample.grid.tile(self.sample.order[at].tile);
+            .map(|(position, part, share, renders)| {
+                let tile = self.sample.grid.tile(self.sample.order[position].tile);
                 let pictures: Vec<Picture> = renders
                     .iter()
                     .map(|render| cut(&render.picture, part, tile))
                     .collect();
                 let by_chance = renders.iter().any(|render| render.by_chance);
                 let other = other
-                    .and_then(|of| of.pictures.get(at))
+                    .and_then(|each_figures| each_figures.pictures.get(position))
                     .map_or(&[][..], Vec::as_slice);
                 let count = renders.len() as f64;
                 let noisy = pictures
@@ -380,10 +405,10 @@ impl<'a> Measurements<'a> {
                     .zip(&renders)
                     .map(|(picture, render)| light(picture) / render.brightened);
                 let figures = TileFigures {
-                    errors: self.truths[at].judge(&pictures, by_chance, other, self.display),
+                    errors: self.truths[position].judge(&pictures, by_chance, other, self.display),
                     seconds: renders
                         .iter()
-                        .map(|render| seconds(at, share, render) / count)
+                        .map(|render| seconds(position, share, render) / count)
                         .collect(),
                     first_seconds: share * renders[0].seconds,
                     rays: share * renders.iter().map(|render| render.rays as f64).sum::<f64>()
@@ -393,21 +418,23 @@ impl<'a> Measurements<'a> {
                 (figures, pictures)
             })
             .collect();
-        let of = &mut self.all[place];
+        let each_figures = &mut self.all[index];
         for (figures, pictures) in judged {
-            of.tiles.push(figures);
-            if of.first.is_none() {
-                of.first = pictures.first().cloned();
+            each_figures.tiles.push(figures);
+            if each_figures.first.is_none() {
+                each_figures.first = pictures.first().cloned();
             }
             if keep {
-                of.pictures.push(pictures);
+                each_figures.pictures.push(pictures);
             }
         }
     }
 
     /// Returns the kept pictures of a setting, with the inclusion probabilities of their tiles.
     pub fn kept(&self, setting: &Setting) -> Vec<(f64, &Picture)> {
-        let pictures = self.of(setting).map_or(&[][..], |of| &of.pictures);
+        let pictures = self
+            .figures(setting)
+            .map_or(&[][..], |figures| &figures.pictures);
         let chances = self.sample.chances(pictures.len());
         chances
             .into_iter()
@@ -419,7 +446,7 @@ impl<'a> Measurements<'a> {
     /// Returns the first render of the first tile by a setting, or of the whole picture where the
     /// whole was measured.
     pub fn first(&self, setting: &Setting) -> Option<&Picture> {
-        self.of(setting)?.first.as_ref()
+        self.figures(setting)?.first.as_ref()
     }
 
     /// Returns the reference picture of the first tile.

@@ -8,13 +8,13 @@
 //! numbers in each round. Within a round all settings use the same random numbers, so that the
 //! change by a single choice is measured free of noise.
 
-mod answer;
 mod effects;
 mod estimate;
 mod frontier;
 mod measurements;
 mod outputs;
 mod pilot;
+mod recommendation;
 mod renderer;
 mod report;
 mod session;
@@ -27,24 +27,24 @@ use std::time::Instant;
 use crate::bench::clock::of_process;
 use crate::display::Display;
 use crate::film::{Film, PartError};
-use crate::ladder::Choice;
+use crate::ladder::RungChoice;
 use crate::observer::Observer;
 use crate::prepare::PrepareError;
 use crate::scene::Scene;
 use crate::settings::Settings;
 
 pub use effects::{EffectCost, EffectCosts, measure_effects};
-pub use estimate::{Errors, Interval};
+pub use estimate::{ConfidenceInterval, SettingErrors};
 pub use outputs::OutputReport;
 pub use report::{
-    Advice, Answer, Base, Candidate, LadderReport, Measured, Price, PriceReport, Reference, Report,
-    RungCost, RungReport, Shown, Tiles,
+    AccuracyReport, Advice, BaselineReport, FrontierCandidate, LadderReport, MeasuredSetting,
+    PriceReport, Recommendations, Reference, ReportPicture, RungCost, RungPrice, RungReport, Tiles,
 };
 pub use setting::Setting;
 
 /// Extent of a measurement.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Effort {
+pub struct AccuracyEffort {
     /// Time budget of the measurement; renders end with it.
     pub budget: Duration,
     /// Width and height of the picture in pixels; `None`: the scene's.
@@ -54,13 +54,13 @@ pub struct Effort {
 }
 
 /// Receives the progress of a measurement.
-pub trait Listener {
+pub trait ProgressListener {
     /// Reports the next step in words, with the spent share of the budget.
-    fn step(&mut self, what: &str, share: f64);
+    fn step(&mut self, label: &str, share: f64);
 }
 
 /// A listener that ignores progress.
-impl Listener for () {
+impl ProgressListener for () {
     fn step(&mut self, _: &str, _: f64) {}
 }
 
@@ -68,14 +68,14 @@ impl Listener for () {
 #[derive(Clone, Debug)]
 pub struct KeptReference {
     /// Rungs of the reference, besides the scene's own.
-    pub rungs: Vec<Choice>,
+    pub rungs: Vec<RungChoice>,
     /// Rendered film of the reference.
     pub film: Film,
 }
 
 /// Starting point of a measurement.
 #[derive(Clone, Debug, Default)]
-pub struct Start<'a> {
+pub struct MeasurementStart<'a> {
     /// Text that identifies the scene; only compared.
     pub scene: &'a str,
     /// Reference of an earlier measurement, whose rungs are reused; `None`: a new one is rendered.
@@ -106,15 +106,15 @@ pub enum MeasureError {
 pub fn measure(
     scene: &Scene,
     settings: &Settings,
-    effort: &Effort,
-    start: Start<'_>,
+    effort: &AccuracyEffort,
+    start: MeasurementStart<'_>,
     observer: &dyn Observer,
-    listener: &mut dyn Listener,
-) -> Result<(Report, KeptReference), MeasureError> {
-    session::Session::new(
+    listener: &mut dyn ProgressListener,
+) -> Result<(AccuracyReport, KeptReference), MeasureError> {
+    session::MeasurementSession::new(
         scene,
         settings,
-        Display::of(&scene.render),
+        Display::from_render(&scene.render),
         *effort,
         observer,
         (of_process, &Instant::now),

@@ -6,7 +6,7 @@ use serde::Serialize;
 use crate::bench::Spread;
 use crate::bench::clock::Stopwatch;
 use crate::display::{Display, Output};
-use crate::ladder::{Choice, Ladder, RungValue};
+use crate::ladder::{Ladder, RungChoice, RungValue};
 use crate::metrics::{DEFAULT_PIXELS_PER_DEGREE, flip};
 use crate::picture::Picture;
 
@@ -64,7 +64,7 @@ pub(super) fn outputs(
             .count() as f64
     };
     let share = total(&saturated) / counted;
-    let report = |choice: Choice| {
+    let report = |choice: RungChoice| {
         let RungValue::Output(kind) = choice.value() else {
             return None;
         };
@@ -117,7 +117,7 @@ pub(super) fn outputs(
             flips += weight * map.iter().map(|&v| f64::from(v)).sum::<f64>();
         }
         Some(OutputReport {
-            seconds: Some(Spread::of(&seconds).scaled(pixels / here as f64)),
+            seconds: Some(Spread::from_samples(&seconds).scaled(pixels / here as f64)),
             rmse: (squares / (3.0 * counted)).sqrt(),
             greatest,
             flip: flips / counted,
@@ -131,12 +131,12 @@ pub(super) fn outputs(
 /// Decodes codes to display values.
 fn values(codes: &[u8], kind: Output, like: &Picture) -> Picture {
     let bytes = kind.bytes() as usize;
-    let most = if bytes == 1 { 255.0 } else { 65535.0 };
+    let maximum = if bytes == 1 { 255.0 } else { 65535.0 };
     let value = |code: &[u8]| {
         (code
             .iter()
             .fold(0_u32, |sum, &byte| sum << 8 | u32::from(byte)) as f64
-            / most) as f32
+            / maximum) as f32
     };
     let pixel = |codes: &[u8]| core::array::from_fn(|i| value(&codes[i * bytes..(i + 1) * bytes]));
     Picture {

@@ -4,7 +4,7 @@
 //! Denoised pictures are judged in this manner: their error is concentrated at a few edges, which a
 //! few tiles may miss. The bias of the scene's own rungs is not included.
 
-use super::estimate::{BLOCK, Interval, weight};
+use super::estimate::{BLOCK, ConfidenceInterval, weight};
 use super::tiles::spread_of_pieces;
 use crate::metrics::student_95;
 use crate::picture::Picture;
@@ -68,22 +68,22 @@ impl PilotPair {
 
 impl WholeErrors {
     /// Returns the mean of (I − R)² / (R² + 0.01).
-    pub fn relmse(&self) -> Interval {
+    pub fn relmse(&self) -> ConfidenceInterval {
         mean(&self.relative, self.pixels)
     }
 
     /// Returns the mean squared error.
-    pub fn mse(&self) -> Interval {
+    pub fn mse(&self) -> ConfidenceInterval {
         mean(&self.squared, self.pixels)
     }
 }
 
 /// Returns a mean over pixels from block sums; its noise is estimated from the differences of
 /// neighbouring blocks.
-fn mean(blocks: &[f64], pixels: f64) -> Interval {
+fn mean(blocks: &[f64], pixels: f64) -> ConfidenceInterval {
     let value = blocks.iter().sum::<f64>() / pixels;
     if blocks.len() < 2 {
-        return Interval {
+        return ConfidenceInterval {
             value: value.max(0.0),
             low: 0.0,
             high: f64::INFINITY,
@@ -99,9 +99,9 @@ fn mean(blocks: &[f64], pixels: f64) -> Interval {
     let freedom = (3.0 * steps(2) * steps(2) / steps(4).max(1e-300)).clamp(1.0, 1e6);
     let error = student_95(freedom as u32) * spread_of_pieces(blocks).sqrt() / pixels;
     if value <= error {
-        Interval::from_zero(value, error)
+        ConfidenceInterval::from_zero(value, error)
     } else {
-        Interval::of_factors(value, error)
+        ConfidenceInterval::of_factors(value, error)
     }
 }
 
@@ -130,8 +130,8 @@ mod tests {
     /// everywhere, and by 0.5 in one block.
     #[test]
     fn noisy_pilots_tell_small_errors() {
-        let judged = picture(|at| {
-            if at / 3 % 96 < 8 && at / 288 < 8 {
+        let judged = picture(|index| {
+            if index / 3 % 96 < 8 && index / 288 < 8 {
                 1.5
             } else {
                 1.05
@@ -141,8 +141,9 @@ mod tests {
             ((0.05_f64.powi(2) * 95.0 + 0.25) / 96.0, 0, 0.0, 0.0);
         let best = picture(|_| 1.0);
         for seed in 0..400 {
-            let noisy =
-                |of: u64| picture(move |at| 1.0 + 1.732 * (uniform(2 * seed + of, at) - 0.5));
+            let noisy = |total: u64| {
+                picture(move |index| 1.0 + 1.732 * (uniform(2 * seed + total, index) - 0.5))
+            };
             let errors = PilotPair([noisy(0), noisy(1)]).judge([&judged].into_iter(), &best);
             let mse = errors.mse();
             relative += errors.relmse().value / 400.0;

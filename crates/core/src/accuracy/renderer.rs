@@ -8,17 +8,17 @@ use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 
 use super::estimate::relative_variance;
 use super::setting::{Setting, reference};
-use super::tiles::{Grid, PilotPass};
-use super::{MeasureError, Start};
+use super::tiles::{PilotPass, TileGrid};
+use super::{MeasureError, MeasurementStart};
 use crate::bench::clock::Stopwatch;
 use crate::denoise::DenoiseError;
-use crate::dispatch::{Ready, prepare};
-use crate::film::{Film, Part};
+use crate::dispatch::{ReadyScene, prepare};
+use crate::film::{Film, FilmPart};
 use crate::ladder::Ladder;
 use crate::observer::Observer;
 use crate::picture::Picture;
 use crate::prepare::PrepareError;
-use crate::render::Rendered;
+use crate::render::RenderOutput;
 use crate::scene::Scene;
 use crate::settings::{Crop, Sampling, Settings};
 
@@ -42,18 +42,18 @@ const UNIT: u32 = 16;
 const PILOT_ROUND: u64 = 1000;
 
 /// Clock. Tests replace it by one that advances with each call.
-pub(super) type Now<'a> = &'a (dyn Fn() -> Instant + Sync);
+pub(super) type ClockFunction<'a> = &'a (dyn Fn() -> Instant + Sync);
 
 /// Reason for a missing render.
 #[derive(Debug)]
-pub(super) enum Unfinished {
+pub(super) enum UnfinishedRender {
     /// Time is out, or the user stopped the render.
     Late,
     /// The scene cannot be prepared.
     Failed(PrepareError),
 }
 
-impl Unfinished {
+impl UnfinishedRender {
     /// Converts to the error of a measurement that cannot continue without the render.
     pub fn into_error(self) -> PrepareError {
         match self {
@@ -77,7 +77,7 @@ impl Unfinished {
 struct PreparedSetting {
     setting: Setting,
     is_fixed: bool,
-    ready: Ready,
+    ready: ReadyScene,
 }
 
 /// Scene, settings and clock.
@@ -87,7 +87,7 @@ pub(super) struct Renderer<'a> {
     pub observer: &'a dyn Observer,
     /// Stopwatch in seconds of all threads.
     pub stopwatch: Stopwatch,
-    pub now: Now<'a>,
+    pub now: ClockFunction<'a>,
     /// Last prepared scenes, so that a scene is not prepared again for each tile.
     prepared: RefCell<Vec<PreparedSetting>>,
 }
@@ -109,15 +109,15 @@ pub(super) struct TimedRender {
 }
 
 /// The caller's observer with a deadline.
-struct Deadline<'a> {
+struct DeadlineObserver<'a> {
     observer: &'a dyn Observer,
-    now: Now<'a>,
+    now: ClockFunction<'a>,
     end: Instant,
 }
 
-impl Observer for Deadline<'_> {
-    fn cancelled(&self) -> bool {
-        self.observer.cancelled() || (self.now)() >= self.end
+impl Observer for DeadlineObserver<'_> {
+    fn is_cancelled(&self) -> bool {
+        self.observer.is_cancelled() || (self.now)() >= self.end
     }
 }
 
@@ -126,7 +126,7 @@ impl<'a> Renderer<'a> {
         scene: &'a Scene,
         settings: &'a Settings,
         observer: &'a dyn Observer,
-        (stopwatch, now): (Stopwatch, Now<'a>),
+        (stopwatch, now): (Stopwatch, ClockFunction<'a>),
     ) -> Self {
         Self {
             scene,
@@ -141,13 +141,13 @@ impl<'a> Renderer<'a> {
     /// Renders parts of a setting side by side, with the random numbers of a round; without parts,
     /// the whole picture. The time of all parts together is divided among them by their rays,
     /// because a clock of the whole process cannot separate them.
-    pub fn take(
+    pub fn render_setting(
         &self,
         setting: &Setting,
         parts: &[Crop],
         round: u64,
         end: Instant,
-    ) -> Result<Vec<TimedRender>, Unfinished> {
+    ) -> Result<Vec<TimedRender>, UnfinishedRender> {
         let (scene, settings) = setting.applied(self.scene, self.settings);
         let settings = Settings {
             seed: settings.seed.wrapping_add(round),
@@ -171,10 +171,10 @@ impl<'a> Renderer<'a> {
     /// Looks at tiles: the time of each, and the noise of a few samples.
     pub fn look(
         &self,
-        grid: Grid,
+        grid: TileGrid,
         tiles: &[u32],
         end: Instant,
-    ) -> Result<Vec<PilotPass>, Unfinished> {
+    ) -> Result<Vec<PilotPass>, UnfinishedRender> {
         let sampling = self.settings.sampling;
         let sampling = if sampling.is_fixed() {
             sampling
@@ -198,11 +198,11 @@ impl<'a> Renderer<'a> {
             let render = |settings: &Settings| ready.expose_as(settings, &until);
             let films = self.side_by_side(&parts, &settings, render, |film| film.counters().rays());
             if films.iter().any(|(film, _)| film.unfinished() > 0) {
-                return Err(Unfinished::Late);
+                return Err(UnfinishedRender::Late);
             }
             let noise = |film: &Film| {
                 let pixels = film
-                    .whole()
+                    .whole_part()
                     .tiles
                     .filter_map(|part| film.means_of(part))
                     .flatten();
@@ -222,7 +222,12 @@ impl<'a> Renderer<'a> {
 
     /// Renders a noisy picture of the whole, with the scene's settings except for the number of
     /// samples, and its own random numbers.
-    pub fn pilot(&self, samples: u32, round: u64, end: Instant) -> Result<Picture, Unfinished> {
+    pub fn pilot(
+        &self,
+        samples: u32,
+        round: u64,
+        end: Instant,
+    ) -> Result<Picture, UnfinishedRender> {
         let seed = self.settings.seed.wrapping_add(PILOT_ROUND + round);
         let settings = Settings {
             sampling: Sampling::General(samples),
@@ -230,13 +235,13 @@ impl<'a> Renderer<'a> {
             seed,
             ..self.settings.clone()
         };
-        let render = |ready: &Ready| self.timed(ready, (&settings, &[]), 0.0, end);
+        let render = |ready: &ReadyScene| self.timed(ready, (&settings, &[]), 0.0, end);
         let mut renders =
             self.with_prepared(&Setting::default(), (self.scene, &settings), end, render)??;
         renders
             .pop()
             .map(|render| render.picture)
-            .ok_or(Unfinished::Late)
+            .ok_or(UnfinishedRender::Late)
     }
 
     /// Renders parts side by side and returns the seconds of each: the total time, divided by rays.
@@ -294,8 +299,8 @@ impl<'a> Renderer<'a> {
         setting: &Setting,
         (scene, settings): (&Scene, &Settings),
         end: Instant,
-        work: impl FnOnce(&Ready) -> T,
-    ) -> Result<T, Unfinished> {
+        work: impl FnOnce(&ReadyScene) -> T,
+    ) -> Result<T, UnfinishedRender> {
         let is_fixed = settings.sampling.is_fixed();
         let free = [Ladder::Samples, Ladder::Sampler, Ladder::Reconstruction];
         let setting = free
@@ -306,7 +311,7 @@ impl<'a> Renderer<'a> {
             .iter()
             .position(|of| of.setting == setting && of.is_fixed == is_fixed);
         let latest = match place {
-            Some(place) => prepared.remove(place),
+            Some(index) => prepared.remove(index),
             None => PreparedSetting {
                 setting,
                 is_fixed,
@@ -329,7 +334,7 @@ impl<'a> Renderer<'a> {
         parts: &[Crop],
         round: u64,
         end: Instant,
-    ) -> Result<Vec<TimedRender>, Unfinished> {
+    ) -> Result<Vec<TimedRender>, UnfinishedRender> {
         let (scene, settings) = setting.applied(self.scene, self.settings);
         let settings = Settings {
             seed: settings.seed.wrapping_add(round),
@@ -345,11 +350,11 @@ impl<'a> Renderer<'a> {
         scene: &Scene,
         settings: &Settings,
         end: Instant,
-    ) -> Result<TimedRender, Unfinished> {
+    ) -> Result<TimedRender, UnfinishedRender> {
         let (ready, preparing) = self.prepare(scene, settings, end)?;
         self.timed(&ready, (settings, &[]), preparing, end)?
             .pop()
-            .ok_or(Unfinished::Late)
+            .ok_or(UnfinishedRender::Late)
     }
 
     fn prepare(
@@ -357,7 +362,7 @@ impl<'a> Renderer<'a> {
         scene: &Scene,
         settings: &Settings,
         end: Instant,
-    ) -> Result<(Ready, f64), Unfinished> {
+    ) -> Result<(ReadyScene, f64), UnfinishedRender> {
         let mut ready = Err(PrepareError::Cancelled);
         let preparing = (self.stopwatch)(&mut || {
             ready = prepare(scene, settings, &self.until(end));
@@ -365,19 +370,19 @@ impl<'a> Renderer<'a> {
         });
         match ready {
             Ok(ready) => Ok((ready, preparing)),
-            Err(PrepareError::Cancelled) => Err(Unfinished::Late),
-            Err(error) => Err(Unfinished::Failed(error)),
+            Err(PrepareError::Cancelled) => Err(UnfinishedRender::Late),
+            Err(error) => Err(UnfinishedRender::Failed(error)),
         }
     }
 
     /// Renders parts of a prepared scene; without parts, the whole picture.
     fn timed(
         &self,
-        ready: &Ready,
+        ready: &ReadyScene,
         (settings, parts): (&Settings, &[Crop]),
         preparing: f64,
         end: Instant,
-    ) -> Result<Vec<TimedRender>, Unfinished> {
+    ) -> Result<Vec<TimedRender>, UnfinishedRender> {
         let until = self.until(end);
         let films = self.side_by_side(
             parts,
@@ -389,31 +394,32 @@ impl<'a> Renderer<'a> {
         let denoising = (self.stopwatch)(&mut || {
             renders = films
                 .par_iter()
-                .map(|(film, _)| Rendered::of(film, &until))
+                .map(|(film, _)| RenderOutput::from_film(film, &until))
                 .collect();
             0
         });
-        let is_stopped =
-            |rendered: &Rendered| matches!(rendered.denoised, Some(Err(DenoiseError::Cancelled)));
+        let is_stopped = |rendered: &RenderOutput| {
+            matches!(rendered.denoised, Some(Err(DenoiseError::Cancelled)))
+        };
         if renders
             .iter()
             .any(|rendered| !rendered.finished || is_stopped(rendered))
         {
-            return Err(Unfinished::Late);
+            return Err(UnfinishedRender::Late);
         }
         // The denoising time is the same for each pixel.
         let pixels: usize = renders
             .iter()
             .map(|rendered| rendered.picture.pixels())
             .sum();
-        let timed = |(rendered, (_, tracing)): (Rendered, (Film, f64))| {
+        let timed = |(rendered, (_, tracing)): (RenderOutput, (Film, f64))| {
             let denoising = denoising * rendered.picture.pixels() as f64 / pixels as f64;
             TimedRender {
                 rays: rendered.counters.rays(),
                 brightened: rendered
                     .denoised()
                     .map_or(1.0, |denoised| 1.0 + denoised.brightened),
-                picture: rendered.shown().clone(),
+                picture: rendered.shown_picture().clone(),
                 seconds: tracing + denoising,
                 denoising,
                 preparing,
@@ -424,8 +430,8 @@ impl<'a> Renderer<'a> {
         Ok(renders.into_iter().zip(films).map(timed).collect())
     }
 
-    fn until(&self, end: Instant) -> Deadline<'_> {
-        Deadline {
+    fn until(&self, end: Instant) -> DeadlineObserver<'_> {
+        DeadlineObserver {
             observer: self.observer,
             now: self.now,
             end,
@@ -438,10 +444,10 @@ impl<'a> Renderer<'a> {
         &self,
         exact: &Setting,
         samples: u32,
-        grid: Grid,
-        start: Start<'_>,
+        grid: TileGrid,
+        start: MeasurementStart<'_>,
         end: Instant,
-    ) -> Result<Exposure<'_>, MeasureError> {
+    ) -> Result<GrowingReference<'_>, MeasureError> {
         let (scene, settings) = reference(exact, self.scene, self.settings, samples);
         let settings = Settings {
             replicates: Some(REPLICATES),
@@ -456,7 +462,7 @@ impl<'a> Renderer<'a> {
             film.adopt(earlier.film).map_err(MeasureError::Reference)?;
         }
         let kept = film.counters().rays();
-        Ok(Exposure {
+        Ok(GrowingReference {
             renderer: self,
             ready,
             film,
@@ -468,16 +474,16 @@ impl<'a> Renderer<'a> {
     /// Converts the reason of a missing measurement: stopped by the user, or too little time.
     pub fn explained(&self, error: PrepareError) -> MeasureError {
         match error {
-            PrepareError::Cancelled if !self.observer.cancelled() => MeasureError::NoTime,
+            PrepareError::Cancelled if !self.observer.is_cancelled() => MeasureError::NoTime,
             error => error.into(),
         }
     }
 }
 
 /// A reference that is rendered tile by tile.
-pub(super) struct Exposure<'a> {
+pub(super) struct GrowingReference<'a> {
     renderer: &'a Renderer<'a>,
-    ready: Ready,
+    ready: ReadyScene,
     pub film: Film,
     /// Rays of the earlier reference.
     kept: u64,
@@ -485,7 +491,7 @@ pub(super) struct Exposure<'a> {
     pub seconds: f64,
 }
 
-impl Exposure<'_> {
+impl GrowingReference<'_> {
     /// Renders all samples of these tiles. Returns false where time is out.
     pub fn expose(&mut self, tiles: &[u32], end: Instant) -> bool {
         let Self {
@@ -495,12 +501,12 @@ impl Exposure<'_> {
             ..
         } = self;
         let until = renderer.until(end);
-        let whole = film.whole();
+        let whole_part = film.whole_part();
         let mut tiles = tiles.to_vec();
         tiles.sort_unstable();
-        let part = Part {
+        let part = FilmPart {
             among: Some(tiles),
-            ..whole
+            ..whole_part
         };
         if film.lacking(&part) == 0 {
             return true;

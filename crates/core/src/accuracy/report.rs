@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::effects::EffectCosts;
-use super::estimate::{Errors, Interval};
+use super::estimate::{ConfidenceInterval, SettingErrors};
 use super::outputs::OutputReport;
 use crate::bench::Spread;
 use crate::picture::Picture;
@@ -11,7 +11,7 @@ use crate::picture::Picture;
 /// Results of a measurement on one scene. Every number is an estimate for the whole picture at its
 /// full size.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Report {
+pub struct AccuracyReport {
     /// Width and height of the picture in pixels.
     pub size: [u32; 2],
     /// Measured parts of the picture.
@@ -19,16 +19,17 @@ pub struct Report {
     /// The reference of all comparisons.
     pub reference: Reference,
     /// Advice in two lines.
-    pub answer: Answer,
+    #[serde(rename = "answer")]
+    pub recommendations: Recommendations,
     /// The scene with its own settings.
-    pub own: Measured,
+    pub own: MeasuredSetting,
     /// Setting on which rungs other than sample counts were measured, where it is not the scene's
     /// own.
-    pub base: Option<Base>,
+    pub base: Option<BaselineReport>,
     /// Ladders that affect the scene's picture.
     pub ladders: Vec<LadderReport>,
     /// Measured settings of several rungs.
-    pub combinations: Vec<Candidate>,
+    pub combinations: Vec<FrontierCandidate>,
     /// Ladders that do not change pictures, with their costs.
     pub prices: Vec<PriceReport>,
     /// Errors of output formats on the scene's own picture.
@@ -39,7 +40,7 @@ pub struct Report {
     pub costs: Option<EffectCosts>,
     /// Settings on the Pareto front of time and error, by ascending time, without those that change
     /// the light or have a large bias.
-    pub frontier: Vec<Candidate>,
+    pub frontier: Vec<FrontierCandidate>,
     /// Seconds of the measurement.
     pub seconds: f64,
     /// Whether time was out before the planned measurements were finished.
@@ -47,7 +48,7 @@ pub struct Report {
     /// Pictures of a tile, or of the whole: the reference, and the first render of settings whose
     /// pictures were kept.
     #[serde(skip)]
-    pub pictures: Vec<Shown>,
+    pub pictures: Vec<ReportPicture>,
 }
 
 /// Measured parts of the picture.
@@ -66,7 +67,7 @@ pub struct Tiles {
 /// Settings for the two most common wishes; `None` where no measured setting fulfils a wish with
 /// certainty.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct Answer {
+pub struct Recommendations {
     /// Fastest setting with at most about half of the error.
     pub half_the_error: Option<Advice>,
     /// Budget in seconds that would probably suffice, where a setting seems to have half of the
@@ -85,25 +86,25 @@ pub struct Advice {
     /// Flags of the setting.
     pub flags: Vec<String>,
     /// Ratio of its time to that of the scene's own setting.
-    pub time: Interval,
+    pub time: ConfidenceInterval,
     /// Ratio of its root relMSE to that of the scene's own setting.
-    pub error: Interval,
+    pub error: ConfidenceInterval,
     /// Time and error, as everywhere in the report.
-    pub measured: Measured,
+    pub measured: MeasuredSetting,
 }
 
 /// The scene with fewer samples.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Base {
+pub struct BaselineReport {
     /// Samples per pixel.
     pub samples: u32,
     /// Time and error with this number of samples.
-    pub measured: Measured,
+    pub measured: MeasuredSetting,
 }
 
 /// A picture with its name.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Shown {
+pub struct ReportPicture {
     /// `reference`, `as it is`, or the flag value of a rung, for example `samples=16`.
     pub name: String,
     /// Linear radiance.
@@ -131,22 +132,22 @@ pub struct Reference {
 
 /// Time and error of a setting.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Measured {
+pub struct MeasuredSetting {
     /// Number of tiles of the measurement.
     pub tiles: usize,
     /// Number of renders of each tile, each with different random numbers.
     pub renders: usize,
     /// Seconds of all threads per render, without preparation.
-    pub seconds: Interval,
+    pub seconds: ConfidenceInterval,
     /// Ratio of its time to that of the compared setting: the scene's own or, for a rung measured
     /// on fewer samples, the scene with that number. NaN where unknown.
-    pub ratio: Interval,
+    pub ratio: ConfidenceInterval,
     /// Rays per render.
     pub rays: u64,
     /// Errors against the reference.
-    pub errors: Errors,
+    pub errors: SettingErrors,
     /// Mean FLIP difference of the display pictures, the reference's noise included.
-    pub flip: Interval,
+    pub flip: ConfidenceInterval,
 }
 
 /// Report of a ladder.
@@ -170,7 +171,7 @@ impl LadderReport {
         let measured = |rung: &RungReport| {
             rung.measured
                 .as_ref()
-                .map(|of| (of.ratio.value, of.errors.relmse.value))
+                .map(|each_measured| (each_measured.ratio.value, each_measured.errors.relmse.value))
         };
         let own = self
             .rungs
@@ -196,11 +197,11 @@ pub struct RungReport {
     /// Flag of the rung; `None` for the rung in use.
     pub flag: Option<String>,
     /// Time and error; `None` where the rung takes too long, or time was out.
-    pub measured: Option<Measured>,
+    pub measured: Option<MeasuredSetting>,
     /// Error of this choice alone: root mean squared difference to the same renders on the ladder's
     /// most exact rung, with the same random numbers. `None` where the random numbers cannot be the
     /// same, or one of the two was not measured.
-    pub own_error: Option<Interval>,
+    pub own_error: Option<ConfidenceInterval>,
 }
 
 /// Report of a ladder that changes time and memory alone.
@@ -211,12 +212,12 @@ pub struct PriceReport {
     /// Rung in use.
     pub in_use: String,
     /// Its rungs.
-    pub rungs: Vec<Price>,
+    pub rungs: Vec<RungPrice>,
 }
 
 /// Cost of a rung without error.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Price {
+pub struct RungPrice {
     /// Name of the rung.
     pub rung: String,
     /// Description.
@@ -224,7 +225,8 @@ pub struct Price {
     /// Whether the rung is the one in use.
     pub in_use: bool,
     /// Cost; `None` where the rung would have taken too long.
-    pub paid: Option<RungCost>,
+    #[serde(rename = "paid")]
+    pub rung_cost: Option<RungCost>,
 }
 
 /// Time and memory.
@@ -244,14 +246,14 @@ pub struct RungCost {
 
 /// A setting on the frontier.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Candidate {
+pub struct FrontierCandidate {
     /// Flags of the setting; empty for the scene's own.
     pub flags: Vec<String>,
     /// Time and error.
-    pub measured: Measured,
+    pub measured: MeasuredSetting,
 }
 
-impl Candidate {
+impl FrontierCandidate {
     /// Returns the setting's rungs in their flag form.
     pub fn name(&self) -> String {
         let rungs: Vec<&str> = self
@@ -270,11 +272,11 @@ impl Candidate {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::accuracy::Errors;
+    use crate::accuracy::SettingErrors;
 
     fn rung(name: &str, in_use: bool, time: f64) -> RungReport {
-        let (time, errors) = (Interval::exact(time), Errors::default());
-        let measured = Measured {
+        let (time, errors) = (ConfidenceInterval::exact(time), SettingErrors::default());
+        let measured = MeasuredSetting {
             tiles: 1,
             renders: 1,
             seconds: time,
@@ -301,7 +303,7 @@ mod tests {
             let mut rung = rung(name, name == "own", time);
             rung.measured
                 .iter_mut()
-                .for_each(|of| of.errors.relmse.value = error);
+                .for_each(|measured| measured.errors.relmse.value = error);
             rung
         };
         let all = [

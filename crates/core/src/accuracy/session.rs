@@ -2,9 +2,9 @@
 //! every rung, combinations, more tiles for promising settings, costs. Each part has its share of
 //! the time.
 
+mod feasible;
 mod plan;
 mod price;
-mod reach;
 mod rows;
 mod turns;
 mod walks;
@@ -15,17 +15,17 @@ use std::vec;
 use super::estimate::TruthTile;
 use super::measurements::Measurements;
 use super::outputs::outputs;
-use super::renderer::{Exposure, Now, Renderer};
-use super::report::{LadderReport, Reference, Report, Tiles};
+use super::renderer::{ClockFunction, GrowingReference, Renderer};
+use super::report::{AccuracyReport, LadderReport, Reference, Tiles};
 use super::setting::Setting;
 use super::tiles::TileSample;
-use super::{Effort, KeptReference, Listener, MeasureError, Start};
+use super::{AccuracyEffort, KeptReference, MeasureError, MeasurementStart, ProgressListener};
 use crate::bench::clock::Stopwatch;
 use crate::denoise;
 use crate::dispatch::collapsed;
 use crate::display::Display;
 use crate::effects::{EffectSet, detect};
-use crate::ladder::{Choice, Ladder, RungValue, called_for, reached};
+use crate::ladder::{Ladder, RungChoice, RungValue, called_for, reached};
 use crate::observer::Observer;
 use crate::prepare::PrepareError;
 use crate::scene::Scene;
@@ -52,14 +52,14 @@ const EXACT: f64 = 1.8;
 /// measured first.
 const HALVES: u32 = 4;
 
-pub(super) struct Session<'a> {
+pub(super) struct MeasurementSession<'a> {
     scene: &'a Scene,
     settings: Settings,
     display: Display,
-    effort: Effort,
+    effort: AccuracyEffort,
     observer: &'a dyn Observer,
     stopwatch: Stopwatch,
-    now: Now<'a>,
+    now: ClockFunction<'a>,
     start: Instant,
     /// Setting on which rungs other than sample counts are measured: the scene's own, or with fewer
     /// samples.
@@ -69,9 +69,9 @@ pub(super) struct Session<'a> {
     pictured: Vec<Ladder>,
     priced: Vec<Ladder>,
     /// Rungs that take too long to measure.
-    beyond: Vec<Choice>,
+    beyond: Vec<RungChoice>,
     /// Rungs whose precision cannot store the scene; they have no picture.
-    unshown: Vec<Choice>,
+    unshown: Vec<RungChoice>,
     cut_short: bool,
     /// Wall-clock seconds of a sample of a pixel.
     pace: f64,
@@ -79,14 +79,14 @@ pub(super) struct Session<'a> {
     exact_cost: f64,
 }
 
-impl<'a> Session<'a> {
+impl<'a> MeasurementSession<'a> {
     pub fn new(
         scene: &'a Scene,
         settings: &Settings,
         display: Display,
-        effort: Effort,
+        effort: AccuracyEffort,
         observer: &'a dyn Observer,
-        (stopwatch, now): (Stopwatch, Now<'a>),
+        (stopwatch, now): (Stopwatch, ClockFunction<'a>),
     ) -> Self {
         let effects = detect(scene, settings);
         let (mut pictured, priced): (Vec<Ladder>, Vec<Ladder>) = reached(scene, settings, &effects)
@@ -108,8 +108,8 @@ impl<'a> Session<'a> {
                 .position(|first| first == ladder)
                 .unwrap_or(FIRST.len())
         });
-        let lost = |&choice: &Choice| {
-            let (scene, settings) = Setting::one(choice).applied(scene, settings);
+        let lost = |&choice: &RungChoice| {
+            let (scene, settings) = Setting::single(choice).applied(scene, settings);
             !collapsed(&scene, settings.precision).is_empty()
         };
         let unshown = Ladder::Precision.choices().filter(lost).collect();
@@ -118,7 +118,7 @@ impl<'a> Session<'a> {
         let fewer = Ladder::Samples
             .choices()
             .find(|&choice| has_more && samples_of(choice) == Some(BASE_SAMPLES));
-        let base = fewer.map(Setting::one).unwrap_or_default();
+        let base = fewer.map(Setting::single).unwrap_or_default();
         let size = effort.size.unwrap_or(settings.size);
         let settings = Settings {
             size,
@@ -151,9 +151,9 @@ impl<'a> Session<'a> {
 
     pub fn run(
         mut self,
-        start: Start<'_>,
-        listener: &mut dyn Listener,
-    ) -> Result<(Report, KeptReference), MeasureError> {
+        start: MeasurementStart<'_>,
+        listener: &mut dyn ProgressListener,
+    ) -> Result<(AccuracyReport, KeptReference), MeasureError> {
         let settings = self.settings.clone();
         let renderer = Renderer::new(
             self.scene,
@@ -161,70 +161,91 @@ impl<'a> Session<'a> {
             self.observer,
             (self.stopwatch, self.now),
         );
-        let kept = start.reference.as_ref();
+        let kept_reference = start.reference.as_ref();
         listener.step("looking at the picture", 0.0);
         let explained = |error| renderer.explained(error);
         let grid = self
-            .grid(&renderer, kept.map(|kept| kept.film.tile_size()))
+            .grid(
+                &renderer,
+                kept_reference.map(|kept_reference| kept_reference.film.tile_size()),
+            )
             .map_err(explained)?;
         let looks = self.look(&renderer, grid).map_err(explained)?;
         listener.step("looking how exact it can be", self.spent());
         let reached = self
             .within_reach(&renderer, grid, &looks)
             .map_err(explained)?;
-        let exact = kept.map_or(reached, |kept| Setting::of(&kept.rungs));
+        let exact =
+            kept_reference.map_or(reached, |kept_reference| Setting::of(&kept_reference.rungs));
         let sample = TileSample::new(grid, &looks);
         let mut plan = self.plan(&sample);
-        if let Some(kept) = kept {
-            plan.reference_samples = plan.reference_samples.max(kept.film.asked().unwrap_or(0));
+        if let Some(kept_reference) = kept_reference {
+            plan.reference_samples = plan
+                .reference_samples
+                .max(kept_reference.film.requested_samples().unwrap_or(0));
         }
-        let mut exposure =
-            renderer.reference(&exact, plan.reference_samples, grid, start, self.at(RUNGS))?;
+        let mut exposure = renderer.reference(
+            &exact,
+            plan.reference_samples,
+            grid,
+            start,
+            self.instant_at(RUNGS),
+        )?;
         let mut measurements = Measurements::new(&renderer, &sample, self.display);
         listener.step(&plan.told(&sample), self.spent());
         self.pilots(&plan, &mut measurements)?;
         // At least two tiles, without which no estimate exists.
-        let least = 2.min(sample.most());
-        self.expose(&mut exposure, &mut measurements, least, self.at(AGAIN));
-        if measurements.known() < least {
+        let minimum = 2.min(sample.most());
+        self.expose(
+            &mut exposure,
+            &mut measurements,
+            minimum,
+            self.instant_at(AGAIN),
+        );
+        if measurements.known_tiles() < minimum {
             return Err(renderer.explained(PrepareError::Cancelled));
         }
-        while measurements.known() < plan.tiles
-            && (self.now)() < self.at(REFERENCE)
-            && !self.observer.cancelled()
+        while measurements.known_tiles() < plan.tiles
+            && (self.now)() < self.instant_at(REFERENCE)
+            && !self.observer.is_cancelled()
         {
-            let next = plan.tiles.min(4 * measurements.known());
-            self.expose(&mut exposure, &mut measurements, next, self.at(REFERENCE));
+            let next = plan.tiles.min(4 * measurements.known_tiles());
+            self.expose(
+                &mut exposure,
+                &mut measurements,
+                next,
+                self.instant_at(REFERENCE),
+            );
         }
         let own_errors = self.rungs(&plan, &mut measurements, listener)?;
-        let known = self.walks(&plan, &mut measurements, listener)?;
-        self.again(&known, &mut measurements, &mut exposure, listener)?;
-        let own = Setting::default();
+        let known_settings = self.walks(&plan, &mut measurements, listener)?;
+        self.again(&known_settings, &mut measurements, &mut exposure, listener)?;
+        let setting = Setting::default();
         let pixels = f64::from(settings.size[0]) * f64::from(settings.size[1]);
         // Before the parts that end by the clock; the duration of this part follows from the
         // pixels.
         let outputs = outputs(
-            &measurements.kept(&own),
+            &measurements.kept(&setting),
             pixels,
             self.display,
             settings.output,
             self.stopwatch,
         );
-        self.turns(&known, &mut measurements, listener)?;
+        self.turns(&known_settings, &mut measurements, listener)?;
         let prices = self.prices(&measurements, listener)?;
         let costs = self.costs(listener)?;
-        let Some(own_measured) = measurements.measured(&own, &own) else {
+        let Some(own_measured) = measurements.measured(&setting, &setting) else {
             return Err(renderer.explained(PrepareError::Cancelled));
         };
         let reference = Reference {
             samples: plan.reference_samples,
             rungs: exact.flags(),
-            tiles: measurements.known(),
+            tiles: measurements.known_tiles(),
             standard_error: measurements.standard_error(),
             seconds: exposure.seconds,
             kept: exposure.is_kept(),
         };
-        let (frontier, answer) = self.frontier(&known, &measurements);
+        let (frontier, recommendations) = self.frontier(&known_settings, &measurements);
         let ladders: Vec<LadderReport> = self
             .pictured
             .iter()
@@ -237,7 +258,7 @@ impl<'a> Session<'a> {
             .chain(&[Ladder::Output])
             .copied()
             .collect();
-        let report = Report {
+        let report = AccuracyReport {
             size: settings.size,
             tiles: Tiles {
                 edge: grid.edge,
@@ -249,12 +270,12 @@ impl<'a> Session<'a> {
                 ],
             },
             reference,
-            answer,
+            recommendations,
             outputs,
             own: own_measured,
             base: self.base_report(&measurements),
             ladders,
-            combinations: self.combinations(&known, &measurements),
+            combinations: self.combinations(&known_settings, &measurements),
             prices,
             not_called_for: Ladder::ALL
                 .into_iter()
@@ -265,7 +286,7 @@ impl<'a> Session<'a> {
             frontier,
             pictures: self.pictures(&measurements, &exposure.film),
             seconds: self.elapsed(),
-            cut_short: self.cut_short || self.observer.cancelled(),
+            cut_short: self.cut_short || self.observer.is_cancelled(),
         };
         Ok((
             report,
@@ -280,22 +301,22 @@ impl<'a> Session<'a> {
     /// do not fit into the time are left out.
     fn expose(
         &mut self,
-        exposure: &mut Exposure<'_>,
+        exposure: &mut GrowingReference<'_>,
         measurements: &mut Measurements<'_>,
         count: usize,
         end: Instant,
     ) {
-        let (sample, from) = (measurements.sample, measurements.known());
+        let (sample, from) = (measurements.sample, measurements.known_tiles());
         let new: Vec<u32> = sample.order[from..count.max(from)]
             .iter()
-            .map(|look| look.tile)
+            .map(|pilot_pass| pilot_pass.tile)
             .collect();
         self.cut_short |= !exposure.expose(&new, end);
         let tile = |&tile: &u32| {
             let crop = sample.grid.tile(tile);
-            let is_done = exposure.film.lacking(&crate::film::Part {
+            let is_done = exposure.film.lacking(&crate::film::FilmPart {
                 tiles: tile..tile + 1,
-                ..exposure.film.whole()
+                ..exposure.film.whole_part()
             }) == 0;
             let means = exposure.film.means_of(tile).filter(|_| is_done)?;
             Some(TruthTile::new(
@@ -308,13 +329,13 @@ impl<'a> Session<'a> {
     }
 
     /// Returns the instant at which a share of the budget is spent.
-    fn at(&self, share: f64) -> Instant {
+    fn instant_at(&self, share: f64) -> Instant {
         self.start + self.effort.budget.mul_f64(share)
     }
 
     /// Returns the wall-clock seconds until a share of the budget is spent.
     fn left(&self, share: f64) -> f64 {
-        self.at(share)
+        self.instant_at(share)
             .saturating_duration_since((self.now)())
             .as_secs_f64()
     }
@@ -329,14 +350,14 @@ impl<'a> Session<'a> {
     }
 
     /// Returns the rungs of a ladder that change this scene's picture and can store it.
-    fn choices_of(&self, ladder: Ladder) -> vec::IntoIter<Choice> {
+    fn choices_of(&self, ladder: Ladder) -> vec::IntoIter<RungChoice> {
         let choices = ladder
             .choices()
             .filter(|choice| choice.differs(self.present) && !self.unshown.contains(choice));
         choices.collect::<Vec<_>>().into_iter()
     }
 
-    fn is_in_use(&self, choice: Choice) -> bool {
+    fn is_in_use(&self, choice: RungChoice) -> bool {
         choice.rung() == choice.ladder().in_use(self.scene, &self.settings)
     }
 
@@ -350,7 +371,7 @@ impl<'a> Session<'a> {
     }
 
     /// Returns the measured setting of a rung, which may be the scene's own.
-    fn setting(&self, choice: Choice) -> Setting {
+    fn setting(&self, choice: RungChoice) -> Setting {
         let beside = self.beside(choice.ladder());
         if self.is_in_use(choice) {
             beside
@@ -361,7 +382,8 @@ impl<'a> Session<'a> {
 
     /// Returns the most exact feasible rung.
     fn most_exact(&self, ladder: Ladder) -> Setting {
-        let reached = |choice: &Choice| choice.can_be_reference() && !self.beyond.contains(choice);
+        let reached =
+            |choice: &RungChoice| choice.can_be_reference() && !self.beyond.contains(choice);
         let choice = self.choices_of(ladder).rev().find(reached);
         choice.map_or_else(|| self.beside(ladder), |choice| self.setting(choice))
     }
@@ -382,7 +404,7 @@ impl<'a> Session<'a> {
 }
 
 /// Returns the number of samples of a rung of the samples ladder.
-fn samples_of(choice: Choice) -> Option<u32> {
+fn samples_of(choice: RungChoice) -> Option<u32> {
     let RungValue::Samples(samples) = choice.value() else {
         return None;
     };

@@ -2,42 +2,42 @@
 
 use core::fmt;
 
-use crate::ladder::{Choice, Ladder};
+use crate::ladder::{Ladder, RungChoice};
 use crate::scene::Scene;
 use crate::settings::{PrecisionChoice, Sampling, Settings};
 
 /// Rungs other than the scene's own, at most one per ladder; empty for the scene's own setting.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Setting(Vec<Choice>);
+pub struct Setting(Vec<RungChoice>);
 
 impl Setting {
     /// Returns the setting with a single ladder on another rung.
-    pub fn one(choice: Choice) -> Self {
+    pub fn single(choice: RungChoice) -> Self {
         Self(vec![choice])
     }
 
     /// Returns the setting with several ladders on other rungs; the last rung of a ladder counts.
-    pub fn of(choices: &[Choice]) -> Self {
+    pub fn of(choices: &[RungChoice]) -> Self {
         choices
             .iter()
             .fold(Self::default(), |setting, &choice| setting.with(choice))
     }
 
     /// Returns the rungs, in the order of their ladders.
-    pub fn choices(&self) -> &[Choice] {
+    pub fn choices(&self) -> &[RungChoice] {
         &self.0
     }
 
     /// Returns the setting with one ladder on another rung.
     #[must_use]
-    pub fn with(&self, choice: Choice) -> Self {
+    pub fn with(&self, choice: RungChoice) -> Self {
         let others = self
             .0
             .iter()
             .copied()
             .filter(|other| other.ladder() != choice.ladder());
-        let mut all: Vec<Choice> = others.chain([choice]).collect();
-        all.sort_by_key(Choice::ladder);
+        let mut all: Vec<RungChoice> = others.chain([choice]).collect();
+        all.sort_by_key(RungChoice::ladder);
         Self(all)
     }
 
@@ -54,7 +54,7 @@ impl Setting {
     }
 
     /// Returns the rung of a ladder, or `None` for the scene's own.
-    pub fn rung(&self, ladder: Ladder) -> Option<Choice> {
+    pub fn rung(&self, ladder: Ladder) -> Option<RungChoice> {
         self.0
             .iter()
             .copied()
@@ -92,7 +92,7 @@ impl fmt::Display for Setting {
             [] => f.write_str("as it is"),
             all => f.write_str(
                 &all.iter()
-                    .map(Choice::to_string)
+                    .map(RungChoice::to_string)
                     .collect::<Vec<_>>()
                     .join(" "),
             ),
@@ -120,28 +120,28 @@ pub(super) fn reference(
 mod tests {
     use super::*;
 
-    fn choice(text: &str) -> Choice {
-        Choice::parse(text).expect("a rung")
+    fn choice(text: &str) -> RungChoice {
+        RungChoice::parse(text).expect("a rung")
     }
 
     /// Protects: a ladder has one rung at a time, and equal settings compare equal, whatever the
     /// order of their construction.
     #[test]
     fn each_ladder_has_one_rung() {
-        let one = Setting::one(choice("samples=16"))
+        let setting = Setting::single(choice("samples=16"))
             .with(choice("precision=reference"))
             .with(choice("samples=4"));
-        let other = Setting::one(choice("precision=reference")).with(choice("samples=4"));
-        assert_eq!(one, other);
+        let other = Setting::single(choice("precision=reference")).with(choice("samples=4"));
+        assert_eq!(setting, other);
         assert_eq!(
-            one.flags(),
+            setting.flags(),
             ["--rung precision=reference", "--rung samples=4"]
         );
         assert_eq!(
-            one.without(Ladder::Samples),
-            Setting::one(choice("precision=reference"))
+            setting.without(Ladder::Samples),
+            Setting::single(choice("precision=reference"))
         );
-        assert_eq!(one.rung(Ladder::Samples), Some(choice("samples=4")));
+        assert_eq!(setting.rung(Ladder::Samples), Some(choice("samples=4")));
         assert_eq!(
             (
                 Setting::default().to_string().as_str(),
@@ -158,9 +158,9 @@ mod tests {
         let scene = Scene::default();
         let settings = Settings {
             max_depth: 2,
-            ..Settings::of(&scene)
+            ..Settings::from_scene(&scene)
         };
-        let rungs = Setting::one(choice("path-length=64"))
+        let rungs = Setting::single(choice("path-length=64"))
             .with(choice("precision=reference"))
             .with(choice("samples=4"));
         let (_, exact) = reference(&rungs, &scene, &settings, 300);

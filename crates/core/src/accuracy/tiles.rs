@@ -6,7 +6,7 @@
 //! sample for every n, and more time adds tiles. The keys are multiples of the golden ratio along
 //! rows in alternating direction, which spreads a sample evenly over the picture.
 
-use super::estimate::Interval;
+use super::estimate::ConfidenceInterval;
 use crate::hash::mix;
 use crate::metrics::student_95;
 use crate::settings::Crop;
@@ -19,7 +19,7 @@ const EVEN: f64 = 0.25;
 
 /// Division of the picture into tiles, row by row, in the film's numbering.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Grid {
+pub(super) struct TileGrid {
     pub size: [u32; 2],
     /// Edge of a tile in pixels.
     pub edge: u32,
@@ -27,7 +27,7 @@ pub(super) struct Grid {
     pub seed: u64,
 }
 
-impl Grid {
+impl TileGrid {
     fn columns(&self) -> u32 {
         self.size[0].div_ceil(self.edge)
     }
@@ -63,7 +63,7 @@ impl Grid {
             height,
         } = self.tile(index);
         let (left, top) = (x.saturating_sub(margin), y.saturating_sub(margin));
-        let end = |at: u32, edge: u32, all: u32| (at + edge + margin).min(all);
+        let end = |position: u32, edge: u32, all: u32| (position + edge + margin).min(all);
         Crop {
             x: left,
             y: top,
@@ -90,7 +90,7 @@ impl Grid {
     }
 
     /// Returns all tiles in an order of which every prefix is spread evenly.
-    pub fn spread(&self) -> Vec<u32> {
+    pub fn spread_order(&self) -> Vec<u32> {
         let keys = self.keys();
         let mut all: Vec<u32> = (0..self.count() as u32).collect();
         all.sort_by(|&a, &b| keys[a as usize].total_cmp(&keys[b as usize]));
@@ -111,7 +111,7 @@ pub(super) struct PilotPass {
 /// Order in which tiles are drawn.
 #[derive(Clone, Debug)]
 pub(super) struct TileSample {
-    pub grid: Grid,
+    pub grid: TileGrid,
     /// Looks in the order of drawing.
     pub order: Vec<PilotPass>,
     /// Probability of each tile per draw, in the same order; the sum is one.
@@ -119,20 +119,22 @@ pub(super) struct TileSample {
 }
 
 impl TileSample {
-    /// Orders the tiles of the first look, which are the first ones of [`Grid::spread`].
-    pub fn new(grid: Grid, looks: &[PilotPass]) -> Self {
+    /// Orders the tiles of the first look, which are the first ones of [`TileGrid::spread_order`].
+    pub fn new(grid: TileGrid, looks: &[PilotPass]) -> Self {
         let keys = grid.keys();
-        let area = |look: &PilotPass| grid.pixels(look.tile);
+        let area = |pilot_pass: &PilotPass| grid.pixels(pilot_pass.tile);
         let [areas, noise] = [
             looks.iter().map(area).sum::<f64>(),
-            looks.iter().map(|look| look.noise).sum(),
+            looks.iter().map(|pilot_pass| pilot_pass.noise).sum(),
         ];
         let even = if noise > 0.0 { EVEN } else { 1.0 };
-        let share = |look: &PilotPass| {
-            even * area(look) / areas + (1.0 - even) * look.noise / noise.max(1e-300)
+        let share = |pilot_pass: &PilotPass| {
+            even * area(pilot_pass) / areas + (1.0 - even) * pilot_pass.noise / noise.max(1e-300)
         };
-        let mut all: Vec<(PilotPass, f64)> =
-            looks.iter().map(|look| (*look, share(look))).collect();
+        let mut all: Vec<(PilotPass, f64)> = looks
+            .iter()
+            .map(|pilot_pass| (*pilot_pass, share(pilot_pass)))
+            .collect();
         all.sort_by(|(a, p), (b, q)| {
             (keys[a.tile as usize] / p).total_cmp(&(keys[b.tile as usize] / q))
         });
@@ -148,12 +150,12 @@ impl TileSample {
     /// Returns the pixels that a tile represents: all pixels of the picture times the tile's
     /// probability. Errors grow with noise, so errors per represented pixel differ less between
     /// tiles than errors per pixel.
-    pub fn weight(&self, at: usize) -> f64 {
-        self.share[at]
+    pub fn weight(&self, position: usize) -> f64 {
+        self.share[position]
             * self
                 .order
                 .iter()
-                .map(|look| self.grid.pixels(look.tile))
+                .map(|pilot_pass| self.grid.pixels(pilot_pass.tile))
                 .sum::<f64>()
     }
 
@@ -207,7 +209,7 @@ impl TileSample {
 /// Contribution of a tile to numerator and denominator of a ratio, in independent pieces, and its
 /// inclusion probability.
 #[derive(Clone, Debug)]
-pub(super) struct Share<'a> {
+pub(super) struct TileShare<'a> {
     pub chance: f64,
     pub above: &'a [f64],
     pub below: &'a [f64],
@@ -215,11 +217,11 @@ pub(super) struct Share<'a> {
     pub doubt: f64,
 }
 
-impl Share<'_> {
+impl TileShare<'_> {
     /// Returns the numerator less `ratio` times the denominator, and the variance estimated from
     /// the pieces.
     fn residual(&self, ratio: f64) -> (f64, f64) {
-        let sum = |of: &[f64]| of.iter().sum::<f64>();
+        let sum = |values: &[f64]| values.iter().sum::<f64>();
         let total = sum(self.above) - ratio * sum(self.below);
         if self.above.len() != self.below.len() || self.above.len() < 2 {
             return (total, 0.0);
@@ -248,8 +250,8 @@ pub(super) fn spread_of_pieces(pieces: &[f64]) -> f64 {
 /// Estimates the ratio of two totals over the whole picture (Hájek, "Comment on a Paper by D.
 /// Basu", 1971), with its standard error and Student's factor. The error combines the choice of
 /// tiles and the noise within the drawn tiles. `None` for a denominator of zero.
-pub(super) fn estimate(shares: &[Share<'_>]) -> Option<(f64, f64, f64)> {
-    let total = |of: fn(&Share<'_>) -> f64| {
+pub(super) fn estimate(shares: &[TileShare<'_>]) -> Option<(f64, f64, f64)> {
+    let total = |of: fn(&TileShare<'_>) -> f64| {
         shares
             .iter()
             .map(|share| of(share) / share.chance)
@@ -310,9 +312,9 @@ pub(super) fn estimate(shares: &[Share<'_>]) -> Option<(f64, f64, f64)> {
 
 /// Returns the same estimate as an interval, which starts at zero where the value is within the
 /// reference's noise.
-pub(super) fn ratio(shares: &[Share<'_>]) -> Interval {
+pub(super) fn ratio(shares: &[TileShare<'_>]) -> ConfidenceInterval {
     let Some((value, error, factor)) = estimate(shares) else {
-        return Interval {
+        return ConfidenceInterval {
             value: 0.0,
             low: 0.0,
             high: f64::INFINITY,
@@ -329,8 +331,8 @@ pub(super) fn ratio(shares: &[Share<'_>]) -> Interval {
         .sqrt()
         / below;
     match value <= student_95(u32::MAX) * doubt || value <= 0.0 {
-        true => Interval::from_zero(value, factor * error.max(doubt)),
-        false => Interval::of_factors(value, factor * error),
+        true => ConfidenceInterval::from_zero(value, factor * error.max(doubt)),
+        false => ConfidenceInterval::of_factors(value, factor * error),
     }
 }
 

@@ -11,13 +11,13 @@ pub const CLOCK: &str = if cfg!(unix) {
 /// Returns the working time of the calling thread in seconds; only differences on one thread are
 /// meaningful.
 pub fn thread_seconds() -> f64 {
-    seconds(Scope::Thread)
+    seconds(TimerScope::Thread)
 }
 
 /// Returns the working time of all threads of the process in seconds; only differences are
 /// meaningful.
 pub fn process_seconds() -> f64 {
-    seconds(Scope::Process)
+    seconds(TimerScope::Process)
 }
 
 /// Measures the seconds of some work, which returns its amount. A test passes a stopwatch that
@@ -26,16 +26,16 @@ pub(crate) type Stopwatch = fn(work: &mut dyn FnMut() -> u64) -> f64;
 
 /// Runs the work and returns the working seconds of the thread.
 pub(super) fn of_thread(work: &mut dyn FnMut() -> u64) -> f64 {
-    timed(Scope::Thread, work)
+    timed(TimerScope::Thread, work)
 }
 
 /// Runs the work and returns the working seconds of all threads, which other programs do not
 /// lengthen.
 pub(crate) fn of_process(work: &mut dyn FnMut() -> u64) -> f64 {
-    timed(Scope::Process, work)
+    timed(TimerScope::Process, work)
 }
 
-fn timed(scope: Scope, work: &mut dyn FnMut() -> u64) -> f64 {
+fn timed(scope: TimerScope, work: &mut dyn FnMut() -> u64) -> f64 {
     let start = seconds(scope);
     work();
     seconds(scope) - start
@@ -48,23 +48,23 @@ pub(super) fn steady(work: &mut dyn FnMut() -> u64) -> f64 {
 }
 
 #[derive(Clone, Copy)]
-enum Scope {
+enum TimerScope {
     Thread,
     Process,
 }
 
 #[cfg(unix)]
-fn seconds(scope: Scope) -> f64 {
+fn seconds(scope: TimerScope) -> f64 {
     use rustix::time::{ClockId, clock_gettime};
     let time = clock_gettime(match scope {
-        Scope::Thread => ClockId::ThreadCPUTime,
-        Scope::Process => ClockId::ProcessCPUTime,
+        TimerScope::Thread => ClockId::ThreadCPUTime,
+        TimerScope::Process => ClockId::ProcessCPUTime,
     });
     time.tv_sec as f64 + time.tv_nsec as f64 * 1e-9
 }
 
 #[cfg(not(unix))]
-fn seconds(_: Scope) -> f64 {
+fn seconds(_: TimerScope) -> f64 {
     use std::sync::LazyLock;
     use std::time::Instant;
     static START: LazyLock<Instant> = LazyLock::new(Instant::now);

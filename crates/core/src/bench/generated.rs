@@ -21,14 +21,14 @@ pub const FILL: f64 = 0.01;
 /// Kind of the primitives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Kind {
+pub enum GeneratedKind {
     /// Spheres.
     Spheres,
     /// Triangles, each with its corners on the sphere that it replaces.
     Triangles,
 }
 
-impl Kind {
+impl GeneratedKind {
     /// Every kind with its name.
     pub const ALL: [(&'static str, Self); 2] =
         [("spheres", Self::Spheres), ("triangles", Self::Triangles)];
@@ -49,11 +49,11 @@ pub fn radius(count: u32) -> f64 {
 
 /// Random numbers by address: stream and index, never by the order of calls.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Numbers {
+pub(super) struct AddressedNumbers {
     pub seed: u64,
 }
 
-impl Numbers {
+impl AddressedNumbers {
     /// Returns a number in [0, 1); `lane` distinguishes the numbers of an item.
     pub fn unit(self, item: u64, lane: u64) -> f64 {
         (mix(self.seed ^ mix(item << 8 | lane)) >> 11) as f64 / (1_u64 << 53) as f64
@@ -84,23 +84,27 @@ impl Numbers {
 ///
 /// # Errors
 /// More primitives than a tree can address.
-pub fn group<R: Real>(kind: Kind, count: u32, seed: u64) -> Result<PrimitiveSet<R>, GeometryError> {
-    let (numbers, radius) = (Numbers { seed }, radius(count));
+pub fn group<R: Real>(
+    kind: GeneratedKind,
+    count: u32,
+    seed: u64,
+) -> Result<PrimitiveSet<R>, GeometryError> {
+    let (numbers, radius) = (AddressedNumbers { seed }, radius(count));
     let mut group = PrimitiveSet::default();
     for i in 0..u64::from(count) {
         let centre = numbers.point(i, 0);
         match kind {
-            Kind::Spheres => {
+            GeneratedKind::Spheres => {
                 let sphere = Sphere {
                     centre: Vector::from_f64(centre),
                     radius: R::from_f64(radius),
                 };
-                group.sphere(sphere, Visibility::default())?;
+                group.add_sphere(sphere, Visibility::default())?;
             }
-            Kind::Triangles => {
+            GeneratedKind::Triangles => {
                 let corner =
                     |lane: u64| Vector::from_f64(centre + numbers.direction(i, lane) * radius);
-                group.triangle([corner(3), corner(5), corner(7)], Visibility::default())?;
+                group.add_triangle([corner(3), corner(5), corner(7)], Visibility::default())?;
             }
         }
     }
@@ -110,12 +114,12 @@ pub fn group<R: Real>(kind: Kind, count: u32, seed: u64) -> Result<PrimitiveSet<
 /// Generates rays that start outside the cube, in every direction, each towards a uniform point in
 /// the cube.
 pub fn rays<R: Real>(count: u32, seed: u64) -> Vec<Ray<R>> {
-    let numbers = Numbers { seed };
+    let numbers = AddressedNumbers { seed };
     let ray = |i: u64| {
-        let (towards, direction) = (numbers.point(i, 0), numbers.direction(i, 3));
+        let (target_direction, direction) = (numbers.point(i, 0), numbers.direction(i, 3));
         // Beyond the cube's diagonal.
         Ray::new(
-            Vector::from_f64(towards - direction * 2.0),
+            Vector::from_f64(target_direction - direction * 2.0),
             <R::Vec3 as Vector<R>>::from_f64(direction).normalize(),
         )
     };
@@ -138,11 +142,14 @@ mod tests {
                 .map(|ray| geometry.closest(ray, Interval::positive(), &mut ()))
                 .collect()
         };
-        for (_, kind) in Kind::ALL {
+        for (_, kind) in GeneratedKind::ALL {
             assert_eq!(hits(kind, 1), hits(kind, 1));
             assert_ne!(hits(kind, 1), hits(kind, 2));
         }
-        assert_ne!(hits(Kind::Spheres, 1), hits(Kind::Triangles, 1));
+        assert_ne!(
+            hits(GeneratedKind::Spheres, 1),
+            hits(GeneratedKind::Triangles, 1)
+        );
         // A fixed value: a change of the generator would silently change the meaning of the
         // figures.
         assert_eq!(
@@ -160,7 +167,7 @@ mod tests {
             assert!((volume - FILL).abs() < 1e-12, "{count}: {volume}");
         }
         let bounds = Geometry::<f32>::new(
-            group(Kind::Triangles, 1, 3).unwrap(),
+            group(GeneratedKind::Triangles, 1, 3).unwrap(),
             AcceleratorKind::Linear,
         )
         .bounded_part();
@@ -172,11 +179,11 @@ mod tests {
     #[test]
     fn rays_come_from_outside() {
         let geometry = Geometry::<f32>::new(
-            group(Kind::Spheres, 1000, 1).unwrap(),
+            group(GeneratedKind::Spheres, 1000, 1).unwrap(),
             AcceleratorKind::default(),
         );
         let bounds = geometry.bounded_part();
-        let mut visits = TraversalStats::default();
+        let mut stats = TraversalStats::default();
         let hits = rays::<f32>(1000, 2).into_iter().filter(|ray| {
             let o = ray.origin.as_dvec3();
             assert!(
@@ -185,11 +192,11 @@ mod tests {
             );
             assert!((ray.direction.length() - 1.0).abs() < 1e-6);
             geometry
-                .closest(ray, Interval::positive(), &mut visits)
+                .closest(ray, Interval::positive(), &mut stats)
                 .is_some()
         });
         let hits = hits.count();
         assert!((50..950).contains(&hits), "{hits}");
-        assert!(visits.nodes > 0 && visits.primitives > 0);
+        assert!(stats.nodes > 0 && stats.primitives > 0);
     }
 }

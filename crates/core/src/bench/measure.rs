@@ -29,15 +29,15 @@ impl BenchOptions {
 /// Method of the measurement: its extent and its clock.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Method {
-    pub care: BenchOptions,
+    pub options: BenchOptions,
     pub stopwatch: Stopwatch,
 }
 
 impl Method {
     /// Returns the method with the thread's CPU time.
-    pub fn of(care: &BenchOptions) -> Self {
+    pub fn of(options: &BenchOptions) -> Self {
         Self {
-            care: *care,
+            options: *options,
             stopwatch: of_thread,
         }
     }
@@ -56,14 +56,14 @@ pub(super) struct Contestant<'a> {
 }
 
 /// The two contestants of a row.
-pub(super) struct Contest<'a> {
+pub(super) struct ScanTreeContest<'a> {
     pub scan: Contestant<'a>,
     pub tree: Contestant<'a>,
 }
 
 /// Cost of the closest hit by one structure.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Cost {
+pub struct QueryCost {
     /// Nanoseconds per ray.
     pub nanoseconds: Spread,
     /// Rays of a sample; an even subset where a ray takes long.
@@ -80,15 +80,15 @@ pub struct Cost {
 
 /// Scan against tree on one scene with one set of rays.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Row {
+pub struct SeriesRow {
     /// Primitives in the scene.
     pub primitives: usize,
     /// Share of the rays that hit something.
     pub hit_share: f64,
     /// Cost with every primitive tested; `None` where a sample would have taken too long.
-    pub scan: Option<Cost>,
+    pub scan: Option<QueryCost>,
     /// Cost of the tree.
-    pub tree: Cost,
+    pub tree: QueryCost,
     /// Ratio of the times of scan and tree, from samples taken one after the other.
     pub ratio: Option<Spread>,
 }
@@ -109,16 +109,16 @@ pub struct Disagreement {
 
 /// Measures one row. Rays must not be empty.
 pub(super) fn row(
-    contest: &Contest<'_>,
+    contest: &ScanTreeContest<'_>,
     rays: &[Ray<f32>],
     method: &Method,
-) -> Result<Row, Disagreement> {
+) -> Result<SeriesRow, Disagreement> {
     let tree = &contest.tree;
-    let tree_sample = Sample::sized(tree.geometry, rays, method);
+    let tree_sample = RaySample::sized(tree.geometry, rays, method);
     let mut scan = Challenger::new(&contest.scan, rays, method);
     scan.compare(tree.geometry)?;
     let mut of_tree = Vec::new();
-    for _ in 0..method.care.repeats.max(1) {
+    for _ in 0..method.options.repeats.max(1) {
         let scanned = scan.time();
         let walked = tree_sample.time(tree.geometry);
         of_tree.push(walked);
@@ -128,7 +128,7 @@ pub(super) fn row(
         .iter()
         .filter(|ray| closest(tree.geometry, ray).is_some())
         .count();
-    Ok(Row {
+    Ok(SeriesRow {
         primitives: tree.geometry.len(),
         hit_share: hits as f64 / rays.len() as f64,
         scan: scan.cost(),
@@ -139,19 +139,19 @@ pub(super) fn row(
 
 /// A scan that is timed against the tree, unless a sample of it would take too long.
 struct Challenger<'a> {
-    who: &'a Contestant<'a>,
-    sample: Option<Sample<'a>>,
+    contestant: &'a Contestant<'a>,
+    sample: Option<RaySample<'a>>,
     seconds: Vec<f64>,
     ratios: Vec<f64>,
 }
 
 impl<'a> Challenger<'a> {
-    fn new(who: &'a Contestant<'a>, rays: &'a [Ray<f32>], method: &Method) -> Self {
-        let longest = PATIENCE * method.care.sample_seconds;
-        let sample = Some(Sample::sized(who.geometry, rays, method))
+    fn new(contestant: &'a Contestant<'a>, rays: &'a [Ray<f32>], method: &Method) -> Self {
+        let longest = PATIENCE * method.options.sample_seconds;
+        let sample = Some(RaySample::sized(contestant.geometry, rays, method))
             .filter(|sample| sample.seconds() <= longest);
         Self {
-            who,
+            contestant,
             sample,
             seconds: Vec::new(),
             ratios: Vec::new(),
@@ -162,8 +162,8 @@ impl<'a> Challenger<'a> {
     fn compare(&self, tree: &Geometry<f32>) -> Result<(), Disagreement> {
         let bits =
             |hit: &Option<Hit<f32>>| hit.map(|h| ([h.t, h.u, h.v].map(f32::to_bits), h.order()));
-        for (index, ray) in self.sample.iter().flat_map(Sample::rays).enumerate() {
-            let (a, b) = (closest(self.who.geometry, ray), closest(tree, ray));
+        for (index, ray) in self.sample.iter().flat_map(RaySample::rays).enumerate() {
+            let (a, b) = (closest(self.contestant.geometry, ray), closest(tree, ray));
             if bits(&a) != bits(&b) {
                 return Err(Disagreement {
                     ray: index * self.sample.as_ref().map_or(1, |sample| sample.step),
@@ -179,7 +179,7 @@ impl<'a> Challenger<'a> {
     fn time(&self) -> Option<f64> {
         self.sample
             .as_ref()
-            .map(|sample| sample.time(self.who.geometry))
+            .map(|sample| sample.time(self.contestant.geometry))
     }
 
     fn record(&mut self, own: Option<f64>, tree: f64) {
@@ -187,14 +187,16 @@ impl<'a> Challenger<'a> {
         self.ratios.extend(own.map(|own| own / tree));
     }
 
-    fn cost(&self) -> Option<Cost> {
+    fn cost(&self) -> Option<QueryCost> {
         self.sample
             .as_ref()
-            .map(|sample| sample.cost(self.who, &self.seconds))
+            .map(|sample| sample.cost(self.contestant, &self.seconds))
     }
 
     fn ratio(&self) -> Option<Spread> {
-        self.sample.as_ref().map(|_| Spread::of(&self.ratios))
+        self.sample
+            .as_ref()
+            .map(|_| Spread::from_samples(&self.ratios))
     }
 }
 
@@ -203,7 +205,7 @@ fn closest(geometry: &Geometry<f32>, ray: &Ray<f32>) -> Option<Hit<f32>> {
 }
 
 /// Unit of timing: every `step`-th ray, all of them `passes` times.
-struct Sample<'a> {
+struct RaySample<'a> {
     all: &'a [Ray<f32>],
     step: usize,
     passes: usize,
@@ -211,10 +213,10 @@ struct Sample<'a> {
     stopwatch: Stopwatch,
 }
 
-impl<'a> Sample<'a> {
+impl<'a> RaySample<'a> {
     /// Determines the number of rays of a sample, which also warms up caches and predictors.
     fn sized(geometry: &Geometry<f32>, rays: &'a [Ray<f32>], method: &Method) -> Self {
-        let Method { care, stopwatch } = *method;
+        let Method { options, stopwatch } = *method;
         let mut sample = Self {
             all: rays,
             step: rays.len(),
@@ -225,15 +227,15 @@ impl<'a> Sample<'a> {
         loop {
             sample.seconds_a_ray = sample.time(geometry);
             let spent = sample.seconds_a_ray * sample.count() as f64;
-            if spent >= care.sample_seconds * 0.25 || sample.step == 1 {
+            if spent >= options.sample_seconds * 0.25 || sample.step == 1 {
                 break;
             }
             sample.step = (sample.step / 4).max(1);
         }
-        let wanted =
-            ((care.sample_seconds / sample.seconds_a_ray.max(1e-12)) as usize).max(FEWEST_RAYS);
-        sample.step = (rays.len() / wanted).max(1);
-        sample.passes = (wanted / rays.len()).max(1);
+        let requested =
+            ((options.sample_seconds / sample.seconds_a_ray.max(1e-12)) as usize).max(FEWEST_RAYS);
+        sample.step = (rays.len() / requested).max(1);
+        sample.passes = (requested / rays.len()).max(1);
         sample
     }
 
@@ -265,19 +267,21 @@ impl<'a> Sample<'a> {
         (self.stopwatch)(&mut trace) / rays as f64
     }
 
-    fn cost(&self, who: &Contestant<'_>, seconds: &[f64]) -> Cost {
-        let mut visits = TraversalStats::default();
+    fn cost(&self, contestant: &Contestant<'_>, seconds: &[f64]) -> QueryCost {
+        let mut stats = TraversalStats::default();
         for ray in self.rays() {
-            who.geometry.closest(ray, Interval::positive(), &mut visits);
+            contestant
+                .geometry
+                .closest(ray, Interval::positive(), &mut stats);
         }
         let rays = self.count();
-        Cost {
-            nanoseconds: Spread::of(seconds).scaled(1e9),
+        QueryCost {
+            nanoseconds: Spread::from_samples(seconds).scaled(1e9),
             rays,
-            nodes_per_ray: visits.nodes as f64 / rays as f64,
-            tests_per_ray: visits.primitives as f64 / rays as f64,
-            build_milliseconds: who.build.scaled(1e3),
-            bytes: who.bytes,
+            nodes_per_ray: stats.nodes as f64 / rays as f64,
+            tests_per_ray: stats.primitives as f64 / rays as f64,
+            build_milliseconds: contestant.build.scaled(1e3),
+            bytes: contestant.bytes,
         }
     }
 }
@@ -294,7 +298,7 @@ pub(super) fn timed_builds<I, G>(
     input: impl Fn() -> I,
     build: impl Fn(I) -> G,
 ) -> (G, Spread) {
-    let Method { care, stopwatch } = *method;
+    let Method { options, stopwatch } = *method;
     let batch = |size: usize| {
         let inputs: Vec<I> = (0..size).map(|_| input()).collect();
         let mut inputs = inputs.into_iter();
@@ -314,9 +318,10 @@ pub(super) fn timed_builds<I, G>(
     };
     // The first build warms up and does not count, unless it alone takes all the time.
     let (mut built, first) = batch(1);
-    let size = ((care.sample_seconds * 0.1 / first.max(1e-9)) as usize).clamp(1, LARGEST_BATCH);
+    let size = ((options.sample_seconds * 0.1 / first.max(1e-9)) as usize).clamp(1, LARGEST_BATCH);
     let (mut seconds, mut spent) = (Vec::new(), first);
-    while seconds.len() < care.repeats.max(1) && spent < BUILD_PATIENCE * care.sample_seconds {
+    while seconds.len() < options.repeats.max(1) && spent < BUILD_PATIENCE * options.sample_seconds
+    {
         let (again, took) = batch(size);
         built = again;
         seconds.push(took);
@@ -325,7 +330,7 @@ pub(super) fn timed_builds<I, G>(
     if seconds.is_empty() {
         seconds.push(first);
     }
-    (built, Spread::of(&seconds))
+    (built, Spread::from_samples(&seconds))
 }
 
 #[cfg(test)]

@@ -7,8 +7,8 @@
 //! alternate, so that a change of the machine's speed affects both.
 
 pub mod clock;
+mod comparison;
 mod generated;
-mod given;
 mod measure;
 mod statistics;
 
@@ -16,11 +16,11 @@ use raywright_bvh::{Geometry, GeometryError, PrimitiveSet};
 use serde::Serialize;
 
 use crate::prepare::PrepareError;
-use measure::{Contest, Contestant, Method, row, timed_builds};
+use measure::{Contestant, Method, ScanTreeContest, row, timed_builds};
 
-pub use generated::{FILL, Kind, group, radius, rays};
-pub use given::{Given, given};
-pub use measure::{BenchOptions, Cost, Disagreement, Row};
+pub use comparison::{SceneComparison, given};
+pub use generated::{FILL, GeneratedKind, group, radius, rays};
+pub use measure::{BenchOptions, Disagreement, QueryCost, SeriesRow};
 pub use statistics::{Crossover, PowerLaw, Spread};
 
 /// Reason for a missing measurement.
@@ -52,9 +52,9 @@ const FIT_FROM: f64 = 1e3;
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Series {
     /// Kind of the primitives.
-    pub kind: Kind,
+    pub kind: GeneratedKind,
     /// Rows by ascending number of primitives.
-    pub rows: Vec<Row>,
+    pub rows: Vec<SeriesRow>,
     /// Number of primitives from which on the tree is faster; `None` where the scan was never
     /// timed.
     pub crossover: Option<Crossover>,
@@ -85,19 +85,19 @@ pub fn sizes(largest: u32) -> Vec<u32> {
 /// # Errors
 /// See [`BenchError`].
 pub fn generated(
-    kind: Kind,
+    kind: GeneratedKind,
     sizes: &[u32],
-    care: &BenchOptions,
-    on_row: &mut dyn FnMut(&Row),
+    options: &BenchOptions,
+    on_row: &mut dyn FnMut(&SeriesRow),
 ) -> Result<Series, BenchError> {
-    measured(kind, sizes, &Method::of(care), on_row)
+    measured(kind, sizes, &Method::of(options), on_row)
 }
 
 fn measured(
-    kind: Kind,
+    kind: GeneratedKind,
     sizes: &[u32],
     method: &Method,
-    on_row: &mut dyn FnMut(&Row),
+    on_row: &mut dyn FnMut(&SeriesRow),
 ) -> Result<Series, BenchError> {
     let rays = rays(RAYS, SEEDS[1]);
     let mut rows = Vec::with_capacity(sizes.len());
@@ -105,8 +105,8 @@ fn measured(
         let group: PrimitiveSet<f32> = group(kind, size, SEEDS[0])?;
         let build =
             |kind| timed_builds(method, || group.clone(), |group| Geometry::new(group, kind));
-        let [scan, tree] = method.care.kinds().map(build);
-        let contest = Contest {
+        let [scan, tree] = method.options.kinds().map(build);
+        let contest = ScanTreeContest {
             scan: contestant(&scan.0, scan.1),
             tree: contestant(&tree.0, tree.1),
         };
@@ -118,12 +118,12 @@ fn measured(
 }
 
 impl Series {
-    fn of(kind: Kind, rows: Vec<Row>) -> Self {
+    fn of(kind: GeneratedKind, rows: Vec<SeriesRow>) -> Self {
         let ratios = rows
             .iter()
             .filter_map(|row| Some((row.primitives as f64, row.ratio?)));
         let crossover = Crossover::of(&ratios.collect::<Vec<_>>());
-        let growth = |cost: fn(&Row) -> Option<Cost>| {
+        let growth = |cost: fn(&SeriesRow) -> Option<QueryCost>| {
             let points = rows
                 .iter()
                 .filter_map(|row| Some((row.primitives as f64, cost(row)?.nanoseconds.median)));
@@ -157,7 +157,7 @@ mod tests {
     /// so that the result does not depend on the machine's load.
     fn hasty(sample_seconds: f64) -> Method {
         Method {
-            care: BenchOptions {
+            options: BenchOptions {
                 repeats: 2,
                 sample_seconds,
                 build: BuildQuality::Fast,
@@ -170,7 +170,7 @@ mod tests {
     /// timed work is the claimed work.
     #[test]
     fn a_series_of_each_kind() {
-        for (_, kind) in Kind::ALL {
+        for (_, kind) in GeneratedKind::ALL {
             let mut seen = Vec::new();
             let series = measured(kind, &[1, 14, 15, 200], &hasty(1e-4), &mut |row| {
                 seen.push(row.primitives)
@@ -185,7 +185,11 @@ mod tests {
                 );
                 assert!(row.tree.tests_per_ray <= scan.tests_per_ray);
                 // A small set that is tested as fast eight at a time has no nodes.
-                let few = if kind == Kind::Spheres { 160 } else { 72 };
+                let few = if kind == GeneratedKind::Spheres {
+                    160
+                } else {
+                    72
+                };
                 assert_eq!(
                     row.tree.nodes_per_ray > 0.0,
                     row.primitives > few,
@@ -207,7 +211,7 @@ mod tests {
     /// ratio is reported.
     #[test]
     fn slow_scans_are_left_out() {
-        let series = measured(Kind::Spheres, &[1000], &hasty(1e-9), &mut |_| ()).unwrap();
+        let series = measured(GeneratedKind::Spheres, &[1000], &hasty(1e-9), &mut |_| ()).unwrap();
         let row = &series.rows[0];
         assert!(row.scan.is_none() && row.ratio.is_none() && row.tree.nanoseconds.median > 0.0);
         assert_eq!(series.crossover, None);
@@ -216,16 +220,17 @@ mod tests {
     /// Protects: structures with different hits are never timed.
     #[test]
     fn disagreement_is_an_error() {
-        let geometry =
-            |seed, kind| Geometry::<f32>::new(group(Kind::Spheres, 50, seed).unwrap(), kind);
+        let geometry = |seed, kind| {
+            Geometry::<f32>::new(group(GeneratedKind::Spheres, 50, seed).unwrap(), kind)
+        };
         let (same, other) = (
             geometry(1, AcceleratorKind::Linear),
             geometry(2, AcceleratorKind::default()),
         );
         let verdict = |scan| {
-            let contestant = |geometry| contestant(geometry, Spread::of(&[1.0]));
+            let contestant = |geometry| contestant(geometry, Spread::from_samples(&[1.0]));
             row(
-                &Contest {
+                &ScanTreeContest {
                     scan: contestant(scan),
                     tree: contestant(&same),
                 },

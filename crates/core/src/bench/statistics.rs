@@ -21,7 +21,7 @@ pub struct Spread {
 impl Spread {
     /// Summarises finite measurements; all NaN for an empty slice. Quantiles between two
     /// measurements are interpolated linearly.
-    pub fn of(measurements: &[f64]) -> Self {
+    pub fn from_samples(measurements: &[f64]) -> Self {
         let mut sorted = measurements.to_vec();
         sorted.sort_by(f64::total_cmp);
         let quantile = |q: f64| {
@@ -179,8 +179,8 @@ mod tests {
     /// Protects: median and quartiles of odd and even counts, for measurements in any order.
     #[test]
     fn spread_of_known_numbers() {
-        assert!(Spread::of(&[]).median.is_nan());
-        assert_eq!(Spread::of(&[2.5]), level(2.5));
+        assert!(Spread::from_samples(&[]).median.is_nan());
+        assert_eq!(Spread::from_samples(&[2.5]), level(2.5));
         let odd = Spread {
             median: 3.0,
             lower_quartile: 2.0,
@@ -188,7 +188,7 @@ mod tests {
             min: 1.0,
             max: 100.0,
         };
-        assert_eq!(Spread::of(&[100.0, 3.0, 1.0, 4.0, 2.0]), odd);
+        assert_eq!(Spread::from_samples(&[100.0, 3.0, 1.0, 4.0, 2.0]), odd);
         let even = Spread {
             median: 2.5,
             lower_quartile: 1.75,
@@ -196,7 +196,7 @@ mod tests {
             min: 1.0,
             max: 4.0,
         };
-        assert_eq!(Spread::of(&[4.0, 1.0, 3.0, 2.0]), even);
+        assert_eq!(Spread::from_samples(&[4.0, 1.0, 3.0, 2.0]), even);
         assert_eq!(even.scaled(2.0).upper_quartile, 6.5);
         assert!((even.relative() - 0.3).abs() < 1e-15);
     }
@@ -245,7 +245,7 @@ mod tests {
     /// logarithmic.
     #[test]
     fn crossovers() {
-        let of = |ratios: &[(f64, f64)]| {
+        let value_of = |ratios: &[(f64, f64)]| {
             Crossover::of(
                 &ratios
                     .iter()
@@ -253,11 +253,12 @@ mod tests {
                     .collect::<Vec<_>>(),
             )
         };
-        assert_eq!(of(&[]), None);
-        assert_eq!(of(&[(1.0, 1.5), (2.0, 3.0)]), Some(Crossover::Always));
-        assert_eq!(of(&[(1.0, 1.5), (2.0, 0.9)]), Some(Crossover::Never));
+        assert_eq!(value_of(&[]), None);
+        assert_eq!(value_of(&[(1.0, 1.5), (2.0, 3.0)]), Some(Crossover::Always));
+        assert_eq!(value_of(&[(1.0, 1.5), (2.0, 0.9)]), Some(Crossover::Never));
         // An early lead that is lost again does not count.
-        let Some(Crossover::At(n)) = of(&[(1.0, 2.0), (4.0, 0.5), (16.0, 2.0), (64.0, 8.0)]) else {
+        let Some(Crossover::At(n)) = value_of(&[(1.0, 2.0), (4.0, 0.5), (16.0, 2.0), (64.0, 8.0)])
+        else {
             panic!("no crossover")
         };
         assert!((n - 8.0).abs() < 1e-12, "{n}");

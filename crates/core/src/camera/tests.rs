@@ -3,7 +3,7 @@
 use super::*;
 use crate::scene::Scene;
 use crate::settings::{Aov, PrecisionChoice, Settings};
-use crate::{Rendered, prepare};
+use crate::{RenderOutput, prepare};
 
 const SIZE: [u32; 2] = [80, 60];
 
@@ -37,7 +37,7 @@ fn seen(
     elevation: f64,
     projection: Projection,
     precision: PrecisionChoice,
-) -> Rendered {
+) -> RenderOutput {
     let scene = still();
     let pose = Pose::Orbit {
         target: [0.0; 3],
@@ -60,7 +60,7 @@ fn seen(
         sampling: crate::settings::Sampling::Pattern(crate::scene::Pattern::Centre),
         aovs: vec![Aov::Depth, Aov::Object],
         precision,
-        ..Settings::of(&scene)
+        ..Settings::from_scene(&scene)
     };
     prepare(&scene, &settings, &())
         .expect("it can be prepared")
@@ -68,8 +68,8 @@ fn seen(
 }
 
 /// Number of pixels that differ by more than the rounding of their points.
-fn apart(a: &Rendered, b: &Rendered) -> usize {
-    let pixels = |r: &Rendered| {
+fn apart(a: &RenderOutput, b: &RenderOutput) -> usize {
+    let pixels = |r: &RenderOutput| {
         (0..SIZE[1])
             .flat_map(|y| (0..SIZE[0]).map(move |x| (x, y)))
             .map(|(x, y)| r.picture.pixel(x, y).expect("inside"))
@@ -107,7 +107,7 @@ fn parallel_views_do_not_depend_on_the_distance() {
                     differ * 1000 <= 4 * 4800,
                     "{precision:?} at {elevation}°, {distance:e} m: {differ} pixels differ"
                 );
-                let depth = |r: &Rendered| {
+                let depth = |r: &RenderOutput| {
                     r.picture
                         .layer("depth.Z")
                         .expect("asked for")
@@ -115,8 +115,9 @@ fn parallel_views_do_not_depend_on_the_distance() {
                         .clone()
                 };
                 let wrong = depth(&near).into_iter().zip(depth(&far)).filter(|&(a, b)| {
-                    let wanted = f64::from(a) + distance - 40.0;
-                    (wanted - f64::from(b)).abs() > 1e-4 + 2.0 * f64::from(f32::EPSILON) * distance
+                    let expected = f64::from(a) + distance - 40.0;
+                    (expected - f64::from(b)).abs()
+                        > 1e-4 + 2.0 * f64::from(f32::EPSILON) * distance
                 });
                 assert!(
                     wrong.count() * 1000 <= 4 * 4800,
@@ -177,20 +178,21 @@ fn near_cameras_start_at_the_eye() {
         shutter: None,
     };
     let bounds = Aabb::around(DVec3::ZERO, DVec3::splat(2.0));
-    let camera = Camera::<f32>::towards(&data, SIZE, &bounds);
+    let camera = PreparedCamera::<f32>::towards(&data, SIZE, &bounds);
     assert_eq!(
         (
             camera.ahead(),
-            camera.ray(40.0, 30.0, [0.5; 2]).origin.to_array()
+            camera.generate_ray(40.0, 30.0, [0.5; 2]).origin.to_array()
         ),
         (0.0, [1.0, 2.0, 300.0])
     );
     assert_eq!(
-        Camera::<f32>::towards(&data, SIZE, &Aabb::EMPTY).ahead(),
+        PreparedCamera::<f32>::towards(&data, SIZE, &Aabb::EMPTY).ahead(),
         0.0,
         "nothing to be far from"
     );
-    let small = Camera::<f32>::towards(&data, SIZE, &Aabb::around(DVec3::ZERO, DVec3::splat(0.25)));
+    let small =
+        PreparedCamera::<f32>::towards(&data, SIZE, &Aabb::around(DVec3::ZERO, DVec3::splat(0.25)));
     assert!(small.ahead() > 298.0, "far for a scene of that size");
 }
 
@@ -222,7 +224,7 @@ fn a_wide_lens_starts_before_the_scene() {
             pose_end: None,
             shutter: None,
         };
-        let camera = Camera::<f32>::towards(&data, SIZE, &bounds);
+        let camera = PreparedCamera::<f32>::towards(&data, SIZE, &bounds);
         assert_eq!(
             camera.ahead() > 0.0,
             aperture_radius < 2.0,
@@ -230,7 +232,7 @@ fn a_wide_lens_starts_before_the_scene() {
         );
         for i in 0..1000_u16 {
             let at = |step: f32| (f32::from(i) * step).fract();
-            let ray = camera.ray(
+            let ray = camera.generate_ray(
                 at(0.618) * SIZE[0] as f32,
                 at(0.755) * SIZE[1] as f32,
                 [at(0.57), at(0.31)],
@@ -285,9 +287,9 @@ fn other_shapes_contain_or_cover() {
                 pose_end: None,
                 shutter: None,
             };
-            let camera = Camera::<f64>::new(&data, size);
+            let camera = PreparedCamera::<f64>::new(&data, size);
             let [width, height] = size.map(f64::from);
-            let half = if matches!(camera.kind, Kind::Orthographic) {
+            let half = if matches!(camera.kind, CameraKind::Orthographic) {
                 0.5
             } else {
                 camera.forward.length() * libm::tan(20.0_f64.to_radians())

@@ -5,7 +5,9 @@ use core::array::from_fn;
 
 use super::features::{distance, features};
 use super::filter::{FAR, FilterOutput, Guide, NEAR, Strictness, Workspace, filter};
-use super::plane::{Colour, PixelPlane, Window, black, brightest, mean, smooth_variance, variance};
+use super::plane::{
+    ColourPlanes, PixelPlane, Window, black, brightest, mean, smooth_variance, variance,
+};
 use super::{CandidatePixel, FOUR, ReplicateQuad, TILE};
 use crate::observer::Observer;
 
@@ -41,21 +43,21 @@ const GUIDE_REACH: usize = SECOND_REACH + 2;
 const MARGIN: usize = GUIDE_REACH + 3 + 2 + 1;
 
 /// The data of all replicates in a window.
-struct Tile {
+struct WindowReplicates {
     /// Reflected light, directly visible emission, albedo and normal of each replicate.
-    light: [Colour; FOUR],
-    emission: [Colour; FOUR],
-    albedo: [Colour; FOUR],
-    normal: [Colour; FOUR],
+    light: [ColourPlanes; FOUR],
+    emission: [ColourPlanes; FOUR],
+    albedo: [ColourPlanes; FOUR],
+    normal: [ColourPlanes; FOUR],
     /// Distance as a feature.
     distance: (PixelPlane, PixelPlane),
     /// Difference of each replicate's radiance from the mean of all.
-    noise: [Colour; FOUR],
+    noise: [ColourPlanes; FOUR],
 }
 
-impl Tile {
+impl WindowReplicates {
     fn load(four: &ReplicateQuad<'_>, window: Window, width: usize) -> Self {
-        let all = || -> [Colour; FOUR] { from_fn(|_| black([window.width, window.height])) };
+        let all = || -> [ColourPlanes; FOUR] { from_fn(|_| black([window.width, window.height])) };
         let mut depth = PixelPlane::zero(window.width, window.height);
         let [light, emission, albedo, normal, noise] = [(); 5].map(|()| all());
         let mut tile = Self {
@@ -74,17 +76,17 @@ impl Tile {
                 four.surface(pixel),
             );
             for channel in 0..3 {
-                let mean = radiance.iter().map(|of| of[channel]).sum::<f64>() / FOUR as f64;
+                let mean = radiance.iter().map(|value| value[channel]).sum::<f64>() / FOUR as f64;
                 for r in 0..FOUR {
-                    tile.light[r][channel].at[i] =
+                    tile.light[r][channel].values[i] =
                         (radiance[r][channel] - emission[r][channel]) as f32;
-                    tile.emission[r][channel].at[i] = emission[r][channel] as f32;
-                    tile.albedo[r][channel].at[i] = albedo[r][channel] as f32;
-                    tile.normal[r][channel].at[i] = normal[r][channel] as f32;
-                    tile.noise[r][channel].at[i] = (radiance[r][channel] - mean) as f32;
+                    tile.emission[r][channel].values[i] = emission[r][channel] as f32;
+                    tile.albedo[r][channel].values[i] = albedo[r][channel] as f32;
+                    tile.normal[r][channel].values[i] = normal[r][channel] as f32;
+                    tile.noise[r][channel].values[i] = (radiance[r][channel] - mean) as f32;
                 }
             }
-            depth.at[i] = four.depth(pixel);
+            depth.values[i] = four.depth(pixel);
         }
         tile.distance = distance(&depth);
         tile
@@ -93,16 +95,16 @@ impl Tile {
     /// Whether reflected light is black everywhere.
     fn is_unlit(&self) -> bool {
         let planes = self.light.iter().flatten();
-        planes.flat_map(|plane| &plane.at).all(|of| *of == 0.0)
+        planes.flat_map(|plane| &plane.values).all(|of| *of == 0.0)
     }
 
     /// Fills pixels of an unlit tile without flicker: their emission, and nothing added.
     fn copy_emission(&self, part: Window, out: &mut [CandidatePixel]) {
         let width = self.emission[0][0].width;
-        for (place, out) in out.iter_mut().enumerate() {
-            let at = (part.y + place / part.width) * width + part.x + place % part.width;
+        for (index, out) in out.iter_mut().enumerate() {
+            let position = (part.y + index / part.width) * width + part.x + index % part.width;
             for of in &self.emission {
-                (0..3).for_each(|i| out.base[i] += of[i].at[at] / FOUR as f32);
+                (0..3).for_each(|i| out.base[i] += of[i].values[position] / FOUR as f32);
             }
         }
     }
@@ -112,7 +114,7 @@ impl Tile {
         let [first, others @ ..] = &self.emission;
         others
             .iter()
-            .any(|other| first.iter().zip(other).any(|(a, b)| a.at != b.at))
+            .any(|other| first.iter().zip(other).any(|(a, b)| a.values != b.values))
     }
 }
 
@@ -128,7 +130,7 @@ pub(super) fn fill_band(
     let height = pixels.len() / width;
     let mut workspace = Workspace::default();
     for x in (0..width).step_by(TILE[0]) {
-        if observer.cancelled() {
+        if observer.is_cancelled() {
             return;
         }
         let core = Window {
@@ -138,7 +140,7 @@ pub(super) fn fill_band(
             height,
         };
         let window = core.grow(MARGIN, size);
-        let tile = Tile::load(four, window, width);
+        let tile = WindowReplicates::load(four, window, width);
         let mut out = vec![CandidatePixel::default(); core.pixels()];
         if tile.is_unlit() && !tile.flickers() {
             tile.copy_emission(core.within(window), &mut out);
@@ -158,7 +160,7 @@ pub(super) fn fill_band(
     }
 }
 
-impl Tile {
+impl WindowReplicates {
     /// Filters one half of the replicates with the weights of the other.
     fn cross_filter(
         &self,
@@ -173,27 +175,28 @@ impl Tile {
         // both.
         let limits = by.map(|r| brightest(&self.light[r]));
         let guides = [0, 1].map(|k: usize| dim_fireflies(&self.light[by[k]], &limits[1 - k]));
-        let limit = PixelPlane::of(
+        let limit = PixelPlane::map_planes(
             [&brightest(&guides[0]), &brightest(&guides[1])],
             |[a, b]| a.max(b),
         );
         let targets = filtered.map(|r| dim_fireflies(&self.light[r], &limit));
         let albedo = [&self.albedo[one], &self.albedo[other]];
         let normal = [&self.normal[one], &self.normal[other]];
-        let floor = mean(albedo).map(|plane| PixelPlane::of([&plane], |[a]| a + LEAST_ALBEDO));
+        let floor =
+            mean(albedo).map(|plane| PixelPlane::map_planes([&plane], |[a]| a + LEAST_ALBEDO));
         let floors = filtered.map(|r| {
             from_fn(|i| {
-                PixelPlane::of(
+                PixelPlane::map_planes(
                     [&self.albedo[r][i], &albedo[0][i], &albedo[1][i]],
                     |[a, b, c]| (a + b + c) / 3.0 + LEAST_ALBEDO,
                 )
             })
         });
-        let over = |of: &Colour, floor: &Colour| -> Colour {
-            from_fn(|i| PixelPlane::of([&of[i], &floor[i]], |[a, b]| a / b))
+        let over = |of: &ColourPlanes, floor: &ColourPlanes| -> ColourPlanes {
+            from_fn(|i| PixelPlane::map_planes([&of[i], &floor[i]], |[a, b]| a / b))
         };
         let guides = guides.each_ref().map(|guide| over(guide, &floor));
-        let divided: [Colour; 2] = from_fn(|k| over(&targets[k], &floors[k]));
+        let divided: [ColourPlanes; 2] = from_fn(|k| over(&targets[k], &floors[k]));
         let of_light = features(albedo, normal, &self.distance, false);
         let light = filter_twice(
             guides.each_ref(),
@@ -214,27 +217,32 @@ impl Tile {
             )
         });
         let core = places[1];
-        for (place, out) in out.iter_mut().enumerate() {
-            let at = (core.y + place / core.width) * window.width + core.x + place % core.width;
+        for (index, out) in out.iter_mut().enumerate() {
+            let position =
+                (core.y + index / core.width) * window.width + core.x + index % core.width;
             for k in 0..2 {
                 let partner = filtered[1 - k];
                 for i in 0..3 {
-                    let (dim, floor, own) =
-                        (targets[k][i].at[at], floors[k][i].at[at], light.own.at[at]);
-                    let mean = light.means[k][i].at[at];
+                    let (dim, floor, own) = (
+                        targets[k][i].values[position],
+                        floors[k][i].values[position],
+                        light.own.values[position],
+                    );
+                    let mean = light.means[k][i].values[position];
                     let own = if own < ALONE { own } else { 0.0 };
-                    let without = (mean - own * divided[k][i].at[at]) / (1.0 - own) * floor;
-                    let seen = self.emission[filtered[k]][i].at[at];
+                    let without =
+                        (mean - own * divided[k][i].values[position]) / (1.0 - own) * floor;
+                    let seen = self.emission[filtered[k]][i].values[position];
                     let filtered_emission = emission
                         .as_ref()
-                        .map_or(seen, |emission| emission.means[k][i].at[at]);
+                        .map_or(seen, |emission| emission.means[k][i].values[position]);
                     let added = [
                         mean * floor - dim,
                         filtered_emission - seen,
-                        dim - self.light[filtered[k]][i].at[at],
+                        dim - self.light[filtered[k]][i].values[position],
                     ];
                     out.base[i] += (without + filtered_emission) / FOUR as f32;
-                    let noise = self.noise[partner][i].at[at];
+                    let noise = self.noise[partner][i].values[position];
                     for ((sum, apart), added) in out.added.iter_mut().zip(&mut out.apart).zip(added)
                     {
                         sum[i] += added / FOUR as f32;
@@ -247,25 +255,25 @@ impl Tile {
 }
 
 /// Light clamped to a limit from the brightest channel near it, with its hue kept.
-fn dim_fireflies(light: &Colour, limit: &PixelPlane) -> Colour {
-    let share = PixelPlane::of([&brightest(light), &limit.max_filter()], |[own, near]| {
+fn dim_fireflies(light: &ColourPlanes, limit: &PixelPlane) -> ColourPlanes {
+    let share = PixelPlane::map_planes([&brightest(light), &limit.max_filter()], |[own, near]| {
         ((FIREFLY * near.max(0.0) + DARK) / own.max(1e-9)).min(1.0)
     });
-    from_fn(|i| PixelPlane::of([&light[i], &share], |[of, share]| of * share))
+    from_fn(|i| PixelPlane::map_planes([&light[i], &share], |[of, share]| of * share))
 }
 
 /// Both passes: the guides filter themselves, then the result filters the targets. `places`:
 /// windows of the second guide and of the result.
 fn filter_twice(
-    guides: [&Colour; 2],
-    targets: [&Colour; 2],
+    guides: [&ColourPlanes; 2],
+    targets: [&ColourPlanes; 2],
     features: &[(PixelPlane, PixelPlane)],
     places: [Window; 2],
     workspace: &mut Workspace,
 ) -> FilterOutput {
     let colour = mean(guides);
     let noise = smooth_variance(&variance(guides));
-    let inverse_noise = PixelPlane::of([&noise], |[v]| 1.0 / (v + 1e-8));
+    let inverse_noise = PixelPlane::map_planes([&noise], |[v]| 1.0 / (v + 1e-8));
     let first = Guide {
         colour: &colour,
         variance: &noise,
@@ -277,7 +285,7 @@ fn filter_twice(
     let [one, other] = filter(&first, guides, places[0], &NEAR, workspace).means;
     let colour = mean([&one, &other]);
     let own = smooth_variance(&variance([&one, &other]));
-    let unsure = PixelPlane::of(
+    let unsure = PixelPlane::map_planes(
         [&own, &colour[0], &colour[1], &colour[2]],
         |[v, r, g, b]| v + UNSURE * (r * r + g * g + b * b) + 1e-7,
     );

@@ -23,8 +23,8 @@ use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
 use super::mixture::{FLOOR, replicate_statistics};
 use super::plane::PixelPlane;
-use super::{CandidatePixel, Denoised, FOUR};
-use crate::film::{BRIGHTEST, Doubt, Estimate, Film, ReplicateQuad, Uncertainty};
+use super::{CandidatePixel, DenoiseOutput, FOUR};
+use crate::film::{BRIGHTEST, Doubt, ErrorEstimate, Film, ReplicateQuad, Uncertainty};
 use crate::metrics::student_95;
 use crate::picture::Picture;
 
@@ -130,7 +130,7 @@ impl ErrorSums {
 
     /// Square root of the mean with its interval: below by Student's factor, above by the
     /// log-normal one, as far as it is defined.
-    fn estimate(&self, off: f64) -> Estimate {
+    fn estimate(&self, off: f64) -> ErrorEstimate {
         let (mean, (unsure, factor)) = (self.mean(), self.unsure(off));
         let share = if unsure < SKEWED * mean {
             unsure / mean
@@ -148,7 +148,7 @@ impl ErrorSums {
         } else {
             f64::INFINITY
         };
-        Estimate {
+        ErrorEstimate {
             value: root(mean),
             low: root(mean - factor * unsure),
             high: root(mean + above * unsure),
@@ -168,7 +168,7 @@ pub(super) fn estimate(
     four: &ReplicateQuad<'_>,
     mut picture: Picture,
     pixels: &[CandidatePixel],
-) -> Denoised {
+) -> DenoiseOutput {
     let size = film.size().map(|edge| edge as usize);
     let near: Vec<PixelPlane> = (0..3)
         .into_par_iter()
@@ -176,15 +176,15 @@ pub(super) fn estimate(
         .collect();
     let [mut absolute, mut relative, mut by_own] = [(); 3].map(|()| ErrorSums::new(size));
     let (mut before, mut change, mut noise) = (0.0, 0.0, 0.0);
-    for (place, pixel) in pixels.iter().enumerate() {
-        let [mean, variance, _] = replicate_statistics(four.radiance(place));
+    for (index, pixel) in pixels.iter().enumerate() {
+        let [mean, variance, _] = replicate_statistics(four.radiance(index));
         let (mut sums, mut colour) = ([0.0; 3], [0.0; 3]);
         for i in 0..3 {
             let (added, error) = (f64::from(pixel.added[0][i]), f64::from(pixel.apart[0][i]));
             colour[i] = mean[i] + added;
             let (own, apart) = (
                 colour[i].max(0.0),
-                f64::from(near[i].at[place]).max(0.0).sqrt(),
+                f64::from(near[i].values[index]).max(0.0).sqrt(),
             );
             let by = [1.0, weight(own, apart), weight(own, 0.0)];
             sums = from_fn(|k| sums[k] + error * by[k] / 3.0);
@@ -192,14 +192,14 @@ pub(super) fn estimate(
             before += mean[i];
             change += added;
         }
-        let (x, y) = (place % size[0], place / size[0]);
+        let (x, y) = (index % size[0], index / size[0]);
         [&mut absolute, &mut relative, &mut by_own]
             .into_iter()
             .zip(sums)
             .for_each(|(of, sum)| of.add(x, y, sum));
         // Values beyond the range of pictures stay unchanged.
         if mean.iter().all(|mean| mean.abs() < BRIGHTEST) {
-            picture.rgb[place] = colour.map(|c| c as f32);
+            picture.rgb[index] = colour.map(|c| c as f32);
         }
     }
     let off = (relative.mean() - by_own.mean()).abs() / 4.0;
@@ -220,7 +220,7 @@ pub(super) fn estimate(
         doubt,
     };
     let brightened = if before > 0.0 { change / before } else { 0.0 };
-    Denoised {
+    DenoiseOutput {
         standard_error: errors(size, pixels),
         picture,
         error,
@@ -246,7 +246,7 @@ fn local_mean(
     PixelPlane {
         width,
         height,
-        at: pixels.iter().map(of).collect(),
+        values: pixels.iter().map(of).collect(),
     }
     .box_mean(reach)
 }
@@ -265,16 +265,16 @@ fn errors(size: [usize; 2], pixels: &[CandidatePixel]) -> Vec<[f32; 3]> {
             ]
         })
         .collect();
-    let of = |(place, pixel): (usize, &CandidatePixel)| {
+    let value_of = |(index, pixel): (usize, &CandidatePixel)| {
         from_fn(|i| {
-            let [absolute, relative] = channels[i].each_ref().map(|plane| plane.at[place]);
+            let [absolute, relative] = channels[i].each_ref().map(|plane| plane.values[index]);
             absolute
                 .min(relative * relative_to(pixel, i))
                 .max(0.0)
                 .sqrt()
         })
     };
-    pixels.iter().enumerate().map(of).collect()
+    pixels.iter().enumerate().map(value_of).collect()
 }
 
 /// Denominator of a pixel's relative squared error.
@@ -338,18 +338,19 @@ mod tests {
         };
         (pixel.added[1], pixel.apart[0]) = ([0.5; 3], [0.01; 3]);
         let four = film.replicate_quad().expect("all that is read");
-        let found = estimate(&film, &four, film.colours(), &[pixel; 32 * 16])
+        let found_estimate = estimate(&film, &four, film.colours(), &[pixel; 32 * 16])
             .error
             .root_relmse;
         let (claim, by_own) = (0.005 * (1.0 / 0.37 + 1.0 / 0.17), 0.01 / 0.26);
         let off = (claim - by_own) / 4.0;
         assert!(
-            (found.value.powi(2) - claim).abs() < 1e-6,
-            "{found:?} for {claim}"
+            (found_estimate.value.powi(2) - claim).abs() < 1e-6,
+            "{found_estimate:?} for {claim}"
         );
         assert!(
-            (found.low.powi(2) - (claim - 1.959_963_984_540_054 * off)).abs() < 1e-6 && off > 1e-4,
-            "{found:?}, {off}"
+            (found_estimate.low.powi(2) - (claim - 1.959_963_984_540_054 * off)).abs() < 1e-6
+                && off > 1e-4,
+            "{found_estimate:?}, {off}"
         );
     }
 
@@ -367,14 +368,14 @@ mod tests {
             sums
         };
         let (unsure, factor) = ((0.6_f64 / 16.0).sqrt(), 2.364_624);
-        let of = sums(0.5, 1.0).estimate(0.0);
+        let estimate = sums(0.5, 1.0).estimate(0.0);
         assert!(
-            (of.low.powi(2) - (1.0 - factor * unsure)).abs() < 1e-6,
-            "{of:?}"
+            (estimate.low.powi(2) - (1.0 - factor * unsure)).abs() < 1e-6,
+            "{estimate:?}"
         );
         assert!(
-            (of.high.powi(2) - (factor * unsure).exp()).abs() < 1e-6,
-            "{of:?}"
+            (estimate.high.powi(2) - (factor * unsure).exp()).abs() < 1e-6,
+            "{estimate:?}"
         );
         let [near, far] = [1e-6, -1e-6].map(|by| sums(2.0 * unsure - 0.5 + by, 1.0));
         assert!((near.estimate(0.0).high - far.estimate(0.0).high).abs() < 1e-4);
@@ -415,7 +416,7 @@ mod tests {
     /// half, have a standard error of 0.16 to 0.19. Replicates that are 0.25 or 0.05 from a mean of
     /// black have a variance of 2.1 or 0.083 relative to it.
     #[test]
-    fn what_says_nothing_is_told_by_the_noise() {
+    fn missing_claims_follow_from_the_noise() {
         use crate::film::tests::{ReplicateSample, film_of};
         let doubt = |noise: f64, below: f32| {
             let sample = |_: usize, replicate: usize| {
@@ -432,9 +433,9 @@ mod tests {
             };
             let film = film_of([32, 16], sample);
             let mut pixels = [CandidatePixel::default(); 32 * 16];
-            for (place, pixel) in pixels.iter_mut().enumerate() {
+            for (index, pixel) in pixels.iter_mut().enumerate() {
                 // Relative to black, a squared error of 0.01 is 1.
-                pixel.apart[0] = [0.01 * (f32::from(u8::from(place % 32 / 8 % 2 == 1)) - below); 3];
+                pixel.apart[0] = [0.01 * (f32::from(u8::from(index % 32 / 8 % 2 == 1)) - below); 3];
             }
             let four = film.replicate_quad().expect("all that is read");
             estimate(&film, &four, film.colours(), &pixels).error.doubt

@@ -1,6 +1,6 @@
 //! Features of surfaces from one half of the replicates, each with its tolerance.
 
-use super::plane::{Colour, PixelPlane, mean};
+use super::plane::{ColourPlanes, PixelPlane, mean};
 
 /// Squared differences that are always tolerated: of the albedo for light and for directly visible
 /// emission, of normals and of logarithms of distances.
@@ -19,24 +19,25 @@ const ENDLESS: f32 = 12.0;
 /// of the normal, one of the distance. `sharp` is for directly visible emission, which changes with
 /// smaller differences than lit surfaces.
 pub(super) fn features(
-    albedo: [&Colour; 2],
-    normal: [&Colour; 2],
+    albedo: [&ColourPlanes; 2],
+    normal: [&ColourPlanes; 2],
     distance: &(PixelPlane, PixelPlane),
     sharp: bool,
 ) -> Vec<(PixelPlane, PixelPlane)> {
     let mut features = Vec::with_capacity(7);
-    let noise = |[one, other]: [&Colour; 2], i: usize| {
-        PixelPlane::of([&one[i], &other[i]], |[a, b]| (a - b) * (a - b) / 4.0).box_mean(1)
+    let noise = |[one, other]: [&ColourPlanes; 2], i: usize| {
+        PixelPlane::map_planes([&one[i], &other[i]], |[a, b]| (a - b) * (a - b) / 4.0).box_mean(1)
     };
-    let least = if sharp { SHARP_ALBEDO } else { ALBEDO };
+    let minimum = if sharp { SHARP_ALBEDO } else { ALBEDO };
     for (i, plane) in mean(albedo).into_iter().enumerate() {
-        let tolerance =
-            PixelPlane::of([&noise(albedo, i)], |[noise]| 1.0 / least.max(MORE * noise));
+        let tolerance = PixelPlane::map_planes([&noise(albedo, i)], |[noise]| {
+            1.0 / minimum.max(MORE * noise)
+        });
         features.push((plane, tolerance));
     }
     for (i, plane) in mean(normal).into_iter().enumerate() {
         let of = [&noise(normal, i), &plane.slope()];
-        let tolerance = PixelPlane::of(of, |[noise, slope]| {
+        let tolerance = PixelPlane::map_planes(of, |[noise, slope]| {
             1.0 / NORMAL.max(MORE * noise.max(slope))
         });
         features.push((plane, tolerance));
@@ -47,14 +48,14 @@ pub(super) fn features(
 
 /// The feature of distances, the same for both halves.
 pub(super) fn distance(depth: &PixelPlane) -> (PixelPlane, PixelPlane) {
-    let log = PixelPlane::of([depth], |[z]| {
+    let log = PixelPlane::map_planes([depth], |[z]| {
         if z > 0.0 {
             libm::logf(z.max(1e-4))
         } else {
             ENDLESS
         }
     });
-    let tolerance = PixelPlane::of([&log.slope()], |[slope]| 1.0 / DEPTH.max(MORE * slope));
+    let tolerance = PixelPlane::map_planes([&log.slope()], |[slope]| 1.0 / DEPTH.max(MORE * slope));
     (log, tolerance)
 }
 
@@ -70,23 +71,24 @@ mod tests {
         let far = distance(&PixelPlane {
             width: 3,
             height: 1,
-            at: vec![2.0, 2.0, -1.0],
+            values: vec![2.0, 2.0, -1.0],
         });
         assert_eq!(
-            (far.0.at[1], far.0.at[2], far.1.at[0]),
+            (far.0.values[1], far.0.values[2], far.1.values[0]),
             (libm::logf(2.0), ENDLESS, 1.0 / DEPTH)
         );
-        let of =
-            |other: &Colour, sharp: bool| features([&still, other], [&still, &still], &far, sharp);
+        let value_of = |other: &ColourPlanes, sharp: bool| {
+            features([&still, other], [&still, &still], &far, sharp)
+        };
         assert_eq!(
             (
-                of(&other, false)[0].1.at[0],
-                of(&other, true)[0].1.at[0],
-                of(&other, false).len()
+                value_of(&other, false)[0].1.values[0],
+                value_of(&other, true)[0].1.values[0],
+                value_of(&other, false).len()
             ),
             (1.0 / ALBEDO, 1.0 / SHARP_ALBEDO, 7)
         );
-        other[0].at.fill(0.6);
-        assert!((of(&other, false)[0].1.at[1] - 1.0 / (MORE * 0.09)).abs() < 1e-4);
+        other[0].values.fill(0.6);
+        assert!((value_of(&other, false)[0].1.values[1] - 1.0 / (MORE * 0.09)).abs() < 1e-4);
     }
 }

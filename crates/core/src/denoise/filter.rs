@@ -8,11 +8,11 @@
 use core::ops::Range;
 use std::sync::LazyLock;
 
-use raywright_bvh::{Loops, widest};
+use raywright_bvh::{SimdTask, run_widest};
 
 use super::loops;
-use super::plane::{Colour, PixelPlane, Window, black};
-use super::rows::{Compared, Filtered, LANES, ROW, Row, Sums, lit_part};
+use super::plane::{ColourPlanes, PixelPlane, Window, black};
+use super::rows::{Compared, Filtered, LANES, PixelRow, ROW, Sums, lit_part};
 /// Strictness of the comparison: inverse of the squared tolerance in units of noise, and the least
 /// share of a pixel's own difference in the mean over its neighbours.
 #[derive(Clone, Copy)]
@@ -23,7 +23,7 @@ pub(super) struct Strictness {
 
 /// Guide for comparing pixels.
 pub(super) struct Guide<'a> {
-    pub colour: &'a Colour,
+    pub colour: &'a ColourPlanes,
     /// Variance of the guide, summed over channels.
     pub variance: &'a PixelPlane,
     /// Variance of the targets, and its inverse: much noisier pixels get less weight.
@@ -36,7 +36,7 @@ pub(super) struct Guide<'a> {
 
 /// Filtered means, and the weight of each pixel in its own mean; zero outside the filtered part.
 pub(super) struct FilterOutput {
-    pub means: [Colour; 2],
+    pub means: [ColourPlanes; 2],
     pub own: PixelPlane,
 }
 
@@ -79,8 +79,8 @@ pub(super) struct Workspace {
 /// The last three rows of differences, and of means of three along them.
 #[derive(Clone)]
 struct Lately {
-    differences: [Row; 3],
-    means: [Row; 3],
+    differences: [PixelRow; 3],
+    means: [PixelRow; 3],
 }
 
 impl Lately {
@@ -95,7 +95,7 @@ impl Lately {
 /// the offsets, and one more. Parts with no lit target within reach are skipped.
 pub(super) fn filter(
     guide: &Guide<'_>,
-    targets: [&Colour; 2],
+    targets: [&ColourPlanes; 2],
     core: Window,
     offsets: &Offsets,
     workspace: &mut Workspace,
@@ -121,7 +121,7 @@ pub(super) fn filter(
     let rows = first.y.saturating_sub(reach + 1)..(last.y + last.height + reach + 1).min(size[1]);
     Compared::fill(&mut workspace.compared, guide, rows);
     for block in lit {
-        widest(Pass {
+        run_widest(FilterPass {
             strictness: guide.strictness,
             size,
             block,
@@ -138,11 +138,11 @@ impl FilterOutput {
     fn put(&mut self, place: Window, sums: &[Sums]) {
         let width = self.own.width;
         for (y, sums) in sums[..place.height].iter().enumerate() {
-            let at = (place.y + y) * width + place.x;
+            let position = (place.y + y) * width + place.x;
             let of = sums.colours.as_flattened().iter().chain([&sums.own]);
             let planes = self.means.as_flattened_mut().iter_mut();
             for (plane, of) in planes.chain([&mut self.own]).zip(of) {
-                let to = plane.at[at..][..place.width].iter_mut();
+                let to = plane.values[position..][..place.width].iter_mut();
                 to.zip(of)
                     .zip(&sums.weights)
                     .for_each(|((to, of), weights)| *to = of / weights);
@@ -152,7 +152,7 @@ impl FilterOutput {
 }
 
 /// The filter of one block of rows.
-struct Pass<'a> {
+struct FilterPass<'a> {
     strictness: Strictness,
     /// Size of the planes.
     size: [usize; 2],
@@ -161,7 +161,7 @@ struct Pass<'a> {
     workspace: &'a mut Workspace,
 }
 
-impl Loops for Pass<'_> {
+impl SimdTask for FilterPass<'_> {
     type Output = ();
 
     /// Adds the offsets with a common step down together, row by row: the numbers of a row are read
@@ -185,8 +185,8 @@ fn both(step: isize, end: usize) -> (usize, usize) {
     )
 }
 
-fn shift(at: usize, step: isize) -> usize {
-    (at as isize + step) as usize
+fn shift(position: usize, step: isize) -> usize {
+    (position as isize + step) as usize
 }
 
 /// Columns of a block whose neighbours at a step are in the planes, without and with a margin of
@@ -205,7 +205,7 @@ impl Columns {
     }
 }
 
-impl Pass<'_> {
+impl FilterPass<'_> {
     /// Adds the pixels at offsets with a common step down.
     #[inline(always)]
     fn add(&mut self, offsets: &[[isize; 2]]) {
@@ -218,13 +218,13 @@ impl Pass<'_> {
         for y in lines {
             let last = (y + 1).min(bottom - 1);
             let around = [y.saturating_sub(1).max(top) % 3, y % 3, last % 3];
-            for (place, &[_, dx]) in offsets.iter().enumerate() {
+            for (index, &[_, dx]) in offsets.iter().enumerate() {
                 let columns = Columns::of(block, dx, width);
                 if !columns.inner.is_empty() {
                     for y in next..=last {
-                        self.compare([y, shift(y, dy)], dx, &columns.wide, place);
+                        self.compare([y, shift(y, dy)], dx, &columns.wide, index);
                     }
-                    self.weigh([y, shift(y, dy)], dx, &columns, (place, around));
+                    self.weigh([y, shift(y, dy)], dx, &columns, (index, around));
                 }
             }
             next = last + 1;
@@ -233,14 +233,14 @@ impl Pass<'_> {
 
     /// Differences of two rows in the guide, and means of three along them.
     #[inline(always)]
-    fn compare(&mut self, [y, other]: [usize; 2], dx: isize, columns: &Range<usize>, place: usize) {
+    fn compare(&mut self, [y, other]: [usize; 2], dx: isize, columns: &Range<usize>, index: usize) {
         let Workspace {
             compared, lately, ..
         } = &mut *self.workspace;
         let (length, padded) = (columns.len(), columns.len().next_multiple_of(LANES));
         let (x, beside) = (columns.start, shift(columns.start, dx));
         let (own, there) = (&compared[y], &compared[other]);
-        let Lately { differences, means } = &mut lately[place];
+        let Lately { differences, means } = &mut lately[index];
         let (differences, means) = (&mut differences[y % 3], &mut means[y % 3]);
         loops::compare(
             &mut differences[..padded],
@@ -259,7 +259,7 @@ impl Pass<'_> {
         [y, other]: [usize; 2],
         dx: isize,
         columns: &Columns,
-        (place, around): (usize, [usize; 3]),
+        (index, around): (usize, [usize; 3]),
     ) {
         let Workspace {
             compared,
@@ -273,7 +273,7 @@ impl Pass<'_> {
         );
         let padded = length.next_multiple_of(LANES);
         let (x, beside) = (columns.inner.start, shift(columns.inner.start, dx));
-        let Lately { differences, means } = &lately[place];
+        let Lately { differences, means } = &lately[index];
         let mut weights = [0.0; ROW];
         loops::weigh(
             &mut weights[..padded],
@@ -284,18 +284,18 @@ impl Pass<'_> {
         );
         weights[length..padded].fill(0.0);
         let weights = &weights[..padded];
-        let (to, at) = (&mut sums[y - self.block.y], x - self.block.x);
+        let (to, position) = (&mut sums[y - self.block.y], x - self.block.x);
         for (to, of) in to.colours.iter_mut().zip(&filtered[other].colours) {
             let [r, g, b] = to;
             loops::add_weighed(
-                [&mut r[at..], &mut g[at..], &mut b[at..]],
+                [&mut r[position..], &mut g[position..], &mut b[position..]],
                 weights,
                 of.each_ref().map(|row| &row[beside..]),
             );
         }
-        loops::add(&mut to.weights[at..], weights);
+        loops::add(&mut to.weights[position..], weights);
         if other == y && dx == 0 {
-            to.own[at..][..padded].copy_from_slice(weights);
+            to.own[position..][..padded].copy_from_slice(weights);
         }
     }
 }

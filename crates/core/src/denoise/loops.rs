@@ -2,14 +2,14 @@
 //!
 //! Each is a function of its own, so that the compiler knows that outputs do not alias inputs.
 
-use super::rows::{Compared, FEATURES, Row};
+use super::rows::{Compared, FEATURES, PixelRow};
 
 /// Squared differences of colours relative to the noise of these variances.
 #[inline(always)]
 pub(super) fn compare(
     to: &mut [f32],
-    (own, x): (&[Row; 3], usize),
-    (there, beside): (&[Row; 3], usize),
+    (own, x): (&[PixelRow; 3], usize),
+    (there, beside): (&[PixelRow; 3], usize),
     [variance, other]: [&[f32]; 2],
     inverse: f32,
 ) {
@@ -37,7 +37,7 @@ pub(super) fn relate(square: f32, own: f32, there: f32, inverse: f32) -> f32 {
 
 /// Means of three along a row of a length; the ends count twice.
 #[inline(always)]
-pub(super) fn average(to: &mut Row, of: &Row, length: usize) {
+pub(super) fn average(to: &mut PixelRow, of: &PixelRow, length: usize) {
     const THIRD: f32 = 1.0 / 3.0;
     if length > 2 {
         let n = (length - 2).next_multiple_of(super::rows::LANES);
@@ -79,8 +79,8 @@ pub(super) fn weigh(
     for i in 0..n {
         let mean = (above[i] + here[i] + below[i]) * (1.0 / 3.0);
         let mut apart = if mean > 0.0 { mean } else { 0.0 };
-        let least = share * own[i];
-        apart = if least > apart { least } else { apart };
+        let minimum = share * own[i];
+        apart = if minimum > apart { minimum } else { apart };
         for [a, b, tolerance] in rows {
             let difference = a[i] - b[i];
             let forbidden = difference * difference * tolerance[i];
@@ -102,25 +102,25 @@ pub(super) fn close(apart: f32, noise: f32, inverse: f32) -> f32 {
 /// Adds the weighted channels of a colour.
 #[inline(always)]
 pub(super) fn add_weighed([r, g, b]: [&mut [f32]; 3], weights: &[f32], of: [&[f32]; 3]) {
-    for (to, of) in [r, g, b].into_iter().zip(of) {
-        add_product(to, weights, of);
+    for (to, values) in [r, g, b].into_iter().zip(of) {
+        add_product(to, weights, values);
     }
 }
 
 #[inline(always)]
-fn add_product(to: &mut [f32], weights: &[f32], of: &[f32]) {
+fn add_product(to: &mut [f32], weights: &[f32], values: &[f32]) {
     let n = weights.len();
-    let (to, of) = (&mut to[..n], &of[..n]);
+    let (to, values) = (&mut to[..n], &values[..n]);
     for i in 0..n {
-        to[i] += weights[i] * of[i];
+        to[i] += weights[i] * values[i];
     }
 }
 
 /// Adds numbers.
 #[inline(always)]
-pub(super) fn add(to: &mut [f32], of: &[f32]) {
-    let to = &mut to[..of.len()];
-    for i in 0..of.len() {
-        to[i] += of[i];
+pub(super) fn add(to: &mut [f32], values: &[f32]) {
+    let to = &mut to[..values.len()];
+    for i in 0..values.len() {
+        to[i] += values[i];
     }
 }

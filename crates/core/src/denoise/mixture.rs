@@ -12,7 +12,7 @@ use core::ops::Range;
 
 use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, ParallelIterator};
 use rayon::slice::ParallelSliceMut;
-use raywright_bvh::{Loops, widest};
+use raywright_bvh::{SimdTask, run_widest};
 
 use super::{CANDIDATES, CandidatePixel, FOUR, ReplicateQuad};
 pub(super) use crate::metrics::RELATIVE_FLOOR as FLOOR;
@@ -61,10 +61,11 @@ pub(super) fn colours(mean: [f64; 3], pixel: &CandidatePixel) -> [[f64; 3]; 2] {
 /// products of partners. The expectation of the estimate is the variance, and its noise is
 /// correlated with that of the candidates.
 pub(super) fn replicate_statistics(radiance: [[f64; 3]; FOUR]) -> [[f64; 3]; 3] {
-    let mean: [f64; 3] = from_fn(|i| radiance.iter().map(|of| of[i]).sum::<f64>() / FOUR as f64);
-    let apart = radiance.map(|of| -> [f64; 3] { from_fn(|i| of[i] - mean[i]) });
+    let mean: [f64; 3] =
+        from_fn(|i| radiance.iter().map(|value| value[i]).sum::<f64>() / FOUR as f64);
+    let apart = radiance.map(|value| -> [f64; 3] { from_fn(|i| value[i] - mean[i]) });
     let square: [f64; 3] =
-        from_fn(|i| apart.iter().map(|of| of[i] * of[i]).sum::<f64>() / FOUR as f64);
+        from_fn(|i| apart.iter().map(|value| value[i] * value[i]).sum::<f64>() / FOUR as f64);
     let partners: [f64; 3] =
         from_fn(|i| (apart[0][i] * apart[1][i] + apart[2][i] * apart[3][i]) / 2.0);
     [
@@ -136,8 +137,8 @@ impl MomentRows {
         let mut of = vec![0.0; rows.len() * KINDS * width];
         for (y, row) in rows.clone().zip(of.chunks_exact_mut(KINDS * width)) {
             for x in 0..width {
-                let at = y * width + x;
-                let moments = moments(four.radiance(at), &pixels[at]);
+                let position = y * width + x;
+                let moments = moments(four.radiance(position), &pixels[position]);
                 (0..KINDS).for_each(|k| row[k * width + x] = moments[k]);
             }
         }
@@ -163,7 +164,7 @@ fn shares(
 ) -> Vec<[f32; CANDIDATES]> {
     let wide = rows.start.saturating_sub(REACH)..(rows.end + REACH).min(height);
     let moments = MomentRows::new(four, width, pixels, wide);
-    widest(Shares {
+    run_widest(Shares {
         moments,
         height,
         rows,
@@ -177,13 +178,15 @@ struct Shares {
     rows: Range<usize>,
 }
 
-impl Loops for Shares {
+impl SimdTask for Shares {
     type Output = Vec<[f32; CANDIDATES]>;
 
     #[inline(always)]
     fn run(self) -> Self::Output {
         let width = self.moments.width;
-        let near = |at: usize, end: usize| at.saturating_sub(REACH)..(at + REACH + 1).min(end);
+        let near = |position: usize, end: usize| {
+            position.saturating_sub(REACH)..(position + REACH + 1).min(end)
+        };
         let mut out = vec![[0.0; CANDIDATES]; self.rows.len() * width];
         let padded = width.next_multiple_of(LANES);
         // Sums of columns, padded with zeros by the reach at both ends.
@@ -232,18 +235,18 @@ impl Loops for Shares {
 }
 
 #[inline(always)]
-fn add(to: &mut [f64], of: &[f64]) {
-    let of = &of[..to.len()];
+fn add(to: &mut [f64], values: &[f64]) {
+    let values = &values[..to.len()];
     for i in 0..to.len() {
-        to[i] += of[i];
+        to[i] += values[i];
     }
 }
 
 #[inline(always)]
-fn minus(to: &mut [f64], of: &[f64]) {
-    let of = &of[..to.len()];
+fn minus(to: &mut [f64], values: &[f64]) {
+    let values = &values[..to.len()];
     for i in 0..to.len() {
-        to[i] = -of[i];
+        to[i] = -values[i];
     }
 }
 
@@ -251,9 +254,9 @@ fn minus(to: &mut [f64], of: &[f64]) {
 fn moments(radiance: [[f64; 3]; FOUR], pixel: &CandidatePixel) -> [f64; KINDS] {
     let [mean, variance, _] = replicate_statistics(radiance);
     let [_, base] = colours(mean, pixel);
-    let over = |of: [f64; 3]| -> f64 {
+    let over = |value: [f64; 3]| -> f64 {
         (0..3)
-            .map(|i| of[i] / (base[i].max(0.0) * base[i].max(0.0) + FLOOR + variance[i]))
+            .map(|i| value[i] / (base[i].max(0.0) * base[i].max(0.0) + FLOOR + variance[i]))
             .sum()
     };
     let added = pixel.added.map(|added| added.map(f64::from));
@@ -338,11 +341,11 @@ mod tests {
             albedo: [0.5; 3],
         });
         let four = film.replicate_quad().expect("all that is read");
-        let of = |k: usize| 0.02 * ((k * 5) % 7) as f32 - 0.06;
+        let value_of = |k: usize| 0.02 * ((k * 5) % 7) as f32 - 0.06;
         let pixel = |k: usize| CandidatePixel {
             base: [0.5; 3],
-            added: [[of(k); 3]; 3],
-            apart: [[-of(k + 3) * 0.02; 3]; 3],
+            added: [[value_of(k); 3]; 3],
+            apart: [[-value_of(k + 3) * 0.02; 3]; 3],
         };
         let mut pixels: Vec<CandidatePixel> = (0..12 * 9).map(pixel).collect();
         let before = shares(&four, [12, 9], &pixels, 0..9);

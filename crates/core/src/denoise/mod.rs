@@ -35,7 +35,7 @@ use core::sync::atomic::{AtomicU64, Ordering};
 use rayon::iter::{IndexedParallelIterator, ParallelIterator};
 use rayon::slice::ParallelSliceMut;
 
-use crate::film::{Estimate, Film, QuadError, ReplicateQuad, Uncertainty};
+use crate::film::{ErrorEstimate, Film, QuadError, ReplicateQuad, Uncertainty};
 use crate::observer::Observer;
 use crate::picture::{Layer, Picture};
 use crate::settings::Aov;
@@ -78,7 +78,7 @@ impl From<QuadError> for DenoiseError {
 
 /// A denoised picture with its error estimate.
 #[derive(Clone, Debug)]
-pub struct Denoised {
+pub struct DenoiseOutput {
     /// Colour, with the film's coverage and no layers.
     pub picture: Picture,
     /// Root of the expected squared error of each pixel, bias included, averaged over its
@@ -92,14 +92,14 @@ pub struct Denoised {
     pub brightened: f64,
 }
 
-impl Denoised {
+impl DenoiseOutput {
     /// Whether the relative error is below `error`: by its interval, or, if the interval is
     /// doubtful, by the interval's upper end and the noisy picture's error together. A picture of
     /// less than two blocks has no interval, and its value counts.
     pub fn reaches(&self, error: f64, noisy: &Uncertainty) -> bool {
-        let Estimate { value, high, .. } = self.error.root_relmse;
-        let most = if high.is_finite() { high } else { value };
-        most <= error && (self.error.doubt.is_none() || noisy.reaches(error))
+        let ErrorEstimate { value, high, .. } = self.error.root_relmse;
+        let maximum = if high.is_finite() { high } else { value };
+        maximum <= error && (self.error.doubt.is_none() || noisy.reaches(error))
     }
 
     /// The colour and the errors as layers of another picture.
@@ -128,7 +128,7 @@ impl Denoised {
 ///
 /// # Errors
 /// See [`DenoiseError`].
-pub fn denoise(film: &Film, observer: &dyn Observer) -> Result<Denoised, DenoiseError> {
+pub fn denoise(film: &Film, observer: &dyn Observer) -> Result<DenoiseOutput, DenoiseError> {
     if !film.plan().random {
         return Err(DenoiseError::NoChance);
     }
@@ -147,7 +147,7 @@ pub fn denoise(film: &Film, observer: &dyn Observer) -> Result<Denoised, Denoise
             (width * height) as u64,
         );
     });
-    if observer.cancelled() {
+    if observer.is_cancelled() {
         return Err(DenoiseError::Cancelled);
     }
     mixture::mix(&four, [width, height], &mut pixels);

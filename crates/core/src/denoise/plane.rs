@@ -44,7 +44,7 @@ impl Window {
 pub(super) struct PixelPlane {
     pub width: usize,
     pub height: usize,
-    pub at: Vec<f32>,
+    pub values: Vec<f32>,
 }
 
 impl PixelPlane {
@@ -52,18 +52,22 @@ impl PixelPlane {
         Self {
             width,
             height,
-            at: vec![0.0; width * height],
+            values: vec![0.0; width * height],
         }
     }
 
     pub fn row(&self, y: usize) -> &[f32] {
-        &self.at[y * self.width..][..self.width]
+        &self.values[y * self.width..][..self.width]
     }
 
     /// A plane computed from the numbers of other planes at the same pixel.
-    pub fn of<const N: usize>(from: [&Self; N], make: impl Fn([f32; N]) -> f32) -> Self {
+    pub fn map_planes<const N: usize>(from: [&Self; N], make: impl Fn([f32; N]) -> f32) -> Self {
         let mut made = Self::zero(from[0].width, from[0].height);
-        make_each(&mut made.at, from.map(|plane| plane.at.as_slice()), make);
+        make_each(
+            &mut made.values,
+            from.map(|plane| plane.values.as_slice()),
+            make,
+        );
         made
     }
 
@@ -78,9 +82,9 @@ impl PixelPlane {
         };
         let mut along = self.clone();
         for (from, to) in self
-            .at
+            .values
             .chunks_exact(width)
-            .zip(along.at.chunks_exact_mut(width))
+            .zip(along.values.chunks_exact_mut(width))
         {
             for step in 1..=reach.min(width - 1) {
                 into(&mut to[step..], &from[..width - step]);
@@ -89,9 +93,9 @@ impl PixelPlane {
         }
         let mut all = along.clone();
         for step in (1..=reach.min(height - 1)).map(|step| step * width) {
-            let rest = along.at.len() - step;
-            into(&mut all.at[step..], &along.at[..rest]);
-            into(&mut all.at[..rest], &along.at[step..]);
+            let rest = along.values.len() - step;
+            into(&mut all.values[step..], &along.values[..rest]);
+            into(&mut all.values[..rest], &along.values[step..]);
         }
         all
     }
@@ -99,10 +103,11 @@ impl PixelPlane {
     /// Means over squares of 2 `reach` + 1 pixels, limited to the plane.
     pub fn box_mean(&self, reach: usize) -> Self {
         let mut sums = self.combine(reach, |a, b| a + b);
-        let count =
-            |at: usize, end: usize| ((at + reach + 1).min(end) - at.saturating_sub(reach)) as f32;
+        let count = |position: usize, end: usize| {
+            ((position + reach + 1).min(end) - position.saturating_sub(reach)) as f32
+        };
         let columns: Vec<f32> = (0..self.width).map(|x| count(x, self.width)).collect();
-        for (y, row) in sums.at.chunks_exact_mut(self.width).enumerate() {
+        for (y, row) in sums.values.chunks_exact_mut(self.width).enumerate() {
             let rows = count(y, self.height);
             row.iter_mut()
                 .zip(&columns)
@@ -120,7 +125,7 @@ impl PixelPlane {
     pub fn slope(&self) -> Self {
         let (width, height) = (self.width, self.height);
         let mut slope = Self::zero(width, height);
-        for (y, to) in slope.at.chunks_exact_mut(width).enumerate() {
+        for (y, to) in slope.values.chunks_exact_mut(width).enumerate() {
             let row = self.row(y);
             if width > 1 {
                 (to[0], to[width - 1]) = (
@@ -155,9 +160,9 @@ impl PixelPlane {
 /// the compiler knows that the output does not alias the inputs.
 #[inline]
 fn make_each<const N: usize>(to: &mut [f32], from: [&[f32]; N], make: impl Fn([f32; N]) -> f32) {
-    let from = from.map(|of| &of[..to.len()]);
+    let from = from.map(|values| &values[..to.len()]);
     for (i, to) in to.iter_mut().enumerate() {
-        *to = make(from.map(|of| of[i]));
+        *to = make(from.map(|values| values[i]));
     }
 }
 
@@ -165,34 +170,34 @@ fn make_each<const N: usize>(to: &mut [f32], from: [&[f32]; N], make: impl Fn([f
 #[inline(always)]
 fn least(here: f32, others: [f32; 2]) -> f32 {
     let [one, other] = others.map(|other| (here - other).abs());
-    let least = one.min(other);
-    if least.is_finite() {
-        least * least
+    let minimum = one.min(other);
+    if minimum.is_finite() {
+        minimum * minimum
     } else {
         0.0
     }
 }
 
 /// A plane for each channel.
-pub(super) type Colour = [PixelPlane; 3];
+pub(super) type ColourPlanes = [PixelPlane; 3];
 
 /// A black colour plane.
-pub(super) fn black([width, height]: [usize; 2]) -> Colour {
+pub(super) fn black([width, height]: [usize; 2]) -> ColourPlanes {
     [(); 3].map(|()| PixelPlane::zero(width, height))
 }
 
 /// The brightest channel.
-pub(super) fn brightest(of: &Colour) -> PixelPlane {
-    PixelPlane::of(of.each_ref(), |[r, g, b]| r.max(g).max(b))
+pub(super) fn brightest(of: &ColourPlanes) -> PixelPlane {
+    PixelPlane::map_planes(of.each_ref(), |[r, g, b]| r.max(g).max(b))
 }
 
 /// The variance of the mean of two colours, summed over channels.
-pub(super) fn variance([one, other]: [&Colour; 2]) -> PixelPlane {
+pub(super) fn variance([one, other]: [&ColourPlanes; 2]) -> PixelPlane {
     let mut made = PixelPlane::zero(one[0].width, one[0].height);
     for (one, other) in one.iter().zip(other) {
-        add_square(&mut made.at, &one.at, &other.at);
+        add_square(&mut made.values, &one.values, &other.values);
     }
-    made.at.iter_mut().for_each(|of| *of /= 4.0);
+    made.values.iter_mut().for_each(|of| *of /= 4.0);
     made
 }
 
@@ -205,15 +210,15 @@ fn add_square(to: &mut [f32], one: &[f32], other: &[f32]) {
 }
 
 /// The mean of two colours.
-pub(super) fn mean([one, other]: [&Colour; 2]) -> Colour {
-    [0, 1, 2].map(|i: usize| PixelPlane::of([&one[i], &other[i]], |[a, b]| (a + b) / 2.0))
+pub(super) fn mean([one, other]: [&ColourPlanes; 2]) -> ColourPlanes {
+    [0, 1, 2].map(|i: usize| PixelPlane::map_planes([&one[i], &other[i]], |[a, b]| (a + b) / 2.0))
 }
 
 /// Smoothed variances, for estimates from few samples: the mean of the surroundings, at least half
 /// of the pixel's own.
 pub(super) fn smooth_variance(variance: &PixelPlane) -> PixelPlane {
     const REACH: usize = 2;
-    PixelPlane::of([&variance.box_mean(REACH), variance], |[near, own]| {
+    PixelPlane::map_planes([&variance.box_mean(REACH), variance], |[near, own]| {
         near.max(own / 2.0)
     })
 }
@@ -229,17 +234,20 @@ mod tests {
         let plane = |width, height, at: &[f32]| PixelPlane {
             width,
             height,
-            at: at.to_vec(),
+            values: at.to_vec(),
         };
         assert_eq!(
-            plane(4, 1, &[0.0, 1.0, 3.0, 3.0]).slope().at,
+            plane(4, 1, &[0.0, 1.0, 3.0, 3.0]).slope().values,
             [1.0, 1.0, 0.0, 0.0]
         );
-        assert_eq!(plane(1, 3, &[0.0, 2.0, 3.0]).slope().at, [4.0, 1.0, 1.0]);
         assert_eq!(
-            plane(2, 2, &[0.0, 1.0, 2.0, f32::NAN]).slope().at,
+            plane(1, 3, &[0.0, 2.0, 3.0]).slope().values,
+            [4.0, 1.0, 1.0]
+        );
+        assert_eq!(
+            plane(2, 2, &[0.0, 1.0, 2.0, f32::NAN]).slope().values,
             [5.0, 1.0, 4.0, 0.0]
         );
-        assert_eq!(plane(1, 1, &[7.0]).slope().at, [0.0]);
+        assert_eq!(plane(1, 1, &[7.0]).slope().values, [0.0]);
     }
 }

@@ -4,7 +4,7 @@
 use core::ops::Range;
 
 use super::filter::Guide;
-use super::plane::{Colour, PixelPlane, Window};
+use super::plane::{ColourPlanes, PixelPlane, Window};
 
 /// Loops run to a multiple of this length.
 pub(super) const LANES: usize = 16;
@@ -12,7 +12,7 @@ pub(super) const LANES: usize = 16;
 /// Length of a row: a tile with its margins and padding.
 pub(super) const ROW: usize = 192;
 
-pub(super) type Row = [f32; ROW];
+pub(super) type PixelRow = [f32; ROW];
 
 /// Number of features.
 pub(super) const FEATURES: usize = 7;
@@ -20,12 +20,12 @@ pub(super) const FEATURES: usize = 7;
 /// A row of the guide, with zeros beyond the picture.
 #[derive(Clone)]
 pub(super) struct Compared {
-    pub colour: [Row; 3],
-    pub variance: Row,
-    pub noise: Row,
-    pub inverse_noise: Row,
-    pub features: [Row; FEATURES],
-    pub tolerances: [Row; FEATURES],
+    pub colour: [PixelRow; 3],
+    pub variance: PixelRow,
+    pub noise: PixelRow,
+    pub inverse_noise: PixelRow,
+    pub features: [PixelRow; FEATURES],
+    pub tolerances: [PixelRow; FEATURES],
 }
 
 impl Compared {
@@ -61,7 +61,7 @@ impl Compared {
 /// A row of the targets.
 #[derive(Clone)]
 pub(super) struct Filtered {
-    pub colours: [[Row; 3]; 2],
+    pub colours: [[PixelRow; 3]; 2],
     /// Range of the pixels that are not black; none in a black row.
     lit: Option<(usize, usize)>,
 }
@@ -73,7 +73,7 @@ impl Filtered {
     };
 
     /// Copies the rows of two colours.
-    pub fn fill(rows: &mut Vec<Self>, colours: [&Colour; 2]) {
+    pub fn fill(rows: &mut Vec<Self>, colours: [&ColourPlanes; 2]) {
         let height = colours[0][0].height;
         rows.resize(height.max(rows.len()), Self::BLACK);
         for (y, row) in rows[..height].iter_mut().enumerate() {
@@ -109,7 +109,7 @@ pub(super) fn lit_part(rows: &[Filtered], block: Window, reach: usize) -> Option
 }
 
 /// Copies a row of a plane and pads it with zeros.
-fn put(to: &mut Row, of: &PixelPlane, y: usize) {
+fn put(to: &mut PixelRow, of: &PixelPlane, y: usize) {
     let (to, rest) = to.split_at_mut(of.width);
     to.copy_from_slice(of.row(y));
     rest.fill(0.0);
@@ -118,9 +118,9 @@ fn put(to: &mut Row, of: &PixelPlane, y: usize) {
 /// A row of weighted sums, sums of weights, and weights of the pixels themselves.
 #[derive(Clone)]
 pub(super) struct Sums {
-    pub colours: [[Row; 3]; 2],
-    pub weights: Row,
-    pub own: Row,
+    pub colours: [[PixelRow; 3]; 2],
+    pub weights: PixelRow,
+    pub own: PixelRow,
 }
 
 impl Sums {
@@ -141,7 +141,7 @@ mod tests {
     #[test]
     fn what_is_lit_is_filtered() {
         let mut colours = [(); 2].map(|()| black([60, 40]));
-        let part = |colours: &[Colour; 2], y: usize| {
+        let part = |colours: &[ColourPlanes; 2], y: usize| {
             let mut rows = Vec::new();
             Filtered::fill(&mut rows, colours.each_ref());
             let block = Window {
@@ -153,12 +153,12 @@ mod tests {
             lit_part(&rows, block, 3).map(|part| (part.x, part.x + part.width))
         };
         assert_eq!(part(&colours, 20), None);
-        colours[1][2].at[20 * 60 + 30] = -1.0;
+        colours[1][2].values[20 * 60 + 30] = -1.0;
         assert_eq!(
             [13, 14, 20, 23, 24].map(|y| part(&colours, y)),
             [None, Some((27, 34)), Some((27, 34)), Some((27, 34)), None]
         );
-        colours[0][0].at[21 * 60 + 6] = 1.0;
+        colours[0][0].values[21 * 60 + 6] = 1.0;
         assert_eq!(part(&colours, 20), Some((5, 34)));
     }
 }

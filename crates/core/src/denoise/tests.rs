@@ -27,7 +27,7 @@ fn grey(radiance: f64) -> ReplicateSample {
     }
 }
 
-fn denoised(film: &Film) -> Denoised {
+fn denoised(film: &Film) -> DenoiseOutput {
     denoise(film, &()).unwrap_or_else(|e| panic!("{e}"))
 }
 
@@ -46,28 +46,37 @@ fn error(picture: &Picture, truth: impl Fn(usize) -> f64) -> f64 {
 #[test]
 fn flat_pictures_lose_their_noise() {
     let film = film_of([96, 64], |pixel, replicate| {
-        let mut seen = grey(0.0);
-        seen.radiance = core::array::from_fn(|i| 0.5 + 0.1 * noise(1, pixel, replicate, i));
-        seen
+        let mut replicate_sample = grey(0.0);
+        replicate_sample.radiance =
+            core::array::from_fn(|i| 0.5 + 0.1 * noise(1, pixel, replicate, i));
+        replicate_sample
     });
-    let found = denoised(&film);
-    let [before, after] = [&film.picture(), &found.picture].map(|picture| error(picture, |_| 0.5));
+    let found_denoised = denoised(&film);
+    let [before, after] =
+        [&film.picture(), &found_denoised.picture].map(|picture| error(picture, |_| 0.5));
     assert!(before / after > 20.0, "{before} became {after}");
-    let claimed = found.error.rmse;
+    let estimate = found_denoised.error.rmse;
     assert!(
-        claimed.low <= after.sqrt() && after.sqrt() <= claimed.high,
-        "{} and {claimed:?}",
+        estimate.low <= after.sqrt() && after.sqrt() <= estimate.high,
+        "{} and {estimate:?}",
         after.sqrt()
     );
-    let told = found
+    let reported = found_denoised
         .standard_error
         .iter()
         .flatten()
         .map(|&e| f64::from(e * e))
         .sum::<f64>()
         / (3 * film.plan().pixels()) as f64;
-    assert!((0.5..3.0).contains(&(told / after)), "{told} for {after}");
-    assert!(found.brightened.abs() < 0.002, "{}", found.brightened);
+    assert!(
+        (0.5..3.0).contains(&(reported / after)),
+        "{reported} for {after}"
+    );
+    assert!(
+        found_denoised.brightened.abs() < 0.002,
+        "{}",
+        found_denoised.brightened
+    );
 }
 
 /// Protects: directly visible lamps and skies lose their noise too, and texture as strong as the
@@ -128,10 +137,10 @@ fn texture_within_a_surface_is_no_noise() {
 /// fireflies in one pixel, one in each half, are both dimmed: by nearly all of (100 + 100)/4
 /// together.
 #[test]
-fn fireflies_do_not_vouch_for_themselves() {
-    let at = 16 * 40 + 20;
+fn fireflies_do_not_confirm_themselves() {
+    let position = 16 * 40 + 20;
     let film = film_of([40, 32], |pixel, replicate| {
-        let is_firefly = pixel == at && replicate.is_multiple_of(2);
+        let is_firefly = pixel == position && replicate.is_multiple_of(2);
         grey(if is_firefly {
             100.0
         } else {
@@ -141,12 +150,12 @@ fn fireflies_do_not_vouch_for_themselves() {
     let four = film.replicate_quad().expect("all that is read");
     let mut pixels = vec![CandidatePixel::default(); 40 * 32];
     candidates::fill_band(&four, [40, 32], 0, &mut pixels, &());
-    let taken = pixels[at].added[2][1];
+    let taken = pixels[position].added[2][1];
     assert!((-50.0..-49.0).contains(&taken), "{taken}");
     assert!(
-        pixels[at + 5].added[2][1].abs() < 0.02,
+        pixels[position + 5].added[2][1].abs() < 0.02,
         "{:?}",
-        pixels[at + 5].added[2]
+        pixels[position + 5].added[2]
     );
 }
 
@@ -155,19 +164,19 @@ fn fireflies_do_not_vouch_for_themselves() {
 /// neighbours' colours and not the pixel's.
 #[test]
 fn a_pixel_has_no_part_in_its_own_base() {
-    let at = 16 * 40 + 20;
-    let of = |own: f64| {
+    let position = 16 * 40 + 20;
+    let value_of = |own: f64| {
         let film = film_of([40, 32], |pixel, replicate| match replicate {
-            2 if pixel == at => grey(own),
+            2 if pixel == position => grey(own),
             2 | 3 => grey(0.5 + 0.02 * noise(16, pixel, replicate, 0)),
             _ => grey(0.5),
         });
         let four = film.replicate_quad().expect("all that is read");
         let mut pixels = vec![CandidatePixel::default(); 40 * 32];
         candidates::fill_band(&four, [40, 32], 0, &mut pixels, &());
-        [pixels[at].base[0], pixels[at + 1].base[0]]
+        [pixels[position].base[0], pixels[position + 1].base[0]]
     };
-    let [low, high] = [0.45, 0.55].map(of);
+    let [low, high] = [0.45, 0.55].map(value_of);
     assert!((low[0] - high[0]).abs() < 1e-6, "{low:?} {high:?}");
     assert!((low[1] - high[1]).abs() > 1e-5, "{low:?} {high:?}");
 }
@@ -211,12 +220,12 @@ fn claims_are_right_on_average() {
     let runs: Vec<[f64; 2]> = (0..RUNS)
         .map(|seed| {
             let film = film_of([48, 32], |pixel, replicate| {
-                let mut seen = grey(0.0);
+                let mut replicate_sample = grey(0.0);
                 let of = truth(pixel);
-                seen.radiance = core::array::from_fn(|i| {
+                replicate_sample.radiance = core::array::from_fn(|i| {
                     of + 0.4 * of.sqrt() * noise(seed, pixel, replicate, i)
                 });
-                seen
+                replicate_sample
             });
             let four = film.replicate_quad().expect("all that is read");
             let mut pixels = vec![CandidatePixel::default(); 48 * 32];
@@ -228,12 +237,12 @@ fn claims_are_right_on_average() {
                 .map(f64::from)
                 .sum::<f64>()
                 / (3 * pixels.len()) as f64;
-            let found = denoised(&film);
+            let found_denoised = denoised(&film);
             relative.push([
-                found.error.root_relmse.value.powi(2),
-                relative_error(&found.picture, &truth),
+                found_denoised.error.root_relmse.value.powi(2),
+                relative_error(&found_denoised.picture, &truth),
             ]);
-            [claimed, error(&found.picture, &truth)]
+            [claimed, error(&found_denoised.picture, &truth)]
         })
         .collect();
     let mean = |of: &dyn Fn(&[f64; 2]) -> f64| runs.iter().map(of).sum::<f64>() / RUNS as f64;
@@ -280,18 +289,18 @@ fn relative_claims_know_what_looks_too_bright() {
     let runs = (0..RUNS).map(|seed| {
         let film = film_of([48, 32], |pixel, replicate| {
             // Half of the samples, or one in fifty, by the normal deviate.
-            let least = if is_bright(pixel) { 0.0 } else { 2.054 };
+            let minimum = if is_bright(pixel) { 0.0 } else { 2.054 };
             grey(
                 (0..4)
-                    .filter(|&sample| noise(seed, pixel, replicate, sample) > least)
+                    .filter(|&sample| noise(seed, pixel, replicate, sample) > minimum)
                     .count() as f64,
             )
         });
-        let found = denoised(&film);
+        let found_denoised = denoised(&film);
         let truth = |pixel: usize| if is_bright(pixel) { 2.0 } else { 0.08 };
         [
-            found.error.root_relmse.value.powi(2),
-            relative_error(&found.picture, truth),
+            found_denoised.error.root_relmse.value.powi(2),
+            relative_error(&found_denoised.picture, truth),
         ]
     });
     let [claimed, true_error] = runs.fold([0.0; 2], |sum, run| [sum[0] + run[0], sum[1] + run[1]]);
@@ -311,8 +320,8 @@ fn pictures_without_noise_stay() {
         ("black", &|_| 0.0),
         ("bright", &|_| 1e6),
     ] {
-        let found = denoised(&film_of([48, 40], |pixel, _| grey(of(pixel))));
-        for (pixel, rgb) in found.picture.rgb.iter().enumerate() {
+        let found_denoised = denoised(&film_of([48, 40], |pixel, _| grey(of(pixel))));
+        for (pixel, rgb) in found_denoised.picture.rgb.iter().enumerate() {
             let (is, was) = (f64::from(rgb[1]), of(pixel));
             assert!(
                 (is - was).abs() < 2e-3 + 1e-6 * was,
@@ -320,9 +329,9 @@ fn pictures_without_noise_stay() {
             );
         }
         assert!(
-            found.error.root_relmse.value < 2e-3,
+            found_denoised.error.root_relmse.value < 2e-3,
             "{name}: {:?}",
-            found.error
+            found_denoised.error
         );
     }
 }
@@ -331,21 +340,25 @@ fn pictures_without_noise_stay() {
 /// without light elsewhere.
 #[test]
 fn what_is_unlit_is_left_as_it_is() {
-    let seen = |pixel: usize| 0.25 + (pixel % 7) as f64 / 8.0;
+    let actual = |pixel: usize| 0.25 + (pixel % 7) as f64 / 8.0;
     for lit in [None, Some(3)] {
         let film = film_of([40, 32], |pixel, replicate| {
             let light = 1.0 + 0.25 * replicate as f64;
             ReplicateSample {
-                radiance: [seen(pixel) + if lit == Some(pixel) { light } else { 0.0 }; 3],
-                emission: [seen(pixel); 3],
+                radiance: [actual(pixel) + if lit == Some(pixel) { light } else { 0.0 }; 3],
+                emission: [actual(pixel); 3],
                 albedo: [0.0; 3],
             }
         });
         let four = film.replicate_quad().expect("all that is read");
         let mut pixels = vec![CandidatePixel::default(); 40 * 32];
         candidates::fill_band(&four, [40, 32], 0, &mut pixels, &());
-        for (at, pixel) in pixels.iter().enumerate().skip(12 * 40) {
-            assert_eq!(pixel.base, [seen(at) as f32; 3], "{lit:?}, {at}");
+        for (position, pixel) in pixels.iter().enumerate().skip(12 * 40) {
+            assert_eq!(
+                pixel.base,
+                [actual(position) as f32; 3],
+                "{lit:?}, {position}"
+            );
             assert_eq!((pixel.added, pixel.apart), ([[0.0; 3]; 3], [[0.0; 3]; 3]));
         }
         assert_eq!(pixels[3].apart != [[0.0; 3]; 3], lit.is_some());
@@ -367,19 +380,19 @@ fn odd_pictures_make_no_odd_numbers() {
         [129, 33],
         [7, 65],
     ] {
-        let found = denoised(&film_of(size, noisy));
+        let found_denoised = denoised(&film_of(size, noisy));
         assert!(
-            found
+            found_denoised
                 .picture
                 .rgb
                 .iter()
-                .chain(&found.standard_error)
+                .chain(&found_denoised.standard_error)
                 .flatten()
                 .all(|c| c.is_finite()),
             "{size:?}"
         );
         assert!(
-            found
+            found_denoised
                 .picture
                 .rgb
                 .iter()
@@ -387,15 +400,15 @@ fn odd_pictures_make_no_odd_numbers() {
                 .all(|&c| (-0.2..0.8).contains(&c)),
             "{size:?}"
         );
-        let error = found.error.root_relmse;
+        let error = found_denoised.error.root_relmse;
         assert!(
             error.value.is_finite() && error.low <= error.value && error.value <= error.high,
             "{error:?}"
         );
     }
-    let found = denoised(&film_of([1, 1], noisy));
+    let found_denoised = denoised(&film_of([1, 1], noisy));
     assert_eq!(
-        found.error.doubt,
+        found_denoised.error.doubt,
         Some(crate::film::Doubt::WideInterval),
         "one pixel has no blocks"
     );
@@ -415,8 +428,8 @@ fn odd_pictures_make_no_odd_numbers() {
         _ => noisy(pixel, replicate),
     };
     let film = film_of([32, 20], odd);
-    let found = denoised(&film);
-    for (pixel, rgb) in found
+    let found_denoised = denoised(&film);
+    for (pixel, rgb) in found_denoised
         .picture
         .rgb
         .iter()
@@ -425,13 +438,13 @@ fn odd_pictures_make_no_odd_numbers() {
     {
         assert!(rgb.iter().all(|c| c.is_finite()), "pixel {pixel}: {rgb:?}");
     }
-    assert_eq!(found.picture.rgb[5], film.picture().rgb[5]);
+    assert_eq!(found_denoised.picture.rgb[5], film.picture().rgb[5]);
     let far = |pixel: &usize| pixel % 32 > 12 && pixel % 32 < 20 && pixel / 32 > 10;
     for pixel in (0..32 * 20).filter(far) {
         assert!(
-            (0.1..0.5).contains(&found.picture.rgb[pixel][0]),
+            (0.1..0.5).contains(&found_denoised.picture.rgb[pixel][0]),
             "far from all that: {:?}",
-            found.picture.rgb[pixel]
+            found_denoised.picture.rgb[pixel]
         );
     }
 }
@@ -448,7 +461,7 @@ fn what_is_missing_is_named() {
     let base = || Settings {
         size: [4, 4],
         sampling: Sampling::General(64),
-        ..Settings::of(&Scene::default())
+        ..Settings::from_scene(&Scene::default())
     };
     let why = |film: &Film| denoise(film, &()).err();
     assert_eq!(why(&film(base())), Some(DenoiseError::Layer("emission")));
@@ -476,14 +489,14 @@ fn what_is_missing_is_named() {
         Some(DenoiseError::NoChance)
     );
     let film = film_of([4, 4], |_, _| grey(1.0));
-    struct Stopped;
-    impl Observer for Stopped {
-        fn cancelled(&self) -> bool {
+    struct StoppedObserver;
+    impl Observer for StoppedObserver {
+        fn is_cancelled(&self) -> bool {
             true
         }
     }
     assert!(matches!(
-        denoise(&film, &Stopped),
+        denoise(&film, &StoppedObserver),
         Err(DenoiseError::Cancelled)
     ));
 }
@@ -501,16 +514,19 @@ fn threads_change_no_bit() {
             .expect("a pool");
         pool.install(|| denoised(&film))
     };
-    let (one, three) = (on(1), on(3));
-    assert_eq!((one.picture, one.error), (three.picture, three.error));
-    assert_eq!(one.standard_error, three.standard_error);
+    let (single_denoised, three) = (on(1), on(3));
+    assert_eq!(
+        (single_denoised.picture, single_denoised.error),
+        (three.picture, three.error)
+    );
+    assert_eq!(single_denoised.standard_error, three.standard_error);
 }
 
 /// Protects: tiles leave no seams: a region far from the picture's edges is the same elsewhere in
 /// the tiles.
 #[test]
 fn tiles_leave_no_seams() {
-    let of = |shift: usize| {
+    let value_of = |shift: usize| {
         let film = film_of([200, 40], |pixel, replicate| {
             let (x, y) = (pixel % 200 + shift, pixel / 200);
             grey(0.3 + 0.1 * noise(9, y * 1000 + x, replicate, 0))
@@ -520,7 +536,7 @@ fn tiles_leave_no_seams() {
         candidates::fill_band(&four, [200, 40], 0, &mut pixels, &());
         pixels
     };
-    let (one, other) = (of(0), of(45));
+    let (one, other) = (value_of(0), value_of(45));
     for (y, x) in (0..20).flat_map(|y| (100..150).map(move |x| (y, x))) {
         let [a, b] = [one[y * 200 + x], other[y * 200 + x - 45]]
             .map(|pixel| (pixel.base, pixel.added, pixel.apart));
@@ -534,7 +550,7 @@ fn tiles_leave_no_seams() {
 #[test]
 fn doubts_of_the_noisy_picture_are_doubts_of_the_denoised_one() {
     use crate::film::Doubt;
-    let of = |rare: bool| {
+    let value_of = |rare: bool| {
         film_of([48, 32], |pixel, replicate| {
             let is_lit = rare && pixel % 97 == 5 && replicate == pixel % 4;
             grey(if is_lit {
@@ -545,20 +561,20 @@ fn doubts_of_the_noisy_picture_are_doubts_of_the_denoised_one() {
         })
     };
     for (rare, doubt) in [(false, None), (true, Some(Doubt::FewPixels))] {
-        let film = of(rare);
-        let (found, noisy) = (
+        let film = value_of(rare);
+        let (found_denoised, noisy) = (
             denoised(&film),
             film.uncertainty().expect("four replicates"),
         );
-        assert_eq!([found.error.doubt, noisy.doubt], [doubt; 2]);
-        let own = found.error.root_relmse;
+        assert_eq!([found_denoised.error.doubt, noisy.doubt], [doubt; 2]);
+        let estimate = found_denoised.error.root_relmse;
         assert_eq!(
-            found.reaches(own.high.max(noisy.root_relmse.high), &noisy),
+            found_denoised.reaches(estimate.high.max(noisy.root_relmse.high), &noisy),
             !rare,
             "{rare}"
         );
         assert!(
-            !found.reaches(f64::midpoint(own.value, own.high), &noisy),
+            !found_denoised.reaches(f64::midpoint(estimate.value, estimate.high), &noisy),
             "{rare}: the value is no proof"
         );
     }
@@ -574,12 +590,12 @@ fn rare_light_that_is_vouched_for_is_not_known_denoised() {
         let is_lit = replicate == pixel % 4 || (pixel / 4 % 2 == 0 && replicate == (pixel + 1) % 4);
         grey(if is_lit { 40.0 } else { 0.0 })
     });
-    let (found, noisy) = (
+    let (found_denoised, noisy) = (
         denoised(&film),
         film.uncertainty().expect("four replicates"),
     );
     assert_eq!(
-        [noisy.doubt, found.error.doubt],
+        [noisy.doubt, found_denoised.error.doubt],
         [None, Some(Doubt::FewPixels)]
     );
 }
@@ -591,18 +607,18 @@ fn pictures_without_blocks_end() {
     let film = film_of([4, 4], |pixel, replicate| {
         grey(0.5 + 0.02 * noise(22, pixel, replicate, 0))
     });
-    let (found, noisy) = (
+    let (found_denoised, noisy) = (
         denoised(&film),
         film.uncertainty().expect("four replicates"),
     );
     assert!(
-        found.error.doubt.is_some() && noisy.doubt.is_none(),
+        found_denoised.error.doubt.is_some() && noisy.doubt.is_none(),
         "{:?} {:?}",
-        found.error,
+        found_denoised.error,
         noisy
     );
     assert!(
-        found.reaches(noisy.root_relmse.high * 1.01, &noisy)
-            && !found.reaches(noisy.root_relmse.high / 1.01, &noisy)
+        found_denoised.reaches(noisy.root_relmse.high * 1.01, &noisy)
+            && !found_denoised.reaches(noisy.root_relmse.high / 1.01, &noisy)
     );
 }

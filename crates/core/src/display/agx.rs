@@ -83,8 +83,8 @@ impl Agx {
     /// slightly.
     pub(super) fn apply(&self, rgb: [f64; 3]) -> [f64; 3] {
         let inset = transform(&INSET, transform(&REC709_TO_REC2020, rgb));
-        let shaped = inset.map(|x| self.contrast.at(encode_log2(x)));
-        let linear = transform(&OUTSET, shaped).map(|x| self.linearise.at(x.clamp(0.0, 1.0)));
+        let shaped = inset.map(|x| self.contrast.eval(encode_log2(x)));
+        let linear = transform(&OUTSET, shaped).map(|x| self.linearise.eval(x.clamp(0.0, 1.0)));
         transform(&REC2020_TO_REC709, linear)
     }
 }
@@ -107,7 +107,7 @@ impl Ramp {
     }
 
     #[inline]
-    fn at(&self, x: f64) -> f64 {
+    fn eval(&self, x: f64) -> f64 {
         let place = x * Self::STEPS as f64;
         let index = (place as usize).min(Self::STEPS);
         let (low, high) = (self.0[index], self.0[index + 1]);
@@ -177,15 +177,18 @@ mod tests {
         for i in 0..=100_000 {
             let x = f64::from(i) / 100_000.0;
             assert!(
-                (agx.contrast.at(x) - sigmoid(x)).abs() < 1e-6,
+                (agx.contrast.eval(x) - sigmoid(x)).abs() < 1e-6,
                 "contrast at {x}"
             );
             assert!(
-                (agx.linearise.at(x) - Real::powf(x, 2.2)).abs() < 1e-6,
+                (agx.linearise.eval(x) - Real::powf(x, 2.2)).abs() < 1e-6,
                 "linearise at {x}"
             );
         }
-        assert_eq!([agx.linearise.at(0.0), agx.linearise.at(1.0)], [0.0, 1.0]);
+        assert_eq!(
+            [agx.linearise.eval(0.0), agx.linearise.eval(1.0)],
+            [0.0, 1.0]
+        );
     }
 
     /// Protects: greys stay grey, and middle grey maps to the pivot, half the display range.

@@ -21,7 +21,7 @@ use crate::picture::Picture;
 use crate::scene::{Render, ToneMap, TransferCurve};
 pub use codes::CodeTable;
 pub use output::Output;
-use tone::Operator;
+use tone::ToneOperator;
 
 /// Display values of a pixel that holds a NaN: pure magenta.
 pub const NAN_MARKER: [f32; 3] = [1.0, 0.0, 1.0];
@@ -64,7 +64,7 @@ impl Display {
     }
 
     /// Returns the display settings of a scene.
-    pub fn of(render: &Render) -> Self {
+    pub fn from_render(render: &Render) -> Self {
         Self {
             tone_map: render.tone_map,
             curve: render.gamma,
@@ -76,7 +76,7 @@ impl Display {
     /// Prepares the mapping of single pixels, with its tables.
     pub fn prepare(self) -> DisplayMap {
         DisplayMap {
-            tone: Operator::new(self.tone_map),
+            tone: ToneOperator::new(self.tone_map),
             curve: self.curve,
             factor: Real::powf(2.0_f64, self.exposure_stops),
             codes: CodeTable::new(self.curve),
@@ -174,7 +174,7 @@ fn wide(codes: [u16; 3]) -> [u8; 6] {
 /// A [`Display`] prepared for pixels.
 #[derive(Clone, Debug)]
 pub struct DisplayMap {
-    tone: Operator,
+    tone: ToneOperator,
     curve: TransferCurve,
     factor: f64,
     codes: CodeTable,

@@ -239,7 +239,7 @@ fn a_scene_says_how_it_is_shown() {
             ..
         } = display;
         assert_eq!(
-            Display::of(&Render {
+            Display::from_render(&Render {
                 tone_map,
                 gamma: curve,
                 exposure: exposure_stops,

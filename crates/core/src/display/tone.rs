@@ -7,7 +7,7 @@ use crate::scene::ToneMap;
 
 /// A tone map with its tables.
 #[derive(Clone, Debug)]
-pub(super) enum Operator {
+pub(super) enum ToneOperator {
     Clip,
     Aces,
     AcesHill,
@@ -15,7 +15,7 @@ pub(super) enum Operator {
     KhronosNeutral,
 }
 
-impl Operator {
+impl ToneOperator {
     pub(super) fn new(map: ToneMap) -> Self {
         match map {
             ToneMap::None => Self::Clip,
@@ -70,15 +70,15 @@ fn hill(rgb: [f64; 3]) -> [f64; 3] {
 fn khronos_neutral(rgb: [f64; 3]) -> [f64; 3] {
     const START: f64 = 0.8 - 0.04;
     const DESATURATION: f64 = 0.15;
-    let least = rgb[0].min(rgb[1]).min(rgb[2]);
+    let minimum = rgb[0].min(rgb[1]).min(rgb[2]);
     // The least channel after the offset is subtracted, written so that small numbers do not
     // cancel.
-    let remainder = if least < 0.08 {
-        6.25 * least * least
+    let remainder = if minimum < 0.08 {
+        6.25 * minimum * minimum
     } else {
-        least - 0.04
+        minimum - 0.04
     };
-    let colour = rgb.map(|x| (x - least) + remainder);
+    let colour = rgb.map(|x| (x - minimum) + remainder);
     let peak = colour[0].max(colour[1]).max(colour[2]);
     if peak < START {
         return colour;
@@ -94,7 +94,7 @@ mod tests {
     use super::*;
 
     fn apply(map: ToneMap, rgb: [f64; 3]) -> [f64; 3] {
-        Operator::new(map).apply(rgb)
+        ToneOperator::new(map).apply(rgb)
     }
 
     fn close(a: [f64; 3], b: [f64; 3], tolerance: f64) -> bool {

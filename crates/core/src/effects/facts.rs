@@ -4,73 +4,73 @@
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 
 use crate::generate::count_of;
-use crate::lookup::Lookup;
+use crate::lookup::SceneLookup;
 use crate::motion::{camera_moves, ends, exposure};
 use crate::scene::{
-    AlphaMode, Camera, Classic, ClassicRules, Colour, ColourInput, DepthLimit, FieldValue, Fields,
-    Filter, Model, Physical, Projection, Scene, Shape, Sky, Weight,
+    AlphaMode, Camera, Classic, ClassicRules, Colour, ColourInput, DepthLimit, FieldValue, Filter,
+    MaterialFields, Model, Physical, Projection, Scene, Shape, Sky, Weight,
 };
 
 /// Path of the first place with a feature; `None` without one.
-type Source = Option<String>;
+type EffectPath = Option<String>;
 
 /// Perceptual roughness up to which Whitted shading traces a reflection as a mirror's.
 pub(crate) const MIRROR_ROUGHNESS: f64 = 0.05;
 
 #[derive(Clone, Debug, Default)]
-pub(super) struct SceneFacts {
-    pub ambient: Source,
-    pub lit: Source,
-    pub light: Source,
-    pub shadowing_light: Source,
-    pub glossy_light: Source,
-    pub occluder: Source,
-    pub highlight: Source,
-    pub rim: Source,
-    pub reflection: Source,
-    pub fuzz: Source,
-    pub refraction: Source,
+pub(super) struct EffectFacts {
+    pub ambient: EffectPath,
+    pub lit: EffectPath,
+    pub light: EffectPath,
+    pub shadowing_light: EffectPath,
+    pub glossy_light: EffectPath,
+    pub occluder: EffectPath,
+    pub highlight: EffectPath,
+    pub rim: EffectPath,
+    pub reflection: EffectPath,
+    pub fuzz: EffectPath,
+    pub refraction: EffectPath,
     /// Surfaces that reflect, transmit or diffuse each ray at random.
-    pub mixture: Source,
-    pub absorption: Source,
+    pub mixture: EffectPath,
+    pub absorption: EffectPath,
     /// Bodies with a priority where several overlap.
-    pub nested: Source,
-    pub rough_reflection: Source,
-    pub rough_refraction: Source,
+    pub nested: EffectPath,
+    pub rough_reflection: EffectPath,
+    pub rough_refraction: EffectPath,
     /// Layers over, under and in surfaces.
     pub layers: LayerFacts,
     /// Lit physical surfaces.
-    pub lit_physical: Source,
-    pub diffuse_physical: Source,
-    pub alpha: Source,
-    pub emission: Source,
-    pub even_emission: Source,
-    pub varied_emission: Source,
-    pub unlit: Source,
-    pub image: Source,
+    pub lit_physical: EffectPath,
+    pub diffuse_physical: EffectPath,
+    pub alpha: EffectPath,
+    pub emission: EffectPath,
+    pub even_emission: EffectPath,
+    pub varied_emission: EffectPath,
+    pub unlit: EffectPath,
+    pub image: EffectPath,
     /// A texture with mipmaps.
-    pub mip_maps: Source,
-    pub program: Source,
-    pub checker: Source,
-    pub vertex_colours: Source,
-    pub smooth_normals: Source,
-    pub normal_map: Source,
-    pub mesh: Source,
-    pub physical: Source,
-    pub instance: Source,
-    pub unbounded: Source,
-    pub sky: Source,
-    pub sky_map: Source,
+    pub mip_maps: EffectPath,
+    pub program: EffectPath,
+    pub checker: EffectPath,
+    pub vertex_colours: EffectPath,
+    pub smooth_normals: EffectPath,
+    pub normal_map: EffectPath,
+    pub mesh: EffectPath,
+    pub physical: EffectPath,
+    pub instance: EffectPath,
+    pub unbounded: EffectPath,
+    pub sky: EffectPath,
+    pub sky_map: EffectPath,
     /// A studio whose ground catches shadows.
-    pub ground: Source,
+    pub ground: EffectPath,
     /// The first material with properties that the scene format cannot represent.
-    pub unread: Source,
+    pub unread: EffectPath,
     /// All such properties, with the materials' names.
     pub unread_parts: String,
-    pub lens: Source,
-    pub motion: Source,
+    pub lens: EffectPath,
+    pub motion: EffectPath,
     /// A shutter that is open for some time.
-    pub exposure: Source,
+    pub exposure: EffectPath,
     /// A shutter that opens and closes at once: motion is seen at that time, and nothing is left
     /// out.
     pub instant: bool,
@@ -87,7 +87,7 @@ const LAYERS: [(&str, HasLayer); 9] = [
     ("conductor", |m, _| m.metal().is_some()),
     ("clearcoat", |m, _| m.coat().is_some()),
     ("sheen", |m, _| m.fibres().is_some()),
-    ("anisotropy", |m, _| m.combed().is_some()),
+    ("anisotropy", |m, _| m.active_anisotropy().is_some()),
     ("iridescence", |m, _| m.film().is_some()),
     ("dispersion", |m, [_, clear]| {
         m.dispersion > 0.0 && clear && !m.thin_walled
@@ -115,7 +115,7 @@ impl LayerFacts {
     }
 }
 
-fn note(slot: &mut Source, present: bool, path: impl FnOnce() -> String) {
+fn record(slot: &mut EffectPath, present: bool, path: impl FnOnce() -> String) {
     if present && slot.is_none() {
         *slot = Some(path());
     }
@@ -128,7 +128,7 @@ thread_local! {
 }
 
 /// Combinations of several facts.
-impl SceneFacts {
+impl EffectFacts {
     /// Returns the surfaces that lights illuminate, if the scene has both.
     pub fn lit_by_lights(&self) -> Option<&String> {
         self.lit.as_ref().and(self.light.as_ref())
@@ -139,8 +139,8 @@ impl SceneFacts {
     }
 
     pub fn shadowed(&self) -> Option<&String> {
-        let answers = self.lit_by_lights().or(self.highlights());
-        answers
+        let responsive = self.lit_by_lights().or(self.highlights());
+        responsive
             .and(self.occluder.as_ref())
             .and(self.shadowing_light.as_ref())
     }
@@ -148,7 +148,7 @@ impl SceneFacts {
     /// Returns the source of an effect, or of a layer that needs the effect under path tracing.
     pub fn with_layer<'a>(
         &'a self,
-        own: &'a Source,
+        own: &'a EffectPath,
         layer: &str,
         paths: bool,
     ) -> Option<&'a String> {
@@ -157,7 +157,7 @@ impl SceneFacts {
     }
 
     /// Returns the surfaces that the light of lamps changes.
-    pub fn answers(&self, paths: bool) -> Option<&String> {
+    pub fn lit_by(&self, paths: bool) -> Option<&String> {
         self.lit
             .as_ref()
             .or(self.highlight.as_ref().filter(|_| paths))
@@ -166,7 +166,7 @@ impl SceneFacts {
     /// Returns the surfaces that the light of the sky changes.
     pub fn receives(&self, paths: bool) -> Option<&String> {
         if paths {
-            self.answers(true)
+            self.lit_by(true)
         } else {
             self.lit_physical.as_ref()
         }
@@ -182,17 +182,17 @@ impl SceneFacts {
     }
 }
 
-impl SceneFacts {
+impl EffectFacts {
     /// Gathers all facts of a scene seen by a camera.
     pub fn gather(scene: &Scene, camera: Option<&Camera>) -> Self {
         #[cfg(test)]
         WALKS.set(WALKS.get() + 1);
-        let mut facts = Self::default();
-        facts.objects(scene);
+        let mut effect_facts = Self::default();
+        effect_facts.objects(scene);
         for (i, generator) in scene.generators.iter().enumerate() {
             let repeated =
                 matches!(generator.object.shape, Shape::Mesh(_)) && count_of(&generator.kind) > 1;
-            note(&mut facts.instance, repeated, || {
+            record(&mut effect_facts.instance, repeated, || {
                 format!("generators[{i}].object.shape.mesh")
             });
         }
@@ -216,10 +216,14 @@ impl SceneFacts {
             .filter(|(_, m)| used.contains(m.name.as_str()))
         {
             match &material.model {
-                Model::Classic(m) => {
-                    facts.classic(m, &scene.classic, &format!("materials[{i}].model.classic"))
+                Model::Classic(m) => effect_facts.classic(
+                    m,
+                    &scene.classic,
+                    &format!("materials[{i}].model.classic"),
+                ),
+                Model::Physical(m) => {
+                    effect_facts.physical(m, &format!("materials[{i}].model.physical"))
                 }
-                Model::Physical(m) => facts.physical(m, &format!("materials[{i}].model.physical")),
             }
             let (path, even) = (
                 || format!("materials[{i}]"),
@@ -228,14 +232,18 @@ impl SceneFacts {
             let mut textures = material.textures().filter(|texture| texture.uv.is_none());
             if let Some(filtered) = textures.find_map(|texture| reduced.get(texture.name.as_str()))
             {
-                note(&mut facts.mip_maps, true, || {
+                record(&mut effect_facts.mip_maps, true, || {
                     format!("textures[{filtered}].filter")
                 });
             }
-            note(&mut facts.even_emission, even, path);
-            note(&mut facts.varied_emission, !even && material.emits(), path);
+            record(&mut effect_facts.even_emission, even, path);
+            record(
+                &mut effect_facts.varied_emission,
+                !even && material.emits(),
+                path,
+            );
         }
-        facts.unread(scene, &used);
+        effect_facts.unread(scene, &used);
         for (i, light) in scene
             .lights
             .iter()
@@ -243,39 +251,45 @@ impl SceneFacts {
             .filter(|(_, l)| l.colour != Colour::BLACK)
         {
             let path = || format!("lights[{i}]");
-            note(&mut facts.light, true, path);
-            note(&mut facts.shadowing_light, light.shadows, path);
-            note(&mut facts.glossy_light, light.specular, path);
+            record(&mut effect_facts.light, true, path);
+            record(&mut effect_facts.shadowing_light, light.shadows, path);
+            record(&mut effect_facts.glossy_light, light.specular, path);
         }
         match &scene.sky {
             None => {}
-            Some(Sky::Map(_)) => note(&mut facts.sky_map, true, || "sky.map".to_owned()),
-            Some(Sky::Expression(_)) => {
-                note(&mut facts.program, true, || "sky.expression".to_owned())
-            }
+            Some(Sky::Map(_)) => record(&mut effect_facts.sky_map, true, || "sky.map".to_owned()),
+            Some(Sky::Expression(_)) => record(&mut effect_facts.program, true, || {
+                "sky.expression".to_owned()
+            }),
             // An unbounded object has no ground below it.
             Some(Sky::Studio(studio)) => {
-                let ground = studio.ground && facts.unbounded.is_none();
-                note(&mut facts.ground, ground, || "sky.studio.ground".to_owned());
+                let ground = studio.ground && effect_facts.unbounded.is_none();
+                record(&mut effect_facts.ground, ground, || {
+                    "sky.studio.ground".to_owned()
+                });
             }
             Some(Sky::Constant(_) | Sky::Gradient { .. }) => {}
         }
-        note(&mut facts.sky, scene.sky.is_some(), || "sky".to_owned());
+        record(&mut effect_facts.sky, scene.sky.is_some(), || {
+            "sky".to_owned()
+        });
         let lens = |c: &Camera| matches!(&c.projection, Projection::ThinLens { aperture_radius, .. } if *aperture_radius > 0.0);
-        note(&mut facts.lens, camera.is_some_and(lens), || {
+        record(&mut effect_facts.lens, camera.is_some_and(lens), || {
             "cameras".to_owned()
         });
-        note(&mut facts.motion, camera.is_some_and(camera_moves), || {
-            "cameras".to_owned()
-        });
-        note(
-            &mut facts.exposure,
+        record(
+            &mut effect_facts.motion,
+            camera.is_some_and(camera_moves),
+            || "cameras".to_owned(),
+        );
+        record(
+            &mut effect_facts.exposure,
             camera.and_then(exposure).is_some(),
             || "cameras".to_owned(),
         );
-        facts.instant =
-            facts.exposure.is_none() && camera.is_some_and(|camera| camera.shutter.is_some());
-        facts
+        effect_facts.instant = effect_facts.exposure.is_none()
+            && camera.is_some_and(|camera| camera.shutter.is_some());
+        effect_facts
     }
 
     /// Gathers the properties without a counterpart in the scene format, by name, with the
@@ -297,9 +311,9 @@ impl SceneFacts {
             if self.unread.is_none() {
                 self.unread = place().map(|i| format!("materials[{i}]"));
             }
-            parts.entry(&part.what).or_default().push(&part.material);
+            parts.entry(&part.label).or_default().push(&part.material);
         }
-        let listed = parts.into_iter().map(|(what, materials)| {
+        let listed = parts.into_iter().map(|(label, materials)| {
             let names: Vec<String> = materials
                 .iter()
                 .take(MOST)
@@ -311,14 +325,14 @@ impl SceneFacts {
             } else {
                 String::new()
             };
-            format!("{what} of {}{more}", names.join(", "))
+            format!("{label} of {}{more}", names.join(", "))
         });
         self.unread_parts = listed.collect::<Vec<_>>().join("; ");
     }
 
     /// Gathers the facts of the listed objects, and of one object for each generator.
     fn objects(&mut self, scene: &Scene) {
-        let lookup = Lookup::new(scene);
+        let lookup = SceneLookup::new(scene);
         let listed = scene
             .objects
             .iter()
@@ -332,23 +346,23 @@ impl SceneFacts {
         let mut shown = HashSet::new();
         for ((list, i, within), object) in listed.chain(repeated) {
             let path = || format!("{list}[{i}]{within}");
-            note(&mut self.occluder, object.casts_shadow, path);
+            record(&mut self.occluder, object.casts_shadow, path);
             let unbounded = matches!(
                 object.shape,
                 Shape::Plane { .. } | Shape::Cylinder { height: None, .. }
             );
-            note(&mut self.unbounded, unbounded, || {
+            record(&mut self.unbounded, unbounded, || {
                 format!("{}.shape", path())
             });
-            note(&mut self.motion, ends(object).is_some(), || {
+            record(&mut self.motion, ends(object).is_some(), || {
                 format!("{}.transform_end", path())
             });
             let Shape::Mesh(name) = &object.shape else {
                 continue;
             };
-            note(&mut self.mesh, true, || format!("{}.shape.mesh", path()));
+            record(&mut self.mesh, true, || format!("{}.shape.mesh", path()));
             // Only objects with the same sides rule share storage.
-            note(
+            record(
                 &mut self.instance,
                 !shown.insert((name, object.side)),
                 || format!("{}.shape.mesh", path()),
@@ -356,16 +370,16 @@ impl SceneFacts {
             let smooth = lookup
                 .mesh_data(name)
                 .is_some_and(|data| !data.normals.is_empty());
-            note(&mut self.smooth_normals, smooth, || {
+            record(&mut self.smooth_normals, smooth, || {
                 format!("{}.shape.mesh", path())
             });
         }
     }
 
     fn input(&mut self, input: &dyn FieldValue, path: impl Fn() -> String) {
-        note(&mut self.program, input.expression().is_some(), &path);
-        note(&mut self.image, input.texture().is_some(), &path);
-        note(
+        record(&mut self.program, input.expression().is_some(), &path);
+        record(&mut self.image, input.texture().is_some(), &path);
+        record(
             &mut self.checker,
             input.checker().is_some_and(|c| c.even != c.odd),
             &path,
@@ -373,7 +387,7 @@ impl SceneFacts {
     }
 
     fn weight(&mut self, weight: &Weight, path: impl Fn() -> String) -> bool {
-        note(
+        record(
             &mut self.program,
             matches!(weight, Weight::Expression(_)),
             path,
@@ -389,7 +403,7 @@ impl SceneFacts {
         let local = self.weight(&m.local, || at("local")) || alone;
         self.input(&m.colour, || at("colour"));
         let diffuse = self.weight(&m.diffuse, || at("diffuse"));
-        note(
+        record(
             &mut self.ambient,
             local && m.ambient.unwrap_or(rules.ambient) != Colour::BLACK,
             || match m.ambient {
@@ -397,10 +411,10 @@ impl SceneFacts {
                 None => "classic.ambient".to_owned(),
             },
         );
-        note(&mut self.lit, local && diffuse, || at("diffuse"));
+        record(&mut self.lit, local && diffuse, || at("diffuse"));
         if let Some(s) = &m.specular {
             let strong = self.weight(&s.strength, || at("specular.strength"));
-            note(
+            record(
                 &mut self.highlight,
                 strong && (local || s.on_reflection),
                 || at("specular"),
@@ -408,18 +422,18 @@ impl SceneFacts {
         }
         if let Some(r) = &m.rim {
             let strong = self.weight(&r.strength, || at("rim.strength"));
-            note(&mut self.rim, strong && local, || at("rim"));
+            record(&mut self.rim, strong && local, || at("rim"));
         }
         if let Some(r) = &m.reflection {
             let strong = self.weight(&r.weight, || at("reflection.weight"));
-            note(&mut self.reflection, strong, || at("reflection"));
-            note(
+            record(&mut self.reflection, strong, || at("reflection"));
+            record(
                 &mut self.fuzz,
                 strong && r.fuzz.as_ref().is_some_and(|f| f.amount != 0.0),
                 || at("reflection.fuzz"),
             );
         }
-        note(&mut self.refraction, m.transmission.is_some(), || {
+        record(&mut self.refraction, m.transmission.is_some(), || {
             at("transmission")
         });
         if let Some(shadow) = &m.shadow {
@@ -427,8 +441,8 @@ impl SceneFacts {
         }
         if let Some(mixture) = &m.mixture {
             let bends = mixture.refraction_chance > 0.0;
-            note(&mut self.mixture, true, || at("mixture"));
-            note(
+            record(&mut self.mixture, true, || at("mixture"));
+            record(
                 &mut self.absorption,
                 bends && mixture.absorption != Colour::BLACK,
                 || at("mixture.absorption"),
@@ -436,7 +450,7 @@ impl SceneFacts {
         }
         if let Some(emission) = &m.emission {
             self.input(emission, || at("emission"));
-            note(
+            record(
                 &mut self.emission,
                 *emission != ColourInput::Constant(Colour::BLACK),
                 || at("emission"),
@@ -446,20 +460,20 @@ impl SceneFacts {
 
     fn physical(&mut self, m: &Physical, path: &str) {
         let at = |field: &str| format!("{path}.{field}");
-        note(&mut self.physical, true, || path.to_owned());
+        record(&mut self.physical, true, || path.to_owned());
         m.fields()
             .into_iter()
             .for_each(|field| self.input(field.value, || at(&field.to_string())));
-        note(&mut self.vertex_colours, m.vertex_colours, || {
+        record(&mut self.vertex_colours, m.vertex_colours, || {
             at("vertex_colours")
         });
-        note(&mut self.alpha, m.alpha != AlphaMode::Opaque, || {
+        record(&mut self.alpha, m.alpha != AlphaMode::Opaque, || {
             at("alpha")
         });
-        note(&mut self.emission, m.gives_off().is_some(), || {
+        record(&mut self.emission, m.gives_off().is_some(), || {
             at("emission")
         });
-        note(&mut self.unlit, m.unlit, || at("unlit"));
+        record(&mut self.unlit, m.unlit, || at("unlit"));
         if m.unlit {
             return;
         }
@@ -475,26 +489,26 @@ impl SceneFacts {
         // All light passes everywhere, so none is diffused.
         let all_passes =
             m.may_transmit() && m.transmission == 1.0.into() && m.transmission_texture.is_none();
-        note(&mut self.lit, true, || path.to_owned());
-        note(&mut self.normal_map, m.bent_by().is_some(), || {
+        record(&mut self.lit, true, || path.to_owned());
+        record(&mut self.normal_map, m.bent_by().is_some(), || {
             at("normal_texture")
         });
-        note(&mut self.lit_physical, true, || path.to_owned());
-        note(&mut self.highlight, true, || at("roughness"));
-        note(&mut self.reflection, smooth || varies || clear, || {
+        record(&mut self.lit_physical, true, || path.to_owned());
+        record(&mut self.highlight, true, || at("roughness"));
+        record(&mut self.reflection, smooth || varies || clear, || {
             at("roughness")
         });
-        note(&mut self.rough_reflection, !smooth, || at("roughness"));
-        note(&mut self.refraction, clear, || at("transmission"));
-        note(&mut self.rough_refraction, clear && !smooth, || {
+        record(&mut self.rough_reflection, !smooth, || at("roughness"));
+        record(&mut self.refraction, clear, || at("transmission"));
+        record(&mut self.rough_refraction, clear && !smooth, || {
             at("transmission")
         });
-        note(&mut self.absorption, m.absorption().is_some(), || {
+        record(&mut self.absorption, m.absorption().is_some(), || {
             at("attenuation_distance")
         });
-        note(&mut self.nested, m.is_nested() && plain, || at("priority"));
+        record(&mut self.nested, m.is_nested() && plain, || at("priority"));
         self.layers.gather(m, [plain, clear], &at);
-        note(&mut self.diffuse_physical, plain && !all_passes, || {
+        record(&mut self.diffuse_physical, plain && !all_passes, || {
             at("base_colour")
         });
     }

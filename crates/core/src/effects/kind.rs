@@ -6,7 +6,7 @@ use super::table::effects;
 
 /// Role of an effect in a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Role {
+pub(super) enum EffectRole {
     /// The effect is an essential part of the scene and cannot be switched off.
     Scene,
     /// The effect can be switched off.
@@ -37,9 +37,9 @@ macro_rules! kinds {
             }
 
             /// Returns the role in a scene.
-            pub(super) const fn role(self) -> Role {
+            pub(super) const fn role(self) -> EffectRole {
                 match self {
-                    $(Self::$variant => Role::$role,)*
+                    $(Self::$variant => EffectRole::$role,)*
                 }
             }
         }
@@ -49,7 +49,7 @@ effects!(kinds);
 
 impl Effect {
     /// Returns the effect with this name.
-    pub fn named(name: &str) -> Option<Self> {
+    pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL
             .iter()
             .copied()

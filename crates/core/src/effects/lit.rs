@@ -2,9 +2,9 @@
 
 use glam::DVec3;
 
-use super::facts::SceneFacts;
+use super::facts::EffectFacts;
 use crate::extent::extent;
-use crate::lookup::Lookup;
+use crate::lookup::SceneLookup;
 use crate::scene::{Colour, Falloff, Light, LightKind, Scene, Sky};
 
 /// Returns the sky for a scene without light: neutral, 1 at the zenith and 0.4 at the nadir.
@@ -19,13 +19,13 @@ pub fn neutral_sky() -> Sky {
 /// Whether anything in a scene emits light. Without light its picture is black, and a neutral sky
 /// is the likely wish.
 pub fn has_light(scene: &Scene) -> bool {
-    let facts = SceneFacts::gather(scene, None);
+    let effect_facts = EffectFacts::gather(scene, None);
     [
-        facts.sky,
-        facts.light,
-        facts.ambient,
-        facts.emission,
-        facts.unlit,
+        effect_facts.sky,
+        effect_facts.light,
+        effect_facts.ambient,
+        effect_facts.emission,
+        effect_facts.unlit,
     ]
     .iter()
     .any(Option::is_some)
@@ -38,7 +38,7 @@ const DIM: f64 = 0.02;
 /// Whether the lights of a model reach its surfaces, by their power and range at the distance of
 /// the model's size.
 pub fn lights_reach(scene: &Scene) -> bool {
-    let bounds = extent::<f32>(scene, &Lookup::new(scene)).bounds;
+    let bounds = extent::<f32>(scene, &SceneLookup::new(scene)).bounds;
     let (centre, radius) = match bounds.is_empty() {
         true => (DVec3::ZERO, 1.0),
         false => (

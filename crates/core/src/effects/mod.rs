@@ -29,7 +29,7 @@ use serde::Serialize;
 /// Status of an effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Status {
+pub enum EffectStatus {
     /// The scene needs the effect, and the render simulates it.
     Simulated,
     /// The scene does not need the effect.
@@ -40,12 +40,12 @@ pub enum Status {
 
 /// An effect with its status and reason.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct Finding {
+pub struct EffectFinding {
     /// The effect.
     #[serde(rename = "name")]
     pub effect: Effect,
     /// Status of the effect.
-    pub status: Status,
+    pub status: EffectStatus,
     /// Reason for the status.
     pub because: String,
     /// Path of the scene's part that needs the effect (`materials[1].model.classic.transmission`);
@@ -63,12 +63,12 @@ pub struct EffectReport {
     /// Reason for its choice.
     pub because: String,
     /// One finding for each of [`Effect::ALL`], in that order.
-    pub effects: Vec<Finding>,
+    pub effects: Vec<EffectFinding>,
 }
 
 impl EffectReport {
     /// Returns the status of an effect.
-    pub fn status(&self, effect: Effect) -> Status {
+    pub fn status(&self, effect: Effect) -> EffectStatus {
         self.effects[effect as usize].status
     }
 
@@ -76,13 +76,15 @@ impl EffectReport {
     pub fn simulated(&self) -> EffectSet {
         self.effects
             .iter()
-            .filter(|f| f.status == Status::Simulated)
+            .filter(|f| f.status == EffectStatus::Simulated)
             .map(|f| f.effect)
             .collect()
     }
 
     /// Iterates over the effects that are left out.
-    pub fn left_out(&self) -> impl Iterator<Item = &Finding> {
-        self.effects.iter().filter(|f| f.status == Status::LeftOut)
+    pub fn left_out(&self) -> impl Iterator<Item = &EffectFinding> {
+        self.effects
+            .iter()
+            .filter(|f| f.status == EffectStatus::LeftOut)
     }
 }

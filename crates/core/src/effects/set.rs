@@ -1,6 +1,6 @@
 //! Sets of effects.
 
-use super::kind::{Effect, Role};
+use super::kind::{Effect, EffectRole};
 
 /// A set of effects.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -10,10 +10,10 @@ impl EffectSet {
     /// The empty set.
     pub const EMPTY: Self = Self(0);
     /// The set of all effects.
-    pub const ALL: Self = Self::of(Effect::ALL);
+    pub const ALL: Self = Self::from_effects(Effect::ALL);
 
     /// Returns the set of these effects.
-    pub const fn of(effects: &[Effect]) -> Self {
+    pub const fn from_effects(effects: &[Effect]) -> Self {
         let (mut bits, mut i) = (0, 0);
         while i < effects.len() {
             bits |= 1 << effects[i] as u8;
@@ -65,11 +65,11 @@ impl FromIterator<Effect> for EffectSet {
 }
 
 /// Returns the effects of a role.
-const fn of_role(role: Role) -> EffectSet {
+const fn of_role(role: EffectRole) -> EffectSet {
     let (mut set, mut i) = (EffectSet::EMPTY, 0);
     while i < Effect::ALL.len() {
         if Effect::ALL[i].role() as u8 == role as u8 {
-            set = set.or(EffectSet::of(&[Effect::ALL[i]]));
+            set = set.or(EffectSet::from_effects(&[Effect::ALL[i]]));
         }
         i += 1;
     }
@@ -78,10 +78,10 @@ const fn of_role(role: Role) -> EffectSet {
 
 /// Layers over, under and in the metallic-roughness model; surfaces with such a layer are prepared
 /// as layered.
-pub const LAYERS: EffectSet = of_role(Role::Layer);
+pub const LAYERS: EffectSet = of_role(EffectRole::Layer);
 
 /// Effects that can be switched off. The others are essential parts of the scene.
-pub const SWITCHABLE: EffectSet = of_role(Role::Switch).or(LAYERS);
+pub const SWITCHABLE: EffectSet = of_role(EffectRole::Switch).or(LAYERS);
 
 #[cfg(test)]
 mod tests {
@@ -92,22 +92,22 @@ mod tests {
     #[test]
     fn names_and_sets() {
         assert!(Effect::ALL.len() <= 64);
-        for (place, &effect) in Effect::ALL.iter().enumerate() {
+        for (index, &effect) in Effect::ALL.iter().enumerate() {
             assert_eq!(
-                (effect as usize, Effect::named(effect.name())),
-                (place, Some(effect))
+                (effect as usize, Effect::from_name(effect.name())),
+                (index, Some(effect))
             );
-            let (one, others) = (
-                EffectSet::of(&[effect]),
-                EffectSet::ALL.without(EffectSet::of(&[effect])),
+            let (effects, others) = (
+                EffectSet::from_effects(&[effect]),
+                EffectSet::ALL.without(EffectSet::from_effects(&[effect])),
             );
-            assert!(one.has(effect) && !others.has(effect) && one.and(others).is_empty());
+            assert!(effects.has(effect) && !others.has(effect) && effects.and(others).is_empty());
             assert_eq!(
-                (one.iter().collect::<Vec<_>>(), others.iter().count()),
+                (effects.iter().collect::<Vec<_>>(), others.iter().count()),
                 (vec![effect], Effect::ALL.len() - 1)
             );
-            assert_eq!([effect, effect].into_iter().collect::<EffectSet>(), one);
+            assert_eq!([effect, effect].into_iter().collect::<EffectSet>(), effects);
         }
-        assert_eq!(Effect::named("magic"), None);
+        assert_eq!(Effect::from_name("magic"), None);
     }
 }

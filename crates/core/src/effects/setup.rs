@@ -3,9 +3,9 @@
 use std::borrow::Cow;
 
 use super::detect::{called_for, found};
-use super::facts::SceneFacts;
+use super::facts::EffectFacts;
 use super::switch::switched_off;
-use super::{EffectReport, EffectSet, Finding, Status};
+use super::{EffectFinding, EffectReport, EffectSet, EffectStatus};
 use crate::scene::{Integrator, Scene};
 use crate::settings::Settings;
 
@@ -24,27 +24,27 @@ pub(crate) struct RenderSetup<'a> {
 impl<'a> RenderSetup<'a> {
     /// Decides how to render a scene with these settings.
     pub fn new(scene: &'a Scene, settings: &Settings) -> Self {
-        let (facts, asked) = (
-            SceneFacts::gather(scene, settings.camera.as_ref()),
+        let (effect_facts, requested) = (
+            EffectFacts::gather(scene, settings.camera.as_ref()),
             settings.integrator,
         );
-        let integrator = if asked == Integrator::Auto {
-            called_for(&facts)
+        let integrator = if requested == Integrator::Auto {
+            called_for(&effect_facts)
         } else {
-            asked
+            requested
         };
         let paths = integrator == Integrator::Path;
         let mut settings = Settings {
             integrator,
             ..settings.clone()
         };
-        let mut findings = found(&facts, &settings, paths);
+        let mut findings = found(&effect_facts, &settings, paths);
         let mut rest = Cow::Borrowed(scene);
         if !settings.without.is_empty() {
             let (scene, camera) = switched_off(scene, &settings.camera, settings.without);
             settings.camera = camera;
             let remaining = found(
-                &SceneFacts::gather(&scene, settings.camera.as_ref()),
+                &EffectFacts::gather(&scene, settings.camera.as_ref()),
                 &settings,
                 paths,
             );
@@ -53,7 +53,7 @@ impl<'a> RenderSetup<'a> {
             }
             rest = Cow::Owned(scene);
         }
-        let because = reason(asked, paths, &findings).to_owned();
+        let because = reason(requested, paths, &findings).to_owned();
         let effects = EffectReport {
             integrator: if paths { "path" } else { "whitted" },
             because,
@@ -80,17 +80,17 @@ pub fn detect(scene: &Scene, settings: &Settings) -> EffectReport {
 /// Returns the integrator that a scene gets under these settings.
 pub(crate) fn chosen(scene: &Scene, settings: &Settings) -> Integrator {
     match settings.integrator {
-        Integrator::Auto => called_for(&SceneFacts::gather(scene, settings.camera.as_ref())),
-        asked => asked,
+        Integrator::Auto => called_for(&EffectFacts::gather(scene, settings.camera.as_ref())),
+        requested => requested,
     }
 }
 
 /// Returns the reason for an integrator, chosen by the user or by the scene.
-fn reason(asked: Integrator, paths: bool, findings: &[Finding]) -> &'static str {
-    match asked {
+fn reason(requested: Integrator, paths: bool, findings: &[EffectFinding]) -> &'static str {
+    match requested {
         Integrator::Whitted | Integrator::Path => "asked for",
         Integrator::Auto if paths => "the scene has what only paths find",
-        Integrator::Auto if findings.iter().any(|f| f.status == Status::LeftOut) => {
+        Integrator::Auto if findings.iter().any(|f| f.status == EffectStatus::LeftOut) => {
             "the scene asks for no other; what it leaves out is listed"
         }
         Integrator::Auto => "the scene is exactly what Whitted ray tracing solves",
@@ -99,12 +99,12 @@ fn reason(asked: Integrator, paths: bool, findings: &[Finding]) -> &'static str 
 
 /// Changes a finding for the whole scene to that for the scene with effects switched off; `left` is
 /// the status there.
-fn switch_off(finding: &mut Finding, left: Status, off: EffectSet) {
+fn switch_off(finding: &mut EffectFinding, left: EffectStatus, off: EffectSet) {
     let named = off.has(finding.effect);
-    if finding.status == Status::Absent || !named && left != Status::Absent {
+    if finding.status == EffectStatus::Absent || !named && left != EffectStatus::Absent {
         return;
     }
-    finding.status = Status::LeftOut;
+    finding.status = EffectStatus::LeftOut;
     finding.because = if named {
         "switched off"
     } else {
@@ -135,7 +135,7 @@ mod tests {
             "objects": [{ "shape": { "sphere": { "centre": [0, 0, 0], "radius": 1 } }, "material": "paint" }],
         }))
         .expect("a scene");
-        let off = EffectSet::of(&[Effect::Clearcoat]);
+        let off = EffectSet::from_effects(&[Effect::Clearcoat]);
         let runs = [
             (Integrator::Auto, EffectSet::EMPTY, 1),
             (Integrator::Path, EffectSet::EMPTY, 1),
@@ -146,13 +146,13 @@ mod tests {
             let settings = Settings {
                 integrator,
                 without,
-                ..Settings::of(&scene)
+                ..Settings::from_scene(&scene)
             };
             let ready = dispatch::prepare(&scene, &settings, &()).expect("it can be prepared");
             assert_eq!(
                 (
                     WALKS.get(),
-                    ready.effects().status(Effect::Clearcoat) == Status::Simulated
+                    ready.effects().status(Effect::Clearcoat) == EffectStatus::Simulated
                 ),
                 (walks, without.is_empty())
             );

@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use super::{Effect, EffectSet};
 use crate::scene::{
-    Camera, Classic, Colour, FieldValue, Fields, Filter, MeshSource, Model, Physical, Projection,
-    Scene, Sky, physical_fields,
+    Camera, Classic, Colour, FieldValue, Filter, MaterialFields, MeshSource, Model, Physical,
+    Projection, Scene, Sky, physical_fields,
 };
 
 /// Returns the scene and the camera without the causes of these effects. `SkyLight`, `SoftShadows`,

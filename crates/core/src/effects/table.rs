@@ -115,11 +115,11 @@ macro_rules! effects {
                     false => Does("something moves while the shutter is open"),
                 }), "nothing moves while the shutter is open");
             /// Emissive surfaces light others.
-            SoftShadows = "soft shadows", Switch, |f, paths| f.answers(paths).and(f.even_emission.as_ref()),
+            SoftShadows = "soft shadows", Switch, |f, paths| f.lit_by(paths).and(f.even_emission.as_ref()),
                 both(Does("an emissive surface lights others: each sample takes one point of it"),
                     "no evenly emissive surface lights another");
             /// Surfaces whose emission varies light others.
-            TexturedEmitters = "textured emitters", Scene, |f, paths| f.answers(paths).and(f.varied_emission.as_ref()),
+            TexturedEmitters = "textured emitters", Scene, |f, paths| f.lit_by(paths).and(f.varied_emission.as_ref()),
                 each(Lacks("a surface whose emission varies is visible, but does not light others",
                         "--integrator path, or give it an even emission"),
                     Does("a surface whose emission varies lights others: a vertex samples a point of it and its emission there"),

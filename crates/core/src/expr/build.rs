@@ -6,16 +6,16 @@ use std::ops::Range;
 
 use super::error::{ExprError, Result};
 use super::function::{CONSTANTS, constant, function};
-use super::graph::{Graph, Id};
+use super::graph::{Graph, NodeId};
 use super::operation::Operation;
-use super::scope::{Scope, Variable};
+use super::scope::{ExprScope, Variable};
 use super::semantics::vanishing;
 use crate::suggest::closest;
 
 /// A part of the source as a node of the graph.
 #[derive(Clone, Debug)]
 pub(super) struct Term {
-    pub id: Id,
+    pub id: NodeId,
     pub span: Range<usize>,
 }
 
@@ -25,11 +25,11 @@ const LARGEST_WHOLE_POWER: f64 = 65536.0;
 pub(super) struct Builder<'a> {
     pub graph: Graph,
     pub names: &'a BTreeMap<String, f64>,
-    scope: Scope,
+    scope: ExprScope,
 }
 
 impl<'a> Builder<'a> {
-    pub fn new(names: &'a BTreeMap<String, f64>, scope: Scope) -> Self {
+    pub fn new(names: &'a BTreeMap<String, f64>, scope: ExprScope) -> Self {
         Self {
             graph: Graph::default(),
             names,
@@ -42,7 +42,7 @@ impl<'a> Builder<'a> {
     }
 
     /// Resolves a parameter, a variable of the scope or a named constant.
-    pub fn name(&mut self, name: &str, span: Range<usize>) -> Result<Id> {
+    pub fn name(&mut self, name: &str, span: Range<usize>) -> Result<NodeId> {
         let parameter = self.names.get(name).copied();
         let variable = self
             .scope
@@ -109,7 +109,7 @@ impl<'a> Builder<'a> {
     }
 
     /// Returns the component `name` of a vector.
-    pub fn component(&mut self, of: Term, name: &str, span: Range<usize>) -> Result<Id> {
+    pub fn component(&mut self, of: Term, name: &str, span: Range<usize>) -> Result<NodeId> {
         let axis = match name {
             "x" | "r" => 0,
             "y" | "g" => 1,
@@ -131,7 +131,7 @@ impl<'a> Builder<'a> {
     }
 
     /// Returns a vector of three numbers.
-    pub fn compose(&mut self, parts: &[Term]) -> Result<Id> {
+    pub fn compose(&mut self, parts: &[Term]) -> Result<NodeId> {
         let mut components = [self.graph.number(0.0); 3];
         for (slot, part) in components.iter_mut().zip(parts) {
             *slot = self.expect_number(part, "a component of a vector")?;
@@ -140,7 +140,7 @@ impl<'a> Builder<'a> {
     }
 
     /// Applies an operation to a number, or to every component of a vector.
-    pub fn unary(&mut self, operation: Operation, a: &Term) -> Result<Id> {
+    pub fn unary(&mut self, operation: Operation, a: &Term) -> Result<NodeId> {
         if !self.is_vector(a) {
             return Ok(self.graph.add(operation, [a.id]));
         }
@@ -158,7 +158,7 @@ impl<'a> Builder<'a> {
     }
 
     /// Applies an operation to two numbers or, componentwise, to a vector and another value.
-    pub fn binary(&mut self, operation: Operation, a: &Term, b: &Term) -> Result<Id> {
+    pub fn binary(&mut self, operation: Operation, a: &Term, b: &Term) -> Result<NodeId> {
         let vectors = (self.is_vector(a), self.is_vector(b));
         if vectors == (false, false) {
             return Ok(binary_numbers(&mut self.graph, operation, a.id, b.id));
@@ -189,7 +189,7 @@ impl<'a> Builder<'a> {
     }
 
     /// Repeats a number in all three components; returns a vector unchanged.
-    pub fn widen(&mut self, id: Id) -> Id {
+    pub fn widen(&mut self, id: NodeId) -> NodeId {
         if self.graph.is_vector(id) {
             id
         } else {
@@ -198,7 +198,11 @@ impl<'a> Builder<'a> {
     }
 
     /// Applies `make` to the x, y and z of the operands; a number is used for each component.
-    pub fn each(&mut self, operands: [Id; 3], make: impl Fn(&mut Graph, [Id; 3]) -> Id) -> Id {
+    pub fn each(
+        &mut self,
+        operands: [NodeId; 3],
+        make: impl Fn(&mut Graph, [NodeId; 3]) -> NodeId,
+    ) -> NodeId {
         let components = [0, 1, 2].map(|axis| {
             let parts = operands.map(|id| match self.graph.is_vector(id) {
                 true => self.graph.component(id, axis),
@@ -210,7 +214,7 @@ impl<'a> Builder<'a> {
     }
 
     /// Returns the node of `condition ? a : b`.
-    pub fn select(&mut self, condition: &Term, a: &Term, b: &Term) -> Result<Id> {
+    pub fn select(&mut self, condition: &Term, a: &Term, b: &Term) -> Result<NodeId> {
         let c = self.expect_number(condition, "a condition")?;
         Ok(if self.is_vector(a) || self.is_vector(b) {
             let operands = [c, self.widen(a.id), self.widen(b.id)];
@@ -221,20 +225,20 @@ impl<'a> Builder<'a> {
     }
 
     /// Returns the node of a number; for a vector, an error that names the purpose.
-    pub fn expect_number(&self, term: &Term, what: &str) -> Result<Id> {
+    pub fn expect_number(&self, term: &Term, label: &str) -> Result<NodeId> {
         if self.is_vector(term) {
             return Err(ExprError::new(
-                format!("{what} must be a number, and this is a vector"),
+                format!("{label} must be a number, and this is a vector"),
                 term.span.clone(),
             ));
         }
         Ok(term.id)
     }
 
-    pub fn expect_vector(&self, term: &Term, what: &str) -> Result<Id> {
+    pub fn expect_vector(&self, term: &Term, label: &str) -> Result<NodeId> {
         if !self.is_vector(term) {
             let error = ExprError::new(
-                format!("{what} must be a vector, and this is a number"),
+                format!("{label} must be a vector, and this is a number"),
                 term.span.clone(),
             );
             return Err(error.with_hint("a vector is written `[x, y, z]` or `vec3(x, y, z)`"));
@@ -244,7 +248,7 @@ impl<'a> Builder<'a> {
 }
 
 /// Applies an operation to two numbers; a power with a constant whole exponent is multiplied out.
-fn binary_numbers(graph: &mut Graph, operation: Operation, a: Id, b: Id) -> Id {
+fn binary_numbers(graph: &mut Graph, operation: Operation, a: NodeId, b: NodeId) -> NodeId {
     if operation == Operation::Power
         && let Some(exponent) = graph.as_number(b)
         && exponent.fract() == 0.0

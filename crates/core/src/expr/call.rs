@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::build::{Builder, Term};
 use super::error::{ExprError, Result};
 use super::function::{FUNCTIONS, Function, Octaves, constant, function};
-use super::graph::Id;
+use super::graph::NodeId;
 use super::operation::Operation;
 use super::scope::Variable;
 use crate::noise::MAX_OCTAVES;
@@ -19,7 +19,7 @@ impl Builder<'_> {
         name_span: Range<usize>,
         arguments: &[Term],
         span: Range<usize>,
-    ) -> Result<Id> {
+    ) -> Result<NodeId> {
         let Some(function) = function(name) else {
             return Err(self.unknown_function(name, name_span));
         };
@@ -75,20 +75,20 @@ impl Builder<'_> {
         name: &str,
         arguments: &[Term],
         span: Range<usize>,
-    ) -> Result<Id> {
-        let what = format!("an argument of `{name}`");
-        let wanted = match function {
+    ) -> Result<NodeId> {
+        let label = format!("an argument of `{name}`");
+        let requested = match function {
             Function::Length | Function::Normalize => 1,
             Function::Dot | Function::Cross | Function::Reflect => 2,
             _ => usize::MAX,
         };
-        if arguments.len() != wanted {
+        if arguments.len() != requested {
             return Err(wrong_count(function, name, arguments.len(), span));
         }
         let ids = arguments
             .iter()
-            .map(|a| self.expect_vector(a, &what))
-            .collect::<Result<Vec<Id>>>()?;
+            .map(|a| self.expect_vector(a, &label))
+            .collect::<Result<Vec<NodeId>>>()?;
         let graph = &mut self.graph;
         Ok(match (function, ids.as_slice()) {
             (Function::Length, &[v]) => graph.add(Operation::Length, [v]),
@@ -106,7 +106,7 @@ impl Builder<'_> {
         })
     }
 
-    fn mix(&mut self, a: Id, b: Id, t: Id) -> Id {
+    fn mix(&mut self, a: NodeId, b: NodeId, t: NodeId) -> NodeId {
         if self.graph.is_vector(t) {
             return self.each([a, b, t], |graph, all| graph.add(Operation::Mix, all));
         }
@@ -117,7 +117,7 @@ impl Builder<'_> {
         self.graph.add(Operation::Mix, [a, b, t])
     }
 
-    fn smoothstep(&mut self, all: [Id; 3]) -> Id {
+    fn smoothstep(&mut self, all: [NodeId; 3]) -> NodeId {
         if all.iter().any(|id| self.graph.is_vector(*id)) {
             return self.each(all, |graph, all| graph.add(Operation::Smoothstep, all));
         }
@@ -162,11 +162,14 @@ impl Builder<'_> {
         point: &[Term],
         count: u32,
         span: Range<usize>,
-    ) -> Result<Id> {
-        let what = format!("a coordinate of `{name}`");
+    ) -> Result<NodeId> {
+        let label = format!("a coordinate of `{name}`");
         Ok(match (function, point) {
             (_, [x, y]) => {
-                let operands = [self.expect_number(x, &what)?, self.expect_number(y, &what)?];
+                let operands = [
+                    self.expect_number(x, &label)?,
+                    self.expect_number(y, &label)?,
+                ];
                 self.graph.add(octaves.in_plane(count), operands)
             }
             (Function::Noise(_), [p]) => {
@@ -188,7 +191,7 @@ impl Builder<'_> {
         })
     }
 
-    fn checker_in_space(&mut self, x: &Term, y: &Term, z: &Term) -> Result<Id> {
+    fn checker_in_space(&mut self, x: &Term, y: &Term, z: &Term) -> Result<NodeId> {
         let mut sum = self.graph.number(0.0);
         for term in [x, y, z] {
             let id = self.expect_number(term, "an argument of `checker`")?;

@@ -22,9 +22,9 @@ pub enum Constant {
 
 /// Index of a node in its graph.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(super) struct Id(u32);
+pub(super) struct NodeId(u32);
 
-impl Id {
+impl NodeId {
     pub const fn index(self) -> usize {
         self.0 as usize
     }
@@ -32,17 +32,17 @@ impl Id {
 
 /// A value. Numbers are stored as bits, so that nodes can be compared and hashed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(super) enum Node {
+pub(super) enum ExprNode {
     Number(u64),
     Vector([u64; 3]),
     Input(Variable),
     /// Component 0, 1 or 2 of a vector.
-    Component(Id, u8),
+    Component(NodeId, u8),
     /// An operation on its operands; the last operand is repeated up to four.
-    Operation(Operation, [Id; 4]),
+    Operation(Operation, [NodeId; 4]),
 }
 
-impl Node {
+impl ExprNode {
     /// Whether the node is a vector; `false` for a number.
     pub const fn is_vector(self) -> bool {
         match self {
@@ -54,7 +54,7 @@ impl Node {
     }
 
     /// Returns the operands; an operand may occur twice.
-    pub fn operands(&self) -> &[Id] {
+    pub fn operands(&self) -> &[NodeId] {
         match self {
             Self::Number(_) | Self::Vector(_) | Self::Input(_) => &[],
             Self::Component(of, _) => core::slice::from_ref(of),
@@ -74,62 +74,64 @@ impl Node {
 /// Nodes of an expression under construction.
 #[derive(Debug, Default)]
 pub(super) struct Graph {
-    nodes: Vec<Node>,
-    known: HashMap<Node, Id>,
+    nodes: Vec<ExprNode>,
+    known: HashMap<ExprNode, NodeId>,
 }
 
 impl Graph {
     /// Returns all nodes up to `root`.
-    pub fn up_to(&self, root: Id) -> &[Node] {
+    pub fn up_to(&self, root: NodeId) -> &[ExprNode] {
         &self.nodes[..=root.index()]
     }
 
-    pub fn get(&self, id: Id) -> Node {
+    pub fn get(&self, id: NodeId) -> ExprNode {
         self.nodes[id.index()]
     }
 
-    pub fn is_vector(&self, id: Id) -> bool {
+    pub fn is_vector(&self, id: NodeId) -> bool {
         self.get(id).is_vector()
     }
 
     /// Returns the value of a constant number.
-    pub fn as_number(&self, id: Id) -> Option<f64> {
+    pub fn as_number(&self, id: NodeId) -> Option<f64> {
         match self.get(id) {
-            Node::Number(bits) => Some(f64::from_bits(bits)),
+            ExprNode::Number(bits) => Some(f64::from_bits(bits)),
             _ => None,
         }
     }
 
     /// Returns the value of a constant, number or vector.
-    pub fn constant(&self, id: Id) -> Option<Constant> {
+    pub fn constant(&self, id: NodeId) -> Option<Constant> {
         match self.get(id) {
-            Node::Number(x) => Some(Constant::Number(f64::from_bits(x))),
-            Node::Vector(v) => Some(Constant::Vector(v.map(f64::from_bits))),
+            ExprNode::Number(x) => Some(Constant::Number(f64::from_bits(x))),
+            ExprNode::Vector(v) => Some(Constant::Vector(v.map(f64::from_bits))),
             _ => None,
         }
     }
 
     /// Adds a constant.
-    pub fn number(&mut self, value: f64) -> Id {
-        self.intern(Node::Number(value.to_bits()))
+    pub fn number(&mut self, value: f64) -> NodeId {
+        self.intern(ExprNode::Number(value.to_bits()))
     }
 
     /// Adds a variable.
-    pub fn input(&mut self, variable: Variable) -> Id {
-        self.intern(Node::Input(variable))
+    pub fn input(&mut self, variable: Variable) -> NodeId {
+        self.intern(ExprNode::Input(variable))
     }
 
     /// Adds component 0, 1 or 2 of a vector.
-    pub fn component(&mut self, of: Id, axis: u8) -> Id {
+    pub fn component(&mut self, of: NodeId, axis: u8) -> NodeId {
         match self.get(of) {
-            Node::Vector(components) => self.intern(Node::Number(components[usize::from(axis)])),
-            Node::Operation(Operation::Compose, parts) => parts[usize::from(axis)],
-            _ => self.intern(Node::Component(of, axis)),
+            ExprNode::Vector(components) => {
+                self.intern(ExprNode::Number(components[usize::from(axis)]))
+            }
+            ExprNode::Operation(Operation::Compose, parts) => parts[usize::from(axis)],
+            _ => self.intern(ExprNode::Component(of, axis)),
         }
     }
 
     /// Adds an operation on one to four operands, or returns an equivalent node.
-    pub fn add<const N: usize>(&mut self, operation: Operation, operands: [Id; N]) -> Id {
+    pub fn add<const N: usize>(&mut self, operation: Operation, operands: [NodeId; N]) -> NodeId {
         let operands @ [a, b, c, _] = core::array::from_fn(|i| operands[i.min(N - 1)]);
         if let Some(constant) = self.folded(operation, operands) {
             return self.intern(constant);
@@ -170,40 +172,40 @@ impl Graph {
             }
             _ => {}
         }
-        self.intern(Node::Operation(operation, operands))
+        self.intern(ExprNode::Operation(operation, operands))
     }
 
     /// Returns the factors of a product.
-    fn product(&self, id: Id) -> Option<[Id; 2]> {
+    fn product(&self, id: NodeId) -> Option<[NodeId; 2]> {
         match self.get(id) {
-            Node::Operation(Operation::Multiply, [x, y, ..]) => Some([x, y]),
+            ExprNode::Operation(Operation::Multiply, [x, y, ..]) => Some([x, y]),
             _ => None,
         }
     }
 
     /// Evaluates an operation on constants exactly as a program would.
-    fn folded(&self, operation: Operation, operands: [Id; 4]) -> Option<Node> {
-        let row = |id: Id| match self.constant(id)? {
+    fn folded(&self, operation: Operation, operands: [NodeId; 4]) -> Option<ExprNode> {
+        let row = |id: NodeId| match self.constant(id)? {
             Constant::Number(x) => Some([x; 4]),
             Constant::Vector([x, y, z]) => Some([x, y, z, 0.0]),
         };
         let [a, b, c, d] = operands.map(row);
         let [x, y, z, _] = run::alone(operation, [a?, b?, c?, d?]).map(f64::to_bits);
         Some(if operation.is_vector() {
-            Node::Vector([x, y, z])
+            ExprNode::Vector([x, y, z])
         } else {
-            Node::Number(x)
+            ExprNode::Number(x)
         })
     }
 
     /// Whether the value is 0 or 1 at every hit.
-    fn is_truth(&self, id: Id) -> bool {
-        matches!(self.get(id), Node::Operation(operation, _) if operation.is_truth())
+    fn is_truth(&self, id: NodeId) -> bool {
+        matches!(self.get(id), ExprNode::Operation(operation, _) if operation.is_truth())
     }
 
-    fn intern(&mut self, node: Node) -> Id {
+    fn intern(&mut self, node: ExprNode) -> NodeId {
         // The length of the source bounds the number of nodes far below 2³².
-        let next = Id(self.nodes.len() as u32);
+        let next = NodeId(self.nodes.len() as u32);
         let id = *self.known.entry(node).or_insert(next);
         if id == next {
             self.nodes.push(node);

@@ -28,18 +28,18 @@ const SYMBOLS: [&str; 23] = [
 /// Returns all tokens of `source`; the last one is [`Lexeme::End`].
 pub(super) fn tokens(source: &str) -> Result<Vec<Token>> {
     let mut tokens = Vec::new();
-    let mut at = 0;
-    while let Some(rest) = source.get(at..) {
+    let mut position = 0;
+    while let Some(rest) = source.get(position..) {
         let Some(first) = rest.chars().next() else {
             break;
         };
         if first.is_whitespace() {
-            at += first.len_utf8();
+            position += first.len_utf8();
             continue;
         }
         let (lexeme, length) =
             if first.is_ascii_digit() || (first == '.' && starts_with_digit(&rest[1..])) {
-                number(rest, at)?
+                number(rest, position)?
             } else if first.is_ascii_alphabetic() || first == '_' {
                 (
                     Lexeme::Name,
@@ -47,18 +47,20 @@ pub(super) fn tokens(source: &str) -> Result<Vec<Token>> {
                         .unwrap_or(rest.len()),
                 )
             } else if rest.starts_with("**") {
-                return Err(ExprError::new("`**` is not an operator", at..at + 2)
-                    .with_hint("a power is written `^`"));
+                return Err(
+                    ExprError::new("`**` is not an operator", position..position + 2)
+                        .with_hint("a power is written `^`"),
+                );
             } else if let Some(symbol) = SYMBOLS.into_iter().find(|s| rest.starts_with(s)) {
                 (Lexeme::Symbol(symbol), symbol.len())
             } else {
-                return Err(unexpected(first, at));
+                return Err(unexpected(first, position));
             };
         tokens.push(Token {
             lexeme,
-            span: at..at + length,
+            span: position..position + length,
         });
-        at += length;
+        position += length;
     }
     tokens.push(Token {
         lexeme: Lexeme::End,
@@ -77,7 +79,7 @@ fn starts_with_digit(text: &str) -> bool {
 
 /// Reads `12`, `1.5`, `.5`, `2.` or `1e-3`. An `e` without digits after it is not part of the
 /// number.
-fn number(rest: &str, at: usize) -> Result<(Lexeme, usize)> {
+fn number(rest: &str, position: usize) -> Result<(Lexeme, usize)> {
     let digits = |from: usize| {
         rest[from..]
             .find(|c: char| !c.is_ascii_digit())
@@ -95,14 +97,17 @@ fn number(rest: &str, at: usize) -> Result<(Lexeme, usize)> {
     }
     match rest[..end].parse::<f64>() {
         Ok(value) if value.is_finite() => Ok((Lexeme::Number(value), end)),
-        _ => Err(ExprError::new("this number is too large", at..at + end)),
+        _ => Err(ExprError::new(
+            "this number is too large",
+            position..position + end,
+        )),
     }
 }
 
-fn unexpected(character: char, at: usize) -> ExprError {
+fn unexpected(character: char, position: usize) -> ExprError {
     let error = ExprError::new(
         format!("unexpected character `{}`", character.escape_debug()),
-        at..at + character.len_utf8(),
+        position..position + character.len_utf8(),
     );
     match character {
         '=' => error.with_hint("`==` compares; an expression has no assignments"),

@@ -12,7 +12,7 @@
 //!   `- !`, `^`. A truth value is the number 1 or 0; every number but 0 and NaN is true. `%` takes
 //!   the sign of the divisor.
 //! * **Names**: `t`, the parameters, `pi`, `tau`, `e`, and the [variables](Variable) of the
-//!   [`Scope`].
+//!   [`ExprScope`].
 //! * **Functions** of numbers apply to every component of a vector: `abs sign floor ceil round
 //!   fract mod min max clamp mix step smoothstep sqrt pow exp ln sin cos tan asin acos atan atan2
 //!   degrees radians`. `if(c, a, b)` is `c ? a : b`: only the taken branch matters. Functions of
@@ -48,7 +48,7 @@ pub use function::{constant_names, function_names};
 pub use graph::Constant;
 pub use program::{MAX_OPERATIONS, Program};
 pub use programs::Programs;
-pub use scope::{Inputs, Scope, Variable};
+pub use scope::{ExprScope, Variable, VariableValues};
 
 /// Most bytes of an expression.
 pub const MAX_SOURCE: usize = 16 * 1024;
@@ -61,7 +61,7 @@ pub const MAX_DEPTH: usize = 64;
 /// # Errors
 /// Any source that does not yield one finite number.
 pub fn evaluate(source: &str, names: &BTreeMap<String, f64>) -> Result<f64, ExprError> {
-    let (builder, term) = parser::parse(source, build::Builder::new(names, Scope::Load))?;
+    let (builder, term) = parser::parse(source, build::Builder::new(names, ExprScope::Load))?;
     let id = builder.expect_number(&term, "the value")?;
     match builder.graph.as_number(id) {
         Some(value) if value.is_finite() => Ok(value),
@@ -85,7 +85,7 @@ pub fn evaluate(source: &str, names: &BTreeMap<String, f64>) -> Result<f64, Expr
 pub fn compile(
     source: &str,
     names: &BTreeMap<String, f64>,
-    scope: Scope,
+    scope: ExprScope,
 ) -> Result<Program, ExprError> {
     let (builder, term) = parser::parse(source, build::Builder::new(names, scope))?;
     Program::new(&builder.graph, term.id, term.span)
@@ -98,7 +98,7 @@ pub fn compile(
 pub fn compile_number(
     source: &str,
     names: &BTreeMap<String, f64>,
-    scope: Scope,
+    scope: ExprScope,
 ) -> Result<Program, ExprError> {
     let (builder, term) = parser::parse(source, build::Builder::new(names, scope))?;
     builder.expect_number(&term, "a weight")?;

@@ -3,8 +3,8 @@
 use core::ops::Range;
 
 use super::error::{ExprError, Result};
-use super::graph::{Constant, Graph, Id, Node};
-use super::run::Step;
+use super::graph::{Constant, ExprNode, Graph, NodeId};
+use super::run::Instruction;
 use super::scope::Variable;
 
 /// Most operations of a program.
@@ -17,7 +17,7 @@ pub(super) const SIZES: [usize; 4] = [8, 16, 64, MAX_OPERATIONS];
 
 /// Position and properties of a program in the tables.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Head {
+pub(super) struct ProgramHeader {
     /// First step, and number of steps.
     pub steps: [u32; 2],
     /// First row of registers, and number of rows.
@@ -36,15 +36,15 @@ pub(super) struct Head {
 /// [`Programs`](super::Programs), in their scalar.
 #[derive(Clone, Debug)]
 pub struct Program {
-    pub(super) steps: Vec<Step>,
+    pub(super) steps: Vec<Instruction>,
     /// Registers before the first step.
     pub(super) registers: Vec<[f64; 4]>,
-    pub(super) head: Head,
+    pub(super) head: ProgramHeader,
     constant: Option<Constant>,
 }
 
 impl Program {
-    pub(super) fn new(graph: &Graph, root: Id, span: Range<usize>) -> Result<Self> {
+    pub(super) fn new(graph: &Graph, root: NodeId, span: Range<usize>) -> Result<Self> {
         let nodes = graph.up_to(root);
         let last_uses = last_uses(nodes);
         let count = last_uses.iter().flatten().count();
@@ -62,24 +62,24 @@ impl Program {
         };
         let variables = || needed().filter_map(|(_, node, _)| node.variable());
         let rows = variables().fold(0_u8, |rows, variable| rows | 1 << variable.place().0);
-        let mut layout = Layout {
+        let mut layout = RegisterLayout {
             registers: vec![[0.0; 4]; rows.count_ones() as usize],
-            ..Layout::default()
+            ..RegisterLayout::default()
         };
         let mut steps = Vec::new();
         let mut places = vec![0; nodes.len()];
         for (index, node, last_use) in needed() {
             places[index] = match node {
-                Node::Input(variable) => {
+                ExprNode::Input(variable) => {
                     let (row, lane) = variable.place();
                     4 * (rows & ((1 << row) - 1)).count_ones() as u16 + u16::from(lane)
                 }
-                Node::Number(bits) => layout.number(f64::from_bits(bits)),
-                Node::Vector([x, y, z]) => layout.row([x, y, z, 0].map(f64::from_bits)),
-                Node::Component(of, axis) => places[of.index()] + u16::from(axis),
-                Node::Operation(operation, operands) => {
+                ExprNode::Number(bits) => layout.number(f64::from_bits(bits)),
+                ExprNode::Vector([x, y, z]) => layout.row([x, y, z, 0].map(f64::from_bits)),
+                ExprNode::Component(of, axis) => places[of.index()] + u16::from(axis),
+                ExprNode::Operation(operation, operands) => {
                     let to = layout.result(index, last_use);
-                    steps.push(Step {
+                    steps.push(Instruction {
                         operation,
                         to,
                         from: operands.map(|id| places[id.index()]),
@@ -97,12 +97,12 @@ impl Program {
             [0.0; 4],
         );
         let reads = variables().fold(0, |reads, variable| reads | variable.bit());
-        let head = Head {
+        let head = ProgramHeader {
             rows,
             result: places[root.index()],
             is_vector: graph.is_vector(root),
             reads,
-            ..Head::default()
+            ..ProgramHeader::default()
         };
         Ok(Self {
             steps,
@@ -130,7 +130,7 @@ impl Program {
 
 /// Registers of a program under construction.
 #[derive(Default)]
-struct Layout {
+struct RegisterLayout {
     registers: Vec<[f64; 4]>,
     /// Number of constants so far, four per row, and the row of the last one.
     numbers: (usize, usize),
@@ -139,7 +139,7 @@ struct Layout {
     free: Vec<u16>,
 }
 
-impl Layout {
+impl RegisterLayout {
     /// Reserves a row for a vector, or for a number alone in its row.
     fn row(&mut self, row: [f64; 4]) -> u16 {
         self.registers.push(row);
@@ -176,14 +176,14 @@ impl Layout {
 
 /// Returns the index of the last node that reads each node, directly or through a component; `None`
 /// for nodes that the last one does not need.
-fn last_uses(nodes: &[Node]) -> Vec<Option<usize>> {
+fn last_uses(nodes: &[ExprNode]) -> Vec<Option<usize>> {
     let mut last_uses = vec![None; nodes.len()];
     if let Some(root) = last_uses.last_mut() {
         *root = Some(usize::MAX);
     }
     for (index, node) in nodes.iter().enumerate().rev() {
         let reader = match node {
-            Node::Component(..) => last_uses[index],
+            ExprNode::Component(..) => last_uses[index],
             _ => last_uses[index].map(|_| index),
         };
         for id in node.operands() {

@@ -2,28 +2,28 @@
 
 use raywright_bvh::scalar::{Real, Vector};
 
-use super::program::{Head, MAX_OPERATIONS, Program};
-use super::run::{File, Row, Step};
-use super::scope::{Inputs, Variable};
+use super::program::{MAX_OPERATIONS, Program, ProgramHeader};
+use super::run::{Instruction, RegisterFile, RegisterRow};
+use super::scope::{Variable, VariableValues};
 
 /// Programs that can be evaluated at hits, from any thread and without allocation, by the index
 /// from [`Programs::add`].
 ///
 /// ```
 /// use std::collections::BTreeMap;
-/// use raywright_core::expr::{Inputs, Programs, Scope, compile};
+/// use raywright_core::expr::{VariableValues, Programs, Scope, compile};
 ///
 /// let mut programs = Programs::<f32>::default();
 /// let stripes = programs.add(&compile("fract(4*u) < 0.5 ? 1 : 0.2", &BTreeMap::new(), Scope::Surface)?);
-/// assert_eq!(programs.scalar(stripes, &Inputs { u: 0.2, ..Inputs::default() }), 0.2);
+/// assert_eq!(programs.scalar(stripes, &VariableValues { u: 0.2, ..VariableValues::default() }), 0.2);
 /// # Ok::<(), raywright_core::expr::ExprError>(())
 /// ```
 #[derive(Clone, Debug, Default)]
 pub struct Programs<R: Real> {
-    steps: Vec<Step>,
+    steps: Vec<Instruction>,
     /// Registers of all programs before their first step.
-    registers: Vec<Row<R>>,
-    heads: Vec<Head>,
+    registers: Vec<RegisterRow<R>>,
+    heads: Vec<ProgramHeader>,
 }
 
 /// Returns a range of a table.
@@ -34,7 +34,7 @@ fn part<T>(table: &[T], [start, count]: [u32; 2]) -> &[T] {
 
 impl<R: Real> Programs<R> {
     /// Returns a table with a single program, with index 0.
-    pub fn of(program: &Program) -> Self {
+    pub fn from_program(program: &Program) -> Self {
         let mut programs = Self::default();
         programs.add(program);
         programs
@@ -48,7 +48,7 @@ impl<R: Real> Programs<R> {
         self.steps.extend_from_slice(&program.steps);
         self.registers
             .extend(program.registers.iter().map(|row| row.map(R::from_f64)));
-        self.heads.push(Head {
+        self.heads.push(ProgramHeader {
             steps,
             registers,
             ..program.head
@@ -58,7 +58,7 @@ impl<R: Real> Programs<R> {
 
     /// Runs a program and returns the row of its value; a number is in every place.
     #[inline(always)]
-    fn run(&self, program: u32, inputs: &Inputs<R>) -> Row<R> {
+    fn run(&self, program: u32, inputs: &VariableValues<R>) -> RegisterRow<R> {
         let head = &self.heads[program as usize];
         match head.registers[1] {
             8 => self.run_in::<8>(head, inputs),
@@ -69,11 +69,15 @@ impl<R: Real> Programs<R> {
     }
 
     #[inline(never)]
-    fn run_in<const ROWS: usize>(&self, head: &Head, inputs: &Inputs<R>) -> Row<R> {
+    fn run_in<const ROWS: usize>(
+        &self,
+        head: &ProgramHeader,
+        inputs: &VariableValues<R>,
+    ) -> RegisterRow<R> {
         let Some(registers) = part(&self.registers, head.registers).first_chunk::<ROWS>() else {
             return [R::ZERO; 4];
         };
-        let mut file = File([[R::ZERO; 4]; ROWS]);
+        let mut file = RegisterFile([[R::ZERO; 4]; ROWS]);
         // For more than eight rows at once, the compiler emits a call, which takes longer than many
         // a program.
         let (half, other) = file.0.split_at_mut(ROWS / 2);
@@ -95,7 +99,7 @@ impl<R: Real> Programs<R> {
     /// # Panics
     /// If the program does not exist.
     #[inline]
-    pub fn scalar(&self, program: u32, inputs: &Inputs<R>) -> R {
+    pub fn scalar(&self, program: u32, inputs: &VariableValues<R>) -> R {
         self.run(program, inputs)[0]
     }
 
@@ -104,7 +108,7 @@ impl<R: Real> Programs<R> {
     /// # Panics
     /// If the program does not exist.
     #[inline]
-    pub fn vector(&self, program: u32, inputs: &Inputs<R>) -> R::Vec3 {
+    pub fn vector(&self, program: u32, inputs: &VariableValues<R>) -> R::Vec3 {
         let [x, y, z, _] = self.run(program, inputs);
         R::Vec3::new(x, y, z)
     }

@@ -3,7 +3,7 @@
 use raywright_bvh::scalar::{Real, Vector};
 
 use super::operation::Operation;
-use super::scope::Inputs;
+use super::scope::VariableValues;
 use super::semantics::{
     fraction, is_true, max, min, mix, odd, power, remainder, sign, smoothstep, truth,
 };
@@ -12,12 +12,12 @@ use crate::noise;
 /// Four registers of numbers, or one of a vector in the first three places. The processor loads,
 /// computes and stores a row in one piece: reading a vector in other pieces than it was written
 /// costs more than all arithmetic of a step.
-pub(super) type Row<R> = [R; 4];
+pub(super) type RegisterRow<R> = [R; 4];
 
 /// An instruction. The register of a number is its place in all rows; that of a vector is the place
 /// of its x, at the start of a row.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Step {
+pub(super) struct Instruction {
     pub operation: Operation,
     pub to: u16,
     pub from: [u16; 4],
@@ -25,9 +25,9 @@ pub(super) struct Step {
 
 /// Registers of an evaluation. The number of rows is a power of two; indices are masked, so that
 /// they need no bounds check.
-pub(super) struct File<R, const ROWS: usize>(pub [Row<R>; ROWS]);
+pub(super) struct RegisterFile<R, const ROWS: usize>(pub [RegisterRow<R>; ROWS]);
 
-impl<R: Real, const ROWS: usize> File<R, ROWS> {
+impl<R: Real, const ROWS: usize> RegisterFile<R, ROWS> {
     #[inline(always)]
     pub fn number(&self, register: u16) -> R {
         self.0.as_flattened()[usize::from(register) & (4 * ROWS - 1)]
@@ -65,17 +65,18 @@ impl<R: Real, const ROWS: usize> File<R, ROWS> {
     /// Stores the rows of the hit whose bits are set in `rows` first, in the order of
     /// [`Variable::place`](super::scope::Variable::place).
     #[inline(always)]
-    pub fn load(&mut self, inputs: &Inputs<R>, rows: u8) {
+    pub fn load(&mut self, inputs: &VariableValues<R>, rows: u8) {
         const RARE: u8 = !0b111;
         let mut next = 0;
-        let mut put = |index: u8, row: &dyn Fn() -> Row<R>| {
+        let mut put = |index: u8, row: &dyn Fn() -> RegisterRow<R>| {
             if rows & (1 << index) != 0 {
                 self.0[next & (ROWS - 1)] = row();
                 next += 1;
             }
         };
-        let vector =
-            |v: &R::Vec3| -> Row<R> { R::Four::from([v.x(), v.y(), v.z(), R::ZERO]).into() };
+        let vector = |v: &R::Vec3| -> RegisterRow<R> {
+            R::Four::from([v.x(), v.y(), v.z(), R::ZERO]).into()
+        };
         put(0, &|| vector(&inputs.p));
         put(1, &|| vector(&inputs.n));
         put(2, &|| vector(&inputs.d));
@@ -97,13 +98,13 @@ impl<R: Real, const ROWS: usize> File<R, ROWS> {
 
     /// Applies `f` to a number.
     #[inline(always)]
-    fn one(&mut self, step: Step, f: impl Fn(R) -> R) {
+    fn one(&mut self, step: Instruction, f: impl Fn(R) -> R) {
         self.set_number(step.to, f(self.number(step.from[0])));
     }
 
     /// Applies `f` to two numbers.
     #[inline(always)]
-    fn two(&mut self, step: Step, f: impl Fn(R, R) -> R) {
+    fn two(&mut self, step: Instruction, f: impl Fn(R, R) -> R) {
         self.set_number(
             step.to,
             f(self.number(step.from[0]), self.number(step.from[1])),
@@ -112,26 +113,26 @@ impl<R: Real, const ROWS: usize> File<R, ROWS> {
 
     /// Stores the truth value of `f` on two numbers.
     #[inline(always)]
-    fn test(&mut self, step: Step, f: impl Fn(R, R) -> bool) {
+    fn test(&mut self, step: Instruction, f: impl Fn(R, R) -> bool) {
         self.two(step, |a, b| truth(f(a, b)));
     }
 
     /// Applies `f` to three numbers.
     #[inline(always)]
-    fn three(&mut self, step: Step, f: impl Fn(R, R, R) -> R) {
+    fn three(&mut self, step: Instruction, f: impl Fn(R, R, R) -> R) {
         let [a, b, c, _] = step.from.map(|register| self.number(register));
         self.set_number(step.to, f(a, b, c));
     }
 
     /// Stores the number that `f` returns for a vector.
     #[inline(always)]
-    fn of_point(&mut self, step: Step, f: impl Fn(R::Vec3) -> R) {
+    fn of_point(&mut self, step: Instruction, f: impl Fn(R::Vec3) -> R) {
         self.set_number(step.to, f(self.point(step.from[0])));
     }
 
     /// Applies `f` to two vectors.
     #[inline(always)]
-    fn vectors(&mut self, step: Step, f: impl Fn(R::Four, R::Four) -> R::Four) {
+    fn vectors(&mut self, step: Instruction, f: impl Fn(R::Four, R::Four) -> R::Four) {
         self.set_vector(
             step.to,
             f(self.vector(step.from[0]), self.vector(step.from[1])),
@@ -140,7 +141,7 @@ impl<R: Real, const ROWS: usize> File<R, ROWS> {
 
     /// Applies `f` to each component of two vectors.
     #[inline(always)]
-    fn each(&mut self, step: Step, f: impl Fn(R, R) -> R) {
+    fn each(&mut self, step: Instruction, f: impl Fn(R, R) -> R) {
         let (a, b) = (self.point(step.from[0]), self.point(step.from[1]));
         self.set_point(
             step.to,
@@ -149,7 +150,7 @@ impl<R: Real, const ROWS: usize> File<R, ROWS> {
     }
 
     #[inline(always)]
-    pub fn perform(&mut self, step: Step) {
+    pub fn perform(&mut self, step: Instruction) {
         let [a, b, c, d] = step.from;
         match step.operation {
             Operation::Negate => self.one(step, |a| -a),
@@ -244,9 +245,9 @@ impl<R: Real, const ROWS: usize> File<R, ROWS> {
 }
 
 /// Runs a single operation on these rows.
-pub(super) fn alone(operation: Operation, [a, b, c, d]: [Row<f64>; 4]) -> Row<f64> {
-    let mut file = File([a, b, c, d, [0.0; 4], [0.0; 4], [0.0; 4], [0.0; 4]]);
-    file.perform(Step {
+pub(super) fn alone(operation: Operation, [a, b, c, d]: [RegisterRow<f64>; 4]) -> RegisterRow<f64> {
+    let mut file = RegisterFile([a, b, c, d, [0.0; 4], [0.0; 4], [0.0; 4], [0.0; 4]]);
+    file.perform(Instruction {
         operation,
         to: 16,
         from: [0, 4, 8, 12],

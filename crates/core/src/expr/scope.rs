@@ -102,7 +102,7 @@ impl Variable {
 
 /// Place of an expression in the scene, which decides the variables that it may read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Scope {
+pub enum ExprScope {
     /// A number of the scene, evaluated once while loading: no variables.
     Load,
     /// A texture or weight of a surface, evaluated at a hit.
@@ -113,7 +113,7 @@ pub enum Scope {
     Sky,
 }
 
-impl Scope {
+impl ExprScope {
     /// Returns the variables that exist in this scope.
     pub const fn variables(self) -> &'static [Variable] {
         use Variable::{
@@ -156,7 +156,7 @@ impl Scope {
 /// Values of the variables at a hit. Variables outside the scope may have any value; [`Default`] is
 /// all zero.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Inputs<R: Real> {
+pub struct VariableValues<R: Real> {
     /// [`Variable::Position`].
     pub p: R::Vec3,
     /// [`Variable::Normal`].
@@ -181,9 +181,9 @@ pub struct Inputs<R: Real> {
     pub shadow: R,
 }
 
-impl<R: Real> Inputs<R> {
+impl<R: Real> VariableValues<R> {
     /// Converts to f64.
-    pub fn to_f64(&self) -> Inputs<f64> {
+    pub fn to_f64(&self) -> VariableValues<f64> {
         let Self {
             p,
             n,
@@ -200,7 +200,7 @@ impl<R: Real> Inputs<R> {
         let [p, n, d, r, l, o] = [p, n, d, r, l, o].map(Vector::to_f64);
         let [u, v, distance, occluder_distance, shadow] =
             [u, v, distance, occluder_distance, shadow].map(Real::to_f64);
-        Inputs {
+        VariableValues {
             p,
             n,
             d,

@@ -76,12 +76,12 @@ fn scene(objects: &[Value]) -> Scene {
 }
 
 fn agrees<R: Real>(scene: &Scene) {
-    let lookup = Lookup::new(scene);
+    let lookup = SceneLookup::new(scene);
     let built = build_geometry::<R>(scene, &lookup, AcceleratorKind::Linear, &())
         .unwrap_or_else(|e| panic!("{e}"));
-    let found = extent::<R>(scene, &lookup);
+    let found_extent = extent::<R>(scene, &lookup);
     let (origin, Aabb { min, max }) = (
-        StorageOrigin::of::<R>(scene, &lookup).origin,
+        StorageOrigin::from_scene::<R>(scene, &lookup).origin,
         built.geometry.bounded_part(),
     );
     let bounds = Aabb {
@@ -89,7 +89,7 @@ fn agrees<R: Real>(scene: &Scene) {
         max: max + origin,
     };
     assert_eq!(
-        (found.bounds, found.unbounded),
+        (found_extent.bounds, found_extent.unbounded),
         (bounds, built.geometry.unbounded_count())
     );
 }
@@ -108,9 +108,11 @@ fn the_extent_is_that_of_what_is_built() {
         agrees::<f64>(&scene);
     }
     let whole = scene(&objects);
-    let found = extent::<f32>(&whole, &Lookup::new(&whole));
+    let found_extent = extent::<f32>(&whole, &SceneLookup::new(&whole));
     assert!(
-        found.unbounded == 4 && found.bounds.max.x > 1000.0 && found.bounds.max.y < 99.0,
-        "{found:?}"
+        found_extent.unbounded == 4
+            && found_extent.bounds.max.x > 1000.0
+            && found_extent.bounds.max.y < 99.0,
+        "{found_extent:?}"
     );
 }

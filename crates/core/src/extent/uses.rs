@@ -8,9 +8,9 @@ use crate::motion::ends;
 use crate::scene::{Scene, Shape, SideRule};
 
 /// Number of uses of each mesh.
-pub(crate) struct Uses<'a>(HashMap<(&'a str, SideRule), u64>);
+pub(crate) struct MeshUses<'a>(HashMap<(&'a str, SideRule), u64>);
 
-impl<'a> Uses<'a> {
+impl<'a> MeshUses<'a> {
     pub fn of(scene: &'a Scene) -> Self {
         let mut uses = HashMap::new();
         for (object, count) in counted(scene) {

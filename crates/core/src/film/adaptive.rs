@@ -14,7 +14,7 @@
 //! at which the points of a sequence are well distributed.
 
 use super::relative::weights;
-use super::{Doubt, Film, Plan, ReplicateBuffer, Uncertainty};
+use super::{Doubt, Film, FilmPlan, ReplicateBuffer, Uncertainty};
 use crate::denoise::denoise;
 use crate::observer::Observer;
 
@@ -35,7 +35,7 @@ const QUIET: f64 = 0.25;
 
 /// Progress of a film towards a requested error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Aim {
+pub(crate) enum ErrorProgress {
     /// The upper end of the error's interval is below the requested error.
     Reached,
     /// More samples are needed.
@@ -46,7 +46,7 @@ pub(crate) enum Aim {
 
 /// Record of a render that continued although the requested error seemed to be reached.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct DoubtedAim {
+pub struct DoubtedProgress {
     /// Least and most samples of a pixel at that time.
     pub samples: [u32; 2],
     /// Claimed root relMSE.
@@ -56,7 +56,7 @@ pub struct DoubtedAim {
 }
 
 /// Returns the samples of a replicate in the first round.
-pub(super) fn first(plan: &Plan) -> u16 {
+pub(super) fn first(plan: &FilmPlan) -> u16 {
     FIRST.min(plan.samples_of(plan.replicates - 1)) as u16
 }
 
@@ -69,9 +69,13 @@ fn on_grid(samples: f64) -> u32 {
 impl Film {
     /// Decides after a complete round the sample counts of the next one, for a root relMSE below
     /// `error`. For a picture that will be denoised, the error is that of the denoised picture.
-    pub(crate) fn aim(&mut self, error: f64, observer: &dyn Observer) -> Aim {
+    pub(crate) fn advance_to_error(
+        &mut self,
+        error: f64,
+        observer: &dyn Observer,
+    ) -> ErrorProgress {
         if self.is_replayed {
-            return Aim::Exhausted;
+            return ErrorProgress::Exhausted;
         }
         let denoised = if self.is_to_be_denoised() {
             denoise(self, observer).ok()
@@ -87,58 +91,59 @@ impl Film {
             None => noisy.reaches(error),
         });
         if is_reached {
-            return Aim::Reached;
+            return ErrorProgress::Reached;
         }
-        let claimed = denoised.map(|denoised| denoised.error).or(noisy);
-        if let Some((claimed, doubt)) =
-            claimed.and_then(|claimed| Some((claimed.root_relmse.value, claimed.doubt?)))
+        let uncertainty = denoised.map(|denoised| denoised.error).or(noisy);
+        if let Some((claimed, doubt)) = uncertainty
+            .and_then(|uncertainty| Some((uncertainty.root_relmse.value, uncertainty.doubt?)))
             && claimed <= error
             && self.doubted.is_none()
         {
-            let samples = self.samples(&self.whole());
-            self.doubted = Some(DoubtedAim {
+            let samples = self.samples(&self.whole_part());
+            self.doubted = Some(DoubtedProgress {
                 samples: [*samples.start(), *samples.end()],
                 error: claimed,
                 doubt,
             });
         }
         // A squared error falls at least as fast as samples are added.
-        let needed = |claimed: Uncertainty| {
-            (claimed.root_relmse.high / error) * (claimed.root_relmse.high / error)
+        let needed = |uncertainty: Uncertainty| {
+            (uncertainty.root_relmse.high / error) * (uncertainty.root_relmse.high / error)
         };
-        let lacking = claimed
-            .filter(|claimed| claimed.doubt.is_none())
+        let lacking = uncertainty
+            .filter(|uncertainty| uncertainty.doubt.is_none())
             .map_or(GROWTH, needed);
-        let (done, _) = self.progress(&self.whole());
+        let (done, _) = self.progress(&self.whole_part());
         // A doubted claim does not decide the added samples, but it bounds their final number from
         // below.
-        self.expected =
-            (done as f64 * claimed.map_or(lacking, |claimed| needed(claimed).max(lacking))) as u64;
+        self.expected = (done as f64
+            * uncertainty.map_or(lacking, |uncertainty| needed(uncertainty).max(lacking)))
+            as u64;
         let growth = lacking.clamp(LEAST_GROWTH, GROWTH);
         let decided = [growth, GROWTH].into_iter().find_map(|growth| {
             let halves = [0, 1].map(|half| self.raised(half, growth));
             halves.iter().any(Option::is_some).then_some(halves)
         });
         let Some(halves) = decided else {
-            return Aim::Exhausted;
+            return ErrorProgress::Exhausted;
         };
         let tiles = self.plan.tiles() as usize;
         for (half, goals) in (0..).zip(halves) {
             let Some(goals) = goals else { continue };
             for replicate in (half..self.plan.replicates).step_by(2) {
-                let most = self.plan.samples_of(replicate);
+                let maximum = self.plan.samples_of(replicate);
                 let all = &mut self.goals[replicate as usize * tiles..][..tiles];
                 all.iter_mut()
                     .zip(&goals)
-                    .for_each(|(goal, &n)| *goal = n.min(most) as u16);
+                    .for_each(|(goal, &n)| *goal = n.min(maximum) as u16);
             }
         }
-        Aim::Further
+        ErrorProgress::Further
     }
 
     /// Returns the record of the first time that the requested error seemed to be reached but was
     /// doubted; `None` otherwise, and for films read from files.
-    pub fn doubted_aim(&self) -> Option<DoubtedAim> {
+    pub fn doubted_progress(&self) -> Option<DoubtedProgress> {
         self.doubted
     }
 
@@ -146,19 +151,19 @@ impl Film {
     /// `growth` times the present total; `None` without a change.
     fn raised(&self, half: u32, growth: f64) -> Option<Vec<u32>> {
         let shares = self.shares(1 - half);
-        let most = self.plan.samples_of(self.plan.replicates - 1);
+        let maximum = self.plan.samples_of(self.plan.replicates - 1);
         let tiles: Vec<(u32, f64, f64)> = (0..self.plan.tiles())
             .zip(shares)
             .map(|(tile, share)| {
                 (
-                    self.goal(tile, half),
+                    self.sample_goal(tile, half),
                     share,
                     self.plan.pixels_of(tile) as f64,
                 )
             })
             .collect();
         let at = |scale: f64, now: u32, share: f64| {
-            let limit = now.saturating_mul(TILE_GROWTH).min(most);
+            let limit = now.saturating_mul(TILE_GROWTH).min(maximum);
             now.max(on_grid(scale * share).min(limit))
         };
         let total = |scale: f64| {
@@ -168,7 +173,7 @@ impl Film {
                 .sum::<f64>()
         };
         let allowed = growth * total(0.0);
-        let (mut low, mut high) = (0.0, 2.0 * f64::from(most));
+        let (mut low, mut high) = (0.0, 2.0 * f64::from(maximum));
         if total(high) > allowed {
             for _ in 0..64 {
                 let middle = f64::midpoint(low, high);
@@ -211,7 +216,7 @@ impl Film {
     /// first two replicates of one half.
     fn variances(&self, half: u32) -> Vec<f64> {
         let pair: Vec<&ReplicateBuffer> = self
-            .planes
+            .buffers
             .iter()
             .skip(half as usize)
             .step_by(2)
@@ -221,13 +226,13 @@ impl Film {
         let [first, second] = pair[..] else {
             return vec![0.0; self.plan.tiles() as usize];
         };
-        let means = |plane: &ReplicateBuffer| -> Vec<[f64; 3]> {
-            let of = |pixel: usize| {
-                plane
+        let means = |buffer: &ReplicateBuffer| -> Vec<[f64; 3]> {
+            let value_of = |pixel: usize| {
+                buffer
                     .total(pixel)
-                    .map(|sum| sum / f64::from(plane.samples[pixel].max(1)))
+                    .map(|sum| sum / f64::from(buffer.samples[pixel].max(1)))
             };
-            (0..self.plan.pixels()).map(of).collect()
+            (0..self.plan.pixels()).map(value_of).collect()
         };
         let (a, b) = (means(first), means(second));
         let mut sums = vec![0.0; self.plan.tiles() as usize];
@@ -246,21 +251,22 @@ impl Film {
     }
 
     /// Returns the weighted means over each tile and its neighbours; nearer tiles weigh more.
-    fn smoothed(&self, of: &[f64]) -> Vec<f64> {
+    fn smoothed(&self, values: &[f64]) -> Vec<f64> {
         let columns = self.plan.columns() as usize;
-        let near = |at: usize, end: usize| at.saturating_sub(1)..(at + 2).min(end);
+        let near =
+            |position: usize, end: usize| position.saturating_sub(1)..(position + 2).min(end);
         let at = |tile: usize| {
             let (x, y) = (tile % columns, tile / columns);
             let (mut sum, mut weights) = (0.0, 0.0);
-            for (row, column) in near(y, of.len() / columns)
+            for (row, column) in near(y, values.len() / columns)
                 .flat_map(|row| near(x, columns).map(move |column| (row, column)))
             {
                 let weight = if row == y { 2.0 } else { 1.0 } * if column == x { 2.0 } else { 1.0 };
-                sum += weight * of[row * columns + column];
+                sum += weight * values[row * columns + column];
                 weights += weight;
             }
             sum / weights
         };
-        (0..of.len()).map(at).collect()
+        (0..values.len()).map(at).collect()
     }
 }

@@ -2,11 +2,11 @@
 
 use super::relative::{REACH, around};
 use super::sums::WHOLE;
-use super::{Film, Part, ReplicateBuffer};
+use super::{Film, FilmPart, ReplicateBuffer};
 
 /// The replicates with any samples, in ascending order.
 pub(super) struct ReplicateStats<'a> {
-    planes: Vec<&'a ReplicateBuffer>,
+    buffers: Vec<&'a ReplicateBuffer>,
     /// Whether all replicates have equal weight, whatever their number of samples. Under adaptive
     /// sampling the numbers depend on other replicates' colours, so weights by number would bias
     /// the mean.
@@ -16,7 +16,7 @@ pub(super) struct ReplicateStats<'a> {
 impl<'a> ReplicateStats<'a> {
     pub fn new(planes: impl Iterator<Item = &'a ReplicateBuffer>, even: bool) -> Self {
         Self {
-            planes: planes.collect(),
+            buffers: planes.collect(),
             even,
         }
     }
@@ -26,14 +26,14 @@ impl<'a> ReplicateStats<'a> {
     #[inline]
     pub fn mean(&self, pixel: usize) -> ([f64; 3], f64) {
         let (mut sum, mut count, mut weights) = ([0.0; 3], 0_u64, 0.0);
-        for plane in &self.planes {
-            let (of, n) = (plane.total(pixel), plane.samples[pixel]);
+        for buffer in &self.buffers {
+            let (value, n) = (buffer.total(pixel), buffer.samples[pixel]);
             let weight = if self.even {
                 1.0 / f64::from(n.max(1))
             } else {
                 1.0
             };
-            sum = core::array::from_fn(|i| sum[i] + weight * of[i]);
+            sum = core::array::from_fn(|i| sum[i] + weight * value[i]);
             weights += weight * f64::from(n);
             count += u64::from(n);
         }
@@ -42,24 +42,24 @@ impl<'a> ReplicateStats<'a> {
 
     /// Returns the covered share of a pixel.
     pub fn coverage(&self, pixel: usize) -> f64 {
-        self.share(pixel, |plane| &plane.covered)
+        self.share(pixel, |buffer| &buffer.covered)
     }
 
     /// Returns the share of a pixel that is a ground's shadow.
     pub fn shadow(&self, pixel: usize) -> f64 {
-        self.share(pixel, |plane| &plane.shadowed)
+        self.share(pixel, |buffer| &buffer.shadowed)
     }
 
-    fn share(&self, pixel: usize, of: impl Fn(&ReplicateBuffer) -> &Vec<u32>) -> f64 {
+    fn share(&self, pixel: usize, value_of: impl Fn(&ReplicateBuffer) -> &Vec<u32>) -> f64 {
         let (mut covered, mut weights) = (0.0, 0.0);
-        for plane in &self.planes {
-            let n = plane.samples[pixel];
+        for buffer in &self.buffers {
+            let n = buffer.samples[pixel];
             let weight = if self.even {
                 1.0 / f64::from(n.max(1))
             } else {
                 1.0
             };
-            covered += weight * (f64::from(of(plane)[pixel]) / f64::from(WHOLE));
+            covered += weight * (f64::from(value_of(buffer)[pixel]) / f64::from(WHOLE));
             weights += weight * f64::from(n);
         }
         covered / f64::max(weights, 1.0)
@@ -67,18 +67,24 @@ impl<'a> ReplicateStats<'a> {
 
     /// Number of replicates of a pixel with any samples.
     pub fn replicates(&self, pixel: usize) -> u32 {
-        let there = self.planes.iter().filter(|plane| plane.samples[pixel] > 0);
+        let there = self
+            .buffers
+            .iter()
+            .filter(|buffer| buffer.samples[pixel] > 0);
         there.count() as u32
     }
 
     /// Collects the means of a pixel's replicates that have samples.
     pub fn each_mean(&self, pixel: usize, means: &mut Vec<[f64; 3]>) {
         means.clear();
-        let there = self.planes.iter().filter(|plane| plane.samples[pixel] > 0);
-        means.extend(there.map(|plane| {
-            plane
+        let there = self
+            .buffers
+            .iter()
+            .filter(|buffer| buffer.samples[pixel] > 0);
+        means.extend(there.map(|buffer| {
+            buffer
                 .total(pixel)
-                .map(|sum| sum / f64::from(plane.samples[pixel]))
+                .map(|sum| sum / f64::from(buffer.samples[pixel]))
         }));
     }
 
@@ -98,9 +104,10 @@ impl<'a> ReplicateStats<'a> {
     /// distribution for R − 1 degrees of freedom ([`student_95`](crate::metrics::student_95)): 3.18
     /// for four replicates. With fewer than two replicates the error is unknown: −1.
     pub fn standard_errors(&self, pixels: usize, width: usize) -> Vec<[f32; 3]> {
-        let means: Vec<Means> = (0..pixels).map(|pixel| self.means(pixel)).collect();
-        let known = |means: &Means| means.replicates >= 2;
-        let of_sample = |means: &Means| means.variance().map(|variance| variance * means.samples);
+        let means: Vec<ReplicateMeans> = (0..pixels).map(|pixel| self.means(pixel)).collect();
+        let known = |means: &ReplicateMeans| means.replicates >= 2;
+        let of_sample =
+            |means: &ReplicateMeans| means.variance().map(|variance| variance * means.samples);
         let of_samples: Vec<[f64; 3]> = means
             .iter()
             .map(|means| {
@@ -119,15 +126,16 @@ impl<'a> ReplicateStats<'a> {
             |of: &[[f64; 3]]| around(&around(of, REACH, width, 1), REACH, pixels / width, width);
         let of_picture: [f64; 3] = core::array::from_fn(|i| {
             let [sum, count] =
-                [&of_samples, &counts].map(|of| of.iter().map(|of| of[i]).sum::<f64>());
+                [&of_samples, &counts].map(|of| of.iter().map(|value| value[i]).sum::<f64>());
             if count > 0.0 { sum / count } else { 0.0 }
         });
         let (sums, counts) = (near(&of_samples), near(&counts));
-        let error = |(pixel, means): (usize, &Means)| {
+        let error = |(pixel, means): (usize, &ReplicateMeans)| {
             if !known(means) {
                 return [-1.0; 3];
             }
-            let [luck, floor] = least(means.replicates - 1).map(|share| share / means.samples);
+            let [u_roulette, floor] =
+                least(means.replicates - 1).map(|share| share / means.samples);
             let own = means.variance();
             core::array::from_fn(|i| {
                 let near = sums[pixel][i] / counts[pixel][i];
@@ -136,7 +144,7 @@ impl<'a> ReplicateStats<'a> {
                 } else {
                     near
                 };
-                (if own[i] < luck * near {
+                (if own[i] < u_roulette * near {
                     floor * near
                 } else {
                     own[i]
@@ -149,29 +157,33 @@ impl<'a> ReplicateStats<'a> {
 
     /// Whether a pixel is black although it may show a surface, as far as hits are counted.
     fn may_be_lit(&self, pixel: usize, channel: usize) -> bool {
-        let is_empty = |plane: &ReplicateBuffer| {
-            plane
+        let is_empty = |buffer: &ReplicateBuffer| {
+            buffer
                 .covered
                 .get(pixel)
                 .is_some_and(|&covered| covered == 0)
-                || plane.first_hits.get(pixel).is_some_and(|&n| n == 0)
+                || buffer.first_hits.get(pixel).is_some_and(|&n| n == 0)
         };
-        let is_black = |plane: &ReplicateBuffer| plane.total(pixel)[channel] == 0.0;
-        self.planes.iter().all(|plane| is_black(plane))
-            && !self.planes.iter().all(|plane| is_empty(plane))
+        let is_black = |buffer: &ReplicateBuffer| buffer.total(pixel)[channel] == 0.0;
+        self.buffers.iter().all(|buffer| is_black(buffer))
+            && !self.buffers.iter().all(|buffer| is_empty(buffer))
     }
 
     /// Returns the deviations of a pixel's replicates from its mean.
-    pub fn means(&self, pixel: usize) -> Means {
+    pub fn means(&self, pixel: usize) -> ReplicateMeans {
         let (mean, samples) = self.mean(pixel);
-        let there = || self.planes.iter().filter(|plane| plane.samples[pixel] > 0);
-        let mut means = Means {
+        let there = || {
+            self.buffers
+                .iter()
+                .filter(|buffer| buffer.samples[pixel] > 0)
+        };
+        let mut means = ReplicateMeans {
             between: [0.0; 3],
             replicates: there().count() as u32,
             samples,
         };
-        for plane in there() {
-            let (sum, n) = (plane.total(pixel), f64::from(plane.samples[pixel]));
+        for buffer in there() {
+            let (sum, n) = (buffer.total(pixel), f64::from(buffer.samples[pixel]));
             let apart: [f64; 3] = core::array::from_fn(|i| sum[i] / n - mean[i]);
             let weight = if self.even {
                 samples / f64::from(means.replicates)
@@ -193,21 +205,21 @@ impl Film {
     /// without the correction for luck. `None` where fewer than two replicates of the tile are
     /// complete.
     pub(crate) fn means_of(&self, tile: u32) -> Option<Vec<MeanVariance>> {
-        let whole = self.whole();
+        let part = self.whole_part();
         let is_done = |replicate: &u32| {
-            self.lacking(&Part {
+            self.lacking(&FilmPart {
                 tiles: tile..tile + 1,
                 replicates: *replicate..*replicate + 1,
-                ..whole.clone()
+                ..part.clone()
             }) == 0
         };
-        let planes: Vec<ReplicateBuffer> = whole
+        let buffers: Vec<ReplicateBuffer> = part
             .replicates
             .clone()
             .filter(is_done)
             .map(|replicate| self.state(tile, replicate))
             .collect();
-        let stats = ReplicateStats::new(planes.iter(), false);
+        let stats = ReplicateStats::new(buffers.iter(), false);
         let pixel = |pixel| {
             let (mean, means) = (stats.mean(pixel).0, stats.means(pixel));
             [
@@ -219,7 +231,7 @@ impl Film {
                 },
             ]
         };
-        let is_known = planes.len() >= 2 || !self.plan().random && !planes.is_empty();
+        let is_known = buffers.len() >= 2 || !self.plan().random && !buffers.is_empty();
         is_known.then(|| {
             (0..self.plan().pixels_of(tile) as usize)
                 .map(pixel)
@@ -251,7 +263,7 @@ fn least(freedom: u32) -> [f64; 2] {
 
 /// Deviations of a pixel's replicates from its mean.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Means {
+pub(super) struct ReplicateMeans {
     /// Sum of the squared deviations, weighted by the samples of each replicate, or equally.
     pub between: [f64; 3],
     /// Number of replicates with samples.
@@ -260,7 +272,7 @@ pub(super) struct Means {
     pub samples: f64,
 }
 
-impl Means {
+impl ReplicateMeans {
     /// Returns the variance of the pixel's mean m, per channel: Σ nᵣ(mᵣ − m)² / (n(R − 1)) over its
     /// R replicates with nᵣ samples of mean mᵣ.
     pub fn variance(&self) -> [f64; 3] {

@@ -11,14 +11,14 @@ use crate::settings::Settings;
 /// Scene and settings that decide the samples of a picture. The manner of computation (threads,
 /// accelerator, memory) is not included; the number of samples belongs to the plan.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(crate) struct Identity {
+pub(crate) struct FilmIdentity {
     /// Text that identifies the scene.
     pub scene: String,
     /// Settings with their values.
     settings: Vec<(String, String)>,
 }
 
-impl Identity {
+impl FilmIdentity {
     pub fn new(scene: &str, settings: &Settings) -> Self {
         // Every setting is listed, so that the compiler reports a new one. Crop, tiles, replicates
         // and denoising belong to the plan.

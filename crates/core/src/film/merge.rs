@@ -9,22 +9,22 @@ pub enum PartError {
     #[error("there is nothing to merge")]
     Nothing,
     /// The films belong to different pictures.
-    #[error("part {part} belongs to another picture: its {what} differs")]
+    #[error("part {part} belongs to another picture: its {label} differs")]
     Foreign {
         /// Index of the film, from zero.
         part: usize,
         /// Name of the difference.
-        what: String,
+        label: String,
     },
     /// The film cannot be continued to this number of samples.
     #[error(
-        "it has {has} samples a pixel, which are not among the first of {asked}; of {least} they are"
+        "it has {has} samples a pixel, which are not among the first of {requested}; of {least} they are"
     )]
     Samples {
         /// Samples per pixel of the film's plan.
         has: u32,
         /// Requested samples per pixel.
-        asked: u32,
+        requested: u32,
         /// Least number of samples per pixel, at or above the requested one, that continues the
         /// film.
         least: u32,
@@ -58,18 +58,22 @@ impl Film {
     /// replicates have more samples than this picture's.
     pub fn adopt(&mut self, earlier: Film) -> Result<(), PartError> {
         let foreign = self.identity.difference(&earlier.identity);
-        if let Some(what) =
+        if let Some(label) =
             foreign.or_else(|| self.plan.other_division(&earlier.plan).map(str::to_owned))
         {
-            return Err(PartError::Foreign { part: 0, what });
+            return Err(PartError::Foreign { part: 0, label });
         }
         if !self.plan.continues(&earlier.plan) {
-            let (has, asked) = (earlier.plan.samples(), self.plan.samples());
-            let least = self.plan.least_continuing(&earlier.plan).unwrap_or(has);
-            return Err(PartError::Samples { has, asked, least });
+            let (has, requested) = (earlier.plan.samples(), self.plan.samples());
+            let minimum = self.plan.least_continuing(&earlier.plan).unwrap_or(has);
+            return Err(PartError::Samples {
+                has,
+                requested,
+                least: minimum,
+            });
         }
         let Film {
-            planes,
+            buffers,
             spread,
             centre,
             drawn,
@@ -78,9 +82,9 @@ impl Film {
             counters,
             ..
         } = earlier;
-        self.planes
+        self.buffers
             .iter_mut()
-            .zip(planes)
+            .zip(buffers)
             .for_each(|(mine, its)| *mine = its);
         self.drawn[..drawn.len()].copy_from_slice(&drawn);
         (self.goals, self.is_replayed) = (goals, is_replayed);
@@ -95,10 +99,10 @@ impl Film {
     /// [`PartError::Foreign`] for the film of another picture.
     pub fn replay(&mut self, map: &Film) -> Result<(), PartError> {
         let foreign = self.identity.difference(&map.identity);
-        if let Some(what) =
+        if let Some(label) =
             foreign.or_else(|| self.plan.other_division(&map.plan).map(str::to_owned))
         {
-            return Err(PartError::Foreign { part: 0, what });
+            return Err(PartError::Foreign { part: 0, label });
         }
         *self = Self::empty(
             self.identity.clone(),
@@ -119,8 +123,8 @@ impl Film {
         (film.goals, film.is_replayed) = (first.goals.clone(), first.is_replayed);
         for (index, part) in parts.iter().enumerate() {
             let goals = || (first.goals != part.goals).then(|| "map of samples".to_owned());
-            if let Some(what) = first.difference(part).or_else(goals) {
-                return Err(PartError::Foreign { part: index, what });
+            if let Some(label) = first.difference(part).or_else(goals) {
+                return Err(PartError::Foreign { part: index, label });
             }
             film.mark(part, index)?;
         }
@@ -152,17 +156,17 @@ impl Film {
     fn take(&mut self, part: &Film) {
         for tile in 0..self.plan.tiles() {
             let area = Rect::within(self.plan.tile(tile), self.plan.crop.width);
-            for replicate in
-                (0..self.plan.replicates).filter(|&replicate| part.drawn(tile, replicate) > 0)
+            for replicate in (0..self.plan.replicates)
+                .filter(|&replicate| part.samples_drawn(tile, replicate) > 0)
             {
-                if let Some(plane) = &part.planes[replicate as usize] {
-                    self.place(replicate, plane, area, area);
+                if let Some(buffer) = &part.buffers[replicate as usize] {
+                    self.place(replicate, buffer, area, area);
                 }
             }
-            if part.drawn(tile, 0) > 0 {
+            if part.samples_drawn(tile, 0) > 0 {
                 self.place_centre(&part.centre, area, area);
             }
-            if (0..self.plan.replicates).any(|replicate| part.drawn(tile, replicate) > 0) {
+            if (0..self.plan.replicates).any(|replicate| part.samples_drawn(tile, replicate) > 0) {
                 self.widen(&part.spread, area, area);
             }
         }

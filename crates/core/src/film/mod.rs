@@ -18,13 +18,13 @@
 //! render.
 
 mod adaptive;
-mod again;
+mod buffer;
 mod estimate;
 mod identity;
+mod leave_one_out;
 mod merge;
 mod pixel;
 mod plan;
-mod plane;
 mod record;
 mod relative;
 mod replicate_quad;
@@ -33,18 +33,20 @@ mod sums;
 pub(crate) mod tests;
 mod uncertainty;
 
-pub(crate) use adaptive::Aim;
-pub use adaptive::DoubtedAim;
+pub use adaptive::DoubtedProgress;
+pub(crate) use adaptive::ErrorProgress;
+pub(crate) use buffer::{Rect, ReplicateBuffer};
 pub(crate) use estimate::MeanVariance;
 use estimate::ReplicateStats;
-use identity::Identity;
+use identity::FilmIdentity;
 pub use merge::PartError;
-pub(crate) use plan::Plan;
-pub(crate) use plane::{Rect, ReplicateBuffer};
-pub use record::{FilmHeader, HeaderError, Numbers};
+pub(crate) use plan::FilmPlan;
+pub use record::{FilmHeader, FilmNumbers, HeaderError};
 pub(crate) use replicate_quad::{BRIGHTEST, QuadError, ReplicateQuad};
-pub(crate) use sums::{Block, Gather, Moments, Plain, Sums, parts};
-pub use uncertainty::{Doubt, Estimate, Uncertainty};
+pub(crate) use sums::{
+    BlockAccumulator, MomentSums, PixelSums, PlainSums, SampleAccumulator, parts,
+};
+pub use uncertainty::{Doubt, ErrorEstimate, Uncertainty};
 
 use core::ops::{Range, RangeInclusive};
 
@@ -55,11 +57,12 @@ use crate::settings::{Aov, Settings};
 
 /// A picture in progress: sums of the tiles and replicates rendered so far.
 #[derive(Clone, Debug)]
+#[doc(alias = "RGBFilm")]
 pub struct Film {
-    identity: Identity,
-    plan: Plan,
+    identity: FilmIdentity,
+    plan: FilmPlan,
     /// Buffer of each replicate; `None` before its first samples.
-    planes: Vec<Option<ReplicateBuffer>>,
+    buffers: Vec<Option<ReplicateBuffer>>,
     /// Square root of the summed squared deviations of samples from the means of their replicates;
     /// empty without random sampling.
     spread: Vec<[f32; 3]>,
@@ -76,7 +79,7 @@ pub struct Film {
     expected: u64,
     /// Record of the first time that the requested error seemed to be reached but was doubted. Not
     /// stored in files.
-    doubted: Option<DoubtedAim>,
+    doubted: Option<DoubtedProgress>,
     counters: Counters,
     /// Light usage counted by the renders of this film. It is no part of the picture and not stored
     /// in files.
@@ -85,7 +88,7 @@ pub struct Film {
 
 /// Some tiles in some replicates of a picture.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Part {
+pub struct FilmPart {
     /// Range of tiles, numbered row by row.
     pub tiles: Range<u32>,
     /// Stride within the range: every `step`-th tile, from the first on.
@@ -96,9 +99,9 @@ pub struct Part {
     pub among: Option<Vec<u32>>,
 }
 
-impl Part {
+impl FilmPart {
     /// Iterates over the part's tiles that exist in the picture.
-    pub(crate) fn each_tile(&self, plan: &Plan) -> impl Iterator<Item = u32> + Clone + use<'_> {
+    pub(crate) fn each_tile(&self, plan: &FilmPlan) -> impl Iterator<Item = u32> + Clone + use<'_> {
         let is_among = |tile: &u32| {
             self.among
                 .as_ref()
@@ -112,10 +115,10 @@ impl Part {
     /// Returns share `index` of `of` shares with about equal work, counted from zero: every `of`th
     /// tile, so that hard regions are divided as well. The union of the shares is the part.
     #[must_use]
-    pub fn share(self, index: u32, of: u32) -> Self {
+    pub fn share(self, index: u32, total: u32) -> Self {
         Self {
             tiles: self.tiles.start + index * self.step..self.tiles.end,
-            step: self.step * of,
+            step: self.step * total,
             ..self
         }
     }
@@ -128,7 +131,7 @@ pub(crate) struct TileUpdate {
     pub replicate: u32,
     /// Samples per pixel after the update.
     pub drawn: u32,
-    pub plane: ReplicateBuffer,
+    pub buffer: ReplicateBuffer,
     /// Spread of the added samples.
     pub spread: Vec<[f32; 3]>,
     pub centre: Vec<Vec<f32>>,
@@ -137,11 +140,11 @@ pub(crate) struct TileUpdate {
 
 impl Film {
     /// Returns an empty film. `scene` identifies the scene among others.
-    pub(crate) fn new(scene: &str, settings: &Settings, plan: Plan) -> Self {
-        Self::empty(Identity::new(scene, settings), plan)
+    pub(crate) fn new(scene: &str, settings: &Settings, plan: FilmPlan) -> Self {
+        Self::empty(FilmIdentity::new(scene, settings), plan)
     }
 
-    fn empty(identity: Identity, plan: Plan) -> Self {
+    fn empty(identity: FilmIdentity, plan: FilmPlan) -> Self {
         let units = plan.tiles() as usize * plan.replicates as usize;
         let goals = if plan.adaptive {
             vec![adaptive::first(&plan); units]
@@ -150,7 +153,7 @@ impl Film {
         };
         Self {
             identity,
-            planes: vec![None; plan.replicates as usize],
+            buffers: vec![None; plan.replicates as usize],
             spread: Vec::new(),
             centre: Vec::new(),
             drawn: vec![0; units],
@@ -164,11 +167,11 @@ impl Film {
         }
     }
 
-    pub(crate) fn plan(&self) -> &Plan {
+    pub(crate) fn plan(&self) -> &FilmPlan {
         &self.plan
     }
 
-    /// Returns the text that identifies the scene, as given to [`Ready::film`](crate::Ready::film).
+    /// Returns the text that identifies the scene, as given to [`ReadyScene::film`](crate::ReadyScene::film).
     pub fn scene(&self) -> &str {
         &self.identity.scene
     }
@@ -179,8 +182,8 @@ impl Film {
     }
 
     /// Returns the part that covers the whole picture.
-    pub fn whole(&self) -> Part {
-        Part {
+    pub fn whole_part(&self) -> FilmPart {
+        FilmPart {
             tiles: 0..self.plan.tiles(),
             step: 1,
             replicates: 0..self.plan.replicates,
@@ -189,26 +192,26 @@ impl Film {
     }
 
     /// Returns the samples per pixel of a tile in a replicate; zero outside the picture.
-    pub fn drawn(&self, tile: u32, replicate: u32) -> u32 {
+    pub fn samples_drawn(&self, tile: u32, replicate: u32) -> u32 {
         let unit = (tile < self.plan.tiles()).then(|| self.drawn.get(self.unit(tile, replicate)));
         unit.flatten().map_or(0, |&drawn| u32::from(drawn))
     }
 
     /// Returns the samples per pixel that a tile is to have in a replicate, as decided so far.
-    pub(crate) fn goal(&self, tile: u32, replicate: u32) -> u32 {
+    pub(crate) fn sample_goal(&self, tile: u32, replicate: u32) -> u32 {
         self.goals
             .get(self.unit(tile, replicate))
             .map_or(self.plan.samples_of(replicate), |&goal| u32::from(goal))
     }
 
     /// Returns the samples of all pixels so far, and their expected final number.
-    pub(crate) fn progress(&self, part: &Part) -> (u64, u64) {
+    pub(crate) fn progress(&self, part: &FilmPart) -> (u64, u64) {
         let (mut done, mut total) = (0, 0);
         for tile in part.each_tile(&self.plan) {
             for replicate in part.replicates.start..part.replicates.end.min(self.plan.replicates) {
-                let of = |samples: u32| self.plan.pixels_of(tile) * u64::from(samples);
-                done += of(self.drawn(tile, replicate));
-                total += of(self.goal(tile, replicate));
+                let value_of = |samples: u32| self.plan.pixels_of(tile) * u64::from(samples);
+                done += value_of(self.samples_drawn(tile, replicate));
+                total += value_of(self.sample_goal(tile, replicate));
             }
         }
         (done, total.max(self.expected))
@@ -221,7 +224,8 @@ impl Film {
     /// Returns the number of pixels that lack samples.
     pub fn unfinished(&self) -> u64 {
         let lacking = |&tile: &u32| {
-            (0..self.plan.replicates).any(|r| self.drawn(tile, r) < self.goal(tile, r))
+            (0..self.plan.replicates)
+                .any(|r| self.samples_drawn(tile, r) < self.sample_goal(tile, r))
         };
         (0..self.plan.tiles())
             .filter(lacking)
@@ -236,41 +240,43 @@ impl Film {
 
     /// Returns the requested samples per pixel; `None` where they are adaptive or repeat another
     /// film's.
-    pub fn asked(&self) -> Option<u32> {
+    pub fn requested_samples(&self) -> Option<u32> {
         self.goals.is_empty().then(|| self.plan.samples())
     }
 
     /// Returns the least and the greatest number of samples of a pixel in a part.
-    pub fn samples(&self, part: &Part) -> RangeInclusive<u32> {
-        let of = |tile| {
+    pub fn samples(&self, part: &FilmPart) -> RangeInclusive<u32> {
+        let value_of = |tile| {
             part.replicates
                 .clone()
-                .map(|replicate| self.drawn(tile, replicate))
+                .map(|replicate| self.samples_drawn(tile, replicate))
                 .sum::<u32>()
         };
-        let all = part.each_tile(&self.plan).map(of);
+        let all = part.each_tile(&self.plan).map(value_of);
         all.clone().min().unwrap_or(0)..=all.max().unwrap_or(0)
     }
 
     /// Returns the number of a part's tiles that lack samples.
-    pub fn lacking(&self, part: &Part) -> usize {
+    pub fn lacking(&self, part: &FilmPart) -> usize {
         let replicates = || {
             part.replicates
                 .clone()
                 .take_while(|&replicate| replicate < self.plan.replicates)
         };
         part.each_tile(&self.plan)
-            .filter(|&tile| replicates().any(|r| self.drawn(tile, r) < self.goal(tile, r)))
+            .filter(|&tile| {
+                replicates().any(|r| self.samples_drawn(tile, r) < self.sample_goal(tile, r))
+            })
             .count()
     }
 
     /// Returns the sums of a tile in a replicate, to be continued.
     pub(crate) fn state(&self, tile: u32, replicate: u32) -> ReplicateBuffer {
         let area = Rect::within(self.plan.tile(tile), self.plan.crop.width);
-        let plane = self.planes[replicate as usize]
+        let buffer = self.buffers[replicate as usize]
             .as_ref()
-            .filter(|_| self.drawn(tile, replicate) > 0);
-        plane.map(|plane| plane.cut(area)).unwrap_or_default()
+            .filter(|_| self.samples_drawn(tile, replicate) > 0);
+        buffer.map(|buffer| buffer.cut(area)).unwrap_or_default()
     }
 
     /// Returns the counters of all renders so far.
@@ -291,7 +297,7 @@ impl Film {
     /// Returns the bytes of sums and layers.
     pub fn bytes(&self) -> u64 {
         let planes: usize = self
-            .planes
+            .buffers
             .iter()
             .flatten()
             .map(ReplicateBuffer::bytes)
@@ -301,57 +307,58 @@ impl Film {
     }
 
     /// Stores a tile with its additional samples.
-    pub(crate) fn put(&mut self, unit: &TileUpdate) {
-        let tile = self.plan.tile(unit.tile);
+    pub(crate) fn put(&mut self, tile_update: &TileUpdate) {
+        let tile = self.plan.tile(tile_update.tile);
         let (from, to) = (
             Rect::all(tile.width, tile.height),
             Rect::within(tile, self.plan.crop.width),
         );
-        let spread = self.apart(unit, from, to);
+        let spread = self.deviations(tile_update, from, to);
         self.widen(&spread, from, to);
-        self.place(unit.replicate, &unit.plane, from, to);
-        self.place_centre(&unit.centre, from, to);
-        self.counters += unit.counters;
-        let index = self.unit(unit.tile, unit.replicate);
-        self.drawn[index] = u16::try_from(unit.drawn).unwrap_or(u16::MAX);
+        self.place(tile_update.replicate, &tile_update.buffer, from, to);
+        self.place_centre(&tile_update.centre, from, to);
+        self.counters += tile_update.counters;
+        let index = self.unit(tile_update.tile, tile_update.replicate);
+        self.drawn[index] = u16::try_from(tile_update.drawn).unwrap_or(u16::MAX);
     }
 
     /// Returns the deviations of added samples from their replicate's mean: deviations from their
     /// own mean, joined with its distance from the mean of the earlier samples (Chan, Golub and
     /// LeVeque 1983).
-    fn apart(&self, unit: &TileUpdate, from: Rect, to: Rect) -> Vec<[f32; 3]> {
-        let before = self.planes[unit.replicate as usize]
+    fn deviations(&self, tile_update: &TileUpdate, from: Rect, to: Rect) -> Vec<[f32; 3]> {
+        let before = self.buffers[tile_update.replicate as usize]
             .as_ref()
-            .filter(|_| self.drawn(unit.tile, unit.replicate) > 0);
-        let Some(before) = before.filter(|_| !unit.spread.is_empty()) else {
-            return unit.spread.clone();
+            .filter(|_| self.samples_drawn(tile_update.tile, tile_update.replicate) > 0);
+        let Some(before) = before.filter(|_| !tile_update.spread.is_empty()) else {
+            return tile_update.spread.clone();
         };
         let pixels = from.rows().flatten().zip(to.rows().flatten());
         pixels
             .map(|(new, old)| {
                 let (n, all) = (
                     f64::from(before.samples[old]),
-                    f64::from(unit.plane.samples[new]),
+                    f64::from(tile_update.buffer.samples[new]),
                 );
-                let (sum, total) = (before.total(old), unit.plane.total(new));
+                let (sum, total) = (before.total(old), tile_update.buffer.total(new));
                 let added = all - n;
                 if n == 0.0 || added == 0.0 {
-                    return unit.spread[new];
+                    return tile_update.spread[new];
                 }
                 core::array::from_fn(|i| {
                     let apart = (total[i] - sum[i]) / added - sum[i] / n;
-                    (f64::from(unit.spread[new][i]).powi(2) + n * added / all * apart * apart)
+                    (f64::from(tile_update.spread[new][i]).powi(2)
+                        + n * added / all * apart * apart)
                         .sqrt() as f32
                 })
             })
             .collect()
     }
 
-    fn place(&mut self, replicate: u32, plane: &ReplicateBuffer, from: Rect, to: Rect) {
+    fn place(&mut self, replicate: u32, buffer: &ReplicateBuffer, from: Rect, to: Rect) {
         let plan = &self.plan;
-        self.planes[replicate as usize]
+        self.buffers[replicate as usize]
             .get_or_insert_with(|| ReplicateBuffer::zero(plan))
-            .copy(to, plane, from);
+            .copy(to, buffer, from);
     }
 
     fn place_centre(&mut self, layers: &[Vec<f32>], from: Rect, to: Rect) {
@@ -362,7 +369,7 @@ impl Film {
                 .collect();
         }
         for (into, layer) in self.centre.iter_mut().zip(layers) {
-            plane::copy(into, to, layer, from);
+            buffer::copy(into, to, layer, from);
         }
     }
 
@@ -392,7 +399,7 @@ impl Film {
         }
         let pixel = y as usize * self.plan.crop.width as usize + x as usize;
         let within = self.spread.get(pixel)?.map(|s| f64::from(s) * f64::from(s));
-        let means = self.there().means(pixel);
+        let means = self.replicate_stats().means(pixel);
         (means.samples >= 2.0).then(|| {
             core::array::from_fn(|i| (within[i] + means.between[i]) / (means.samples - 1.0))
         })
@@ -415,18 +422,18 @@ impl Film {
         if self.is_unlit() {
             return vec![[-1.0; 3]; self.plan.pixels()];
         }
-        self.there()
+        self.replicate_stats()
             .standard_errors(self.plan.pixels(), self.plan.crop.width as usize)
     }
 
-    fn there(&self) -> ReplicateStats<'_> {
-        ReplicateStats::new(self.planes.iter().flatten(), self.plan.adaptive)
+    fn replicate_stats(&self) -> ReplicateStats<'_> {
+        ReplicateStats::new(self.buffers.iter().flatten(), self.plan.adaptive)
     }
 
     /// Returns the means of all pixels, including the backdrop behind a ground, without coverage
     /// and layers.
     pub(crate) fn colours(&self) -> Picture {
-        let (plan, planes) = (&self.plan, self.there());
+        let (plan, planes) = (&self.plan, self.replicate_stats());
         let mut picture = Picture {
             window: plan.window(),
             ..Picture::new(plan.crop.width, plan.crop.height)
@@ -440,7 +447,7 @@ impl Film {
     /// Returns the picture so far. A pixel that lacks samples has the mean of its present ones, or
     /// black without any.
     pub fn picture(&self) -> Picture {
-        let (plan, planes) = (&self.plan, self.there());
+        let (plan, planes) = (&self.plan, self.replicate_stats());
         let all = 0..plan.pixels();
         let mut picture = self.colours();
         self.take_off_backdrop(&mut picture);
@@ -510,7 +517,7 @@ impl Film {
         if !self.plan.alpha {
             return;
         }
-        let (planes, all) = (self.there(), 0..self.plan.pixels());
+        let (planes, all) = (self.replicate_stats(), 0..self.plan.pixels());
         let mut alpha: Vec<f32> = all
             .clone()
             .map(|pixel| planes.coverage(pixel) as f32)
@@ -554,14 +561,14 @@ impl Film {
     fn layer_mean(&self, layer: usize, aov: Aov, channel: usize, pixel: usize) -> f32 {
         let (mut sum, mut count) = (0.0, 0.0);
         let tile = self.plan.tile_of(pixel);
-        for (replicate, plane) in (0..).zip(&self.planes) {
-            let Some(plane) = plane else { continue };
+        for (replicate, buffer) in (0..).zip(&self.buffers) {
+            let Some(buffer) = buffer else { continue };
             let n = match aov {
-                Aov::Position => f64::from(plane.first_hits[pixel]),
-                Aov::Emission => f64::from(plane.samples[pixel]),
-                _ => f64::from(self.drawn(tile, replicate)),
+                Aov::Position => f64::from(buffer.first_hits[pixel]),
+                Aov::Emission => f64::from(buffer.samples[pixel]),
+                _ => f64::from(self.samples_drawn(tile, replicate)),
             };
-            let mean = (plane.layers[layer][pixel][channel] / f64::max(n, 1.0)) as f32;
+            let mean = (buffer.layers[layer][pixel][channel] / f64::max(n, 1.0)) as f32;
             sum += n * f64::from(mean);
             count += n;
         }

@@ -3,7 +3,7 @@
 
 use glam::DVec3;
 
-use super::again::SingleReplicateBound;
+use super::leave_one_out::SingleReplicateBound;
 use super::relative::{across, among, within};
 
 /// Pairings of four replicates.
@@ -11,7 +11,7 @@ const PAIRINGS: [[usize; 4]; 3] = [[0, 1, 2, 3], [0, 2, 1, 3], [0, 3, 1, 2]];
 
 /// Contribution of a pixel to the picture's error estimate.
 #[derive(Clone, Copy, Default)]
-pub(super) struct Pixel {
+pub(super) struct PixelVariance {
     /// Variance of the mean, weighted by the other pair of replicates, and by all four.
     pub variance: f64,
     pub among: f64,
@@ -26,7 +26,7 @@ pub(super) struct Pixel {
     pub prior: f64,
 }
 
-impl Pixel {
+impl PixelVariance {
     /// Adds the means of four replicates, in radiance. The difference of two has twice the variance
     /// of a replicate, and an eighth of its square estimates the variance of the mean of four. All
     /// weights are one.

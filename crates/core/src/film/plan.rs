@@ -48,10 +48,10 @@ impl From<Layers> for Vec<Aov> {
 }
 
 impl From<Vec<Aov>> for Layers {
-    fn from(asked: Vec<Aov>) -> Self {
+    fn from(requested: Vec<Aov>) -> Self {
         let mut mean = Vec::new();
         let mut centre = Vec::new();
-        for &aov in &asked {
+        for &aov in &requested {
             match aov {
                 Aov::Albedo => mean.push((aov, ["albedo.R", "albedo.G", "albedo.B"])),
                 Aov::Normal => mean.push((aov, ["normal.X", "normal.Y", "normal.Z"])),
@@ -63,13 +63,13 @@ impl From<Vec<Aov>> for Layers {
                 Aov::Samples | Aov::StandardError => {}
             }
         }
-        let has = |aov| asked.contains(&aov);
+        let has = |aov| requested.contains(&aov);
         Self {
             mean,
             centre,
             samples: has(Aov::Samples),
             standard_error: has(Aov::StandardError),
-            asked,
+            asked: requested,
         }
     }
 }
@@ -77,7 +77,7 @@ impl From<Vec<Aov>> for Layers {
 /// Division of a picture, and the content of its film.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct Plan {
+pub(crate) struct FilmPlan {
     /// Width and height of the whole picture.
     size: [u32; 2],
     /// Rendered part of the picture.
@@ -111,11 +111,11 @@ pub(crate) struct Plan {
 }
 
 /// Returns the number of replicates for a number of samples.
-fn division(samples: u32, asked: Option<u32>, is_fixed: bool) -> u32 {
+fn division(samples: u32, requested: Option<u32>, is_fixed: bool) -> u32 {
     match is_fixed {
         // The samples of a pattern are different places, not repetitions.
         true => 1,
-        false => asked
+        false => requested
             .unwrap_or(replicates(samples))
             .max(samples.div_ceil(MOST))
             .min(samples)
@@ -123,7 +123,7 @@ fn division(samples: u32, asked: Option<u32>, is_fixed: bool) -> u32 {
     }
 }
 
-impl Plan {
+impl FilmPlan {
     /// Plans a picture. `random`: whether samples lie at random places, or sample lights or lenses;
     /// `grounded`: whether the scene has a ground with shadows.
     pub fn new(settings: &Settings, random: bool, grounded: bool) -> Self {
@@ -131,7 +131,7 @@ impl Plan {
         let by_replicates = random && !settings.sampling.is_fixed();
         let adaptive = settings.max_error.is_some() && by_replicates;
         let denoise = settings.denoise && random && demand::is_possible(settings.sampling);
-        let asked = match (adaptive, denoise) {
+        let requested = match (adaptive, denoise) {
             (true, _) => Some(ADAPTIVE_REPLICATES),
             (_, true) => Some(settings.replicates.unwrap_or(0).max(demand::REPLICATES)),
             _ => settings.replicates,
@@ -155,10 +155,10 @@ impl Plan {
                 settings.tile_size.max(1)
             },
             samples: settings.sampling.count(),
-            asked,
+            asked: requested,
             replicates: division(
                 settings.sampling.count(),
-                asked,
+                requested,
                 settings.sampling.is_fixed(),
             ),
             random,
@@ -186,8 +186,8 @@ impl Plan {
             width,
             height,
         } = self.crop;
-        let lies_within = |at: u32, edge: u32, all: u32| {
-            edge > 0 && at.checked_add(edge).is_some_and(|end| end <= all)
+        let lies_within = |index: u32, edge: u32, all: u32| {
+            edge > 0 && index.checked_add(edge).is_some_and(|end| end <= all)
         };
         let edges = lies_within(x, width, self.size[0]) && lies_within(y, height, self.size[1]);
         // Pixel indices and tile numbers are 32 bits wide.
@@ -215,7 +215,7 @@ impl Plan {
             height,
         } = self.crop;
         // Both are far below 2³¹: a picture has at most 2³² pixels and no edge of that length.
-        let origin = [x, y].map(|at| i32::try_from(at).unwrap_or(i32::MAX));
+        let origin = [x, y].map(|index| i32::try_from(index).unwrap_or(i32::MAX));
         ([width, height] != self.size).then_some(DataWindow {
             origin,
             full: self.size,
@@ -260,7 +260,7 @@ impl Plan {
         differs
             .into_iter()
             .find(|(differs, _)| *differs)
-            .map(|(_, what)| what)
+            .map(|(_, label)| label)
     }
 
     /// Returns the name of a difference between two divisions.

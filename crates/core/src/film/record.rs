@@ -3,17 +3,17 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::identity::Identity;
+use super::identity::FilmIdentity;
 use super::sums::has_open;
-use super::{Film, Plan, Rect, ReplicateBuffer};
+use super::{Film, FilmPlan, Rect, ReplicateBuffer};
 use crate::counters::Counters;
 
 /// Identity, plan and progress of a film; its numbers follow in the file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FilmHeader {
-    identity: Identity,
-    plan: Plan,
+    identity: FilmIdentity,
+    plan: FilmPlan,
     counters: Counters,
     /// Samples per pixel so far, by replicate and tile.
     drawn: Vec<u16>,
@@ -29,7 +29,7 @@ pub struct FilmHeader {
 pub struct HeaderError(&'static str);
 
 /// Reader or writer of a film's numbers: a reader fills the slices, a writer leaves them unchanged.
-pub trait Numbers {
+pub trait FilmNumbers {
     /// Error of reading or writing.
     type Error;
     /// Passes f64 numbers.
@@ -117,12 +117,12 @@ impl Film {
     ///
     /// # Errors
     /// The first error of the reader or writer.
-    pub fn pass<N: Numbers>(&mut self, numbers: &mut N) -> Result<(), N::Error> {
+    pub fn pass<N: FilmNumbers>(&mut self, numbers: &mut N) -> Result<(), N::Error> {
         let tiles = self.plan.tiles();
         for (replicate, tile) in
             (0..self.plan.replicates).flat_map(|r| (0..tiles).map(move |tile| (r, tile)))
         {
-            if self.drawn(tile, replicate) > 0 {
+            if self.samples_drawn(tile, replicate) > 0 {
                 self.pass_unit(tile, replicate, numbers)?;
             }
         }
@@ -132,14 +132,15 @@ impl Film {
                 self.plan.pixels(),
             );
             if self.plan.random
-                && (0..self.plan.replicates).any(|replicate| self.drawn(tile, replicate) > 0)
+                && (0..self.plan.replicates)
+                    .any(|replicate| self.samples_drawn(tile, replicate) > 0)
             {
                 self.spread.resize(pixels, [0.0; 3]);
                 for row in area.rows() {
                     numbers.singles(self.spread[row].as_flattened_mut())?;
                 }
             }
-            if self.drawn(tile, 0) > 0 {
+            if self.samples_drawn(tile, 0) > 0 {
                 self.centre
                     .resize_with(self.plan.layers.centre.len(), || vec![0.0; pixels]);
                 for layer in &mut self.centre {
@@ -152,7 +153,7 @@ impl Film {
     }
 
     /// Passes one tile in one replicate.
-    fn pass_unit<N: Numbers>(
+    fn pass_unit<N: FilmNumbers>(
         &mut self,
         tile: u32,
         replicate: u32,
@@ -163,25 +164,25 @@ impl Film {
             Rect::all(size.width, size.height),
             Rect::within(size, self.plan.crop.width),
         );
-        let mut plane = self.planes[replicate as usize]
+        let mut buffer = self.buffers[replicate as usize]
             .get_or_insert_with(|| ReplicateBuffer::zero(&self.plan))
             .cut(to);
-        let open = if has_open(self.drawn(tile, replicate)) {
-            plane.sums.len()
+        let open = if has_open(self.samples_drawn(tile, replicate)) {
+            buffer.sums.len()
         } else {
             0
         };
-        plane.open.resize(open, [0.0; 3]);
-        numbers.doubles(plane.sums.as_flattened_mut())?;
-        numbers.doubles(plane.open.as_flattened_mut())?;
-        numbers.counts(&mut plane.samples)?;
-        numbers.wholes(&mut plane.covered)?;
-        numbers.wholes(&mut plane.shadowed)?;
-        numbers.counts(&mut plane.first_hits)?;
-        for layer in &mut plane.layers {
+        buffer.open.resize(open, [0.0; 3]);
+        numbers.doubles(buffer.sums.as_flattened_mut())?;
+        numbers.doubles(buffer.open.as_flattened_mut())?;
+        numbers.counts(&mut buffer.samples)?;
+        numbers.wholes(&mut buffer.covered)?;
+        numbers.wholes(&mut buffer.shadowed)?;
+        numbers.counts(&mut buffer.first_hits)?;
+        for layer in &mut buffer.layers {
             numbers.doubles(layer.as_flattened_mut())?;
         }
-        self.place(replicate, &plane, from, to);
+        self.place(replicate, &buffer, from, to);
         Ok(())
     }
 }

@@ -68,10 +68,10 @@ pub(super) fn among([a, b, c, d]: [DVec3; 4]) -> DVec3 {
 /// Returns the means over `reach` neighbours on both sides along one axis of `length` pixels,
 /// `step` apart.
 pub(super) fn around(of: &[[f64; 3]], reach: usize, length: usize, step: usize) -> Vec<[f64; 3]> {
-    let mean = |at: usize| {
-        let place = at / step % length;
-        let first = at - place * step;
-        let range = place.saturating_sub(reach)..(place + reach + 1).min(length);
+    let mean = |position: usize| {
+        let index = position / step % length;
+        let first = position - index * step;
+        let range = index.saturating_sub(reach)..(index + reach + 1).min(length);
         let n = range.len() as f64;
         let mut sum = [0.0; 3];
         for other in range {

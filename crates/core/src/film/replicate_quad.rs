@@ -20,7 +20,7 @@ pub(crate) enum QuadError {
 /// same one.
 pub(crate) struct ReplicateQuad<'a> {
     film: &'a Film,
-    planes: Vec<&'a ReplicateBuffer>,
+    buffers: Vec<&'a ReplicateBuffer>,
     emission: usize,
     albedo: usize,
     normal: usize,
@@ -54,17 +54,19 @@ impl Film {
             .iter()
             .position(|(layer, _)| *layer == Aov::Depth)
             .ok_or(QuadError::Layer(Aov::Depth))?;
-        let planes: Vec<&ReplicateBuffer> = self.planes.iter().flatten().collect();
+        let buffers: Vec<&ReplicateBuffer> = self.buffers.iter().flatten().collect();
         let each = || {
             (0..self.plan.tiles())
                 .flat_map(|tile| (0..self.plan.replicates).map(move |r| (tile, r)))
         };
-        if planes.len() < FOUR || each().any(|(tile, replicate)| self.drawn(tile, replicate) == 0) {
+        if buffers.len() < FOUR
+            || each().any(|(tile, replicate)| self.samples_drawn(tile, replicate) == 0)
+        {
             return Err(QuadError::Replicates);
         }
         Ok(ReplicateQuad {
             film: self,
-            planes,
+            buffers,
             emission,
             albedo,
             normal,
@@ -79,8 +81,8 @@ impl ReplicateQuad<'_> {
     #[inline]
     fn means(&self, sums: impl Fn(usize, &ReplicateBuffer) -> ([f64; 3], f64)) -> [[f64; 3]; FOUR] {
         let (mut total, mut count) = ([[0.0; 3]; FOUR], [0.0; FOUR]);
-        for (replicate, plane) in self.planes.iter().enumerate() {
-            let (sum, n) = sums(replicate, plane);
+        for (replicate, buffer) in self.buffers.iter().enumerate() {
+            let (sum, n) = sums(replicate, buffer);
             (0..3).for_each(|i| total[replicate % FOUR][i] += sum[i]);
             count[replicate % FOUR] += n;
         }
@@ -103,15 +105,15 @@ impl ReplicateQuad<'_> {
 
     /// Returns the radiance.
     pub fn radiance(&self, pixel: usize) -> [[f64; 3]; FOUR] {
-        self.means(|_, plane| (plane.total(pixel), f64::from(plane.samples[pixel])))
+        self.means(|_, buffer| (buffer.total(pixel), f64::from(buffer.samples[pixel])))
     }
 
     /// Returns the radiance of camera rays without scattered light.
     pub fn emission(&self, pixel: usize) -> [[f64; 3]; FOUR] {
-        self.means(|_, plane| {
+        self.means(|_, buffer| {
             (
-                plane.layers[self.emission][pixel],
-                f64::from(plane.samples[pixel]),
+                buffer.layers[self.emission][pixel],
+                f64::from(buffer.samples[pixel]),
             )
         })
     }
@@ -119,9 +121,9 @@ impl ReplicateQuad<'_> {
     /// Returns the base colour and normal of the first hit.
     pub fn surface(&self, pixel: usize) -> [[[f64; 3]; FOUR]; 2] {
         let tile = self.film.plan.tile_of(pixel);
-        let drawn = |replicate: usize| f64::from(self.film.drawn(tile, replicate as u32));
+        let drawn = |replicate: usize| f64::from(self.film.samples_drawn(tile, replicate as u32));
         [self.albedo, self.normal].map(|layer| {
-            self.means(|replicate, plane| (plane.layers[layer][pixel], drawn(replicate)))
+            self.means(|replicate, buffer| (buffer.layers[layer][pixel], drawn(replicate)))
         })
     }
 

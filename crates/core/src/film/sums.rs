@@ -27,7 +27,7 @@ pub(crate) fn parts<R: Real>(coverage: R) -> u32 {
 
 /// Sums of a pixel's samples in one replicate.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Sums {
+pub(crate) struct PixelSums {
     /// Sum of the full blocks.
     pub sum: [f64; 3],
     /// Sum of the partial block.
@@ -44,7 +44,7 @@ pub(crate) struct Sums {
     pub shadowed: u32,
 }
 
-impl Sums {
+impl PixelSums {
     /// Returns the sum of all samples.
     #[inline(always)]
     pub fn total(&self) -> [f64; 3] {
@@ -54,34 +54,34 @@ impl Sums {
 
 /// Accumulates samples in ascending order, pixel by pixel.
 #[derive(Default)]
-pub(crate) struct Gather<R: Real, B: Block<R>> {
-    sums: Sums,
+pub(crate) struct SampleAccumulator<R: Real, B: BlockAccumulator<R>> {
+    sums: PixelSums,
     block: B,
     /// Samples of the block, dropped ones included.
     in_block: usize,
     /// Finite samples of all pixels with any coverage.
-    pub met: u64,
+    pub hits: u64,
     scalar: PhantomData<R>,
 }
 
 /// Accumulator of a block's samples.
-pub(crate) trait Block<R: Real>: Default {
+pub(crate) trait BlockAccumulator<R: Real>: Default {
     /// Continues a block with the sum `open`.
     fn resume(&mut self, open: [f64; 3]);
     /// Adds a finite sample.
     fn put(&mut self, radiance: R::Vec3);
     /// Returns the sum of the partial block and starts the next one.
-    fn take(&mut self) -> [f64; 3];
+    fn close_block(&mut self) -> [f64; 3];
     /// Ends a pixel; returns the square root of the sum of squared deviations, where it is kept.
-    fn spread(&mut self) -> [f32; 3];
+    fn close_pixel(&mut self) -> [f32; 3];
 }
 
-impl<R: Real, B: Block<R>> Gather<R, B> {
+impl<R: Real, B: BlockAccumulator<R>> SampleAccumulator<R, B> {
     /// Continues a pixel after `drawn` samples, dropped ones included.
     #[inline(always)]
-    pub fn resume(&mut self, sums: Sums, drawn: u32) {
+    pub fn resume(&mut self, sums: PixelSums, drawn: u32) {
         self.in_block = drawn as usize % BLOCK;
-        self.sums = Sums {
+        self.sums = PixelSums {
             open: [0.0; 3],
             spread: [0.0; 3],
             ..sums
@@ -98,12 +98,12 @@ impl<R: Real, B: Block<R>> Gather<R, B> {
             self.block.put(radiance);
             self.sums.covered += covered;
             self.sums.shadowed += shadowed;
-            self.met += u64::from(covered > 0);
+            self.hits += u64::from(covered > 0);
             self.sums.samples += 1;
         }
         self.in_block += 1;
         if self.in_block == BLOCK {
-            let block = self.block.take();
+            let block = self.block.close_block();
             self.sums.sum = core::array::from_fn(|i| self.sums.sum[i] + block[i]);
             self.in_block = 0;
         }
@@ -112,12 +112,12 @@ impl<R: Real, B: Block<R>> Gather<R, B> {
 
     /// Ends a pixel and starts the next one.
     #[inline(always)]
-    pub fn finish(&mut self) -> Sums {
+    pub fn finish(&mut self) -> PixelSums {
         self.in_block = 0;
-        let open = self.block.take();
-        Sums {
+        let open = self.block.close_block();
+        PixelSums {
             open,
-            spread: self.block.spread(),
+            spread: self.block.close_pixel(),
             ..core::mem::take(&mut self.sums)
         }
     }
@@ -126,9 +126,9 @@ impl<R: Real, B: Block<R>> Gather<R, B> {
 /// Sums alone, each block in the precision of the samples, for pictures without random sampling,
 /// whose error is not estimated.
 #[derive(Default)]
-pub(crate) struct Plain<R: Real>(R::Vec3);
+pub(crate) struct PlainSums<R: Real>(R::Vec3);
 
-impl<R: Real> Block<R> for Plain<R> {
+impl<R: Real> BlockAccumulator<R> for PlainSums<R> {
     /// The sum of such samples is representable in their scalar, so it is restored exactly.
     #[inline(always)]
     fn resume(&mut self, sum: [f64; 3]) {
@@ -140,14 +140,14 @@ impl<R: Real> Block<R> for Plain<R> {
         self.0 += radiance;
     }
 
-    fn take(&mut self) -> [f64; 3] {
+    fn close_block(&mut self) -> [f64; 3] {
         core::mem::replace(&mut self.0, R::Vec3::ZERO)
             .to_f64()
             .to_array()
     }
 
     #[inline(always)]
-    fn spread(&mut self) -> [f32; 3] {
+    fn close_pixel(&mut self) -> [f32; 3] {
         [0.0; 3]
     }
 }
@@ -160,7 +160,7 @@ impl<R: Real> Block<R> for Plain<R> {
 /// at most √n standard deviations from the mean of n, so the subtrahend at the end is at most n
 /// times the result, and f64 keeps more digits than f32 holds.
 #[derive(Default)]
-pub(crate) struct Moments {
+pub(crate) struct MomentSums {
     /// First sample of the pixel, and number of finite samples.
     first: DVec3,
     entered: u32,
@@ -171,7 +171,7 @@ pub(crate) struct Moments {
     square: DVec3,
 }
 
-impl<R: Real> Block<R> for Moments {
+impl<R: Real> BlockAccumulator<R> for MomentSums {
     #[inline(always)]
     fn resume(&mut self, sum: [f64; 3]) {
         self.block = DVec3::from_array(sum);
@@ -190,12 +190,12 @@ impl<R: Real> Block<R> for Moments {
         self.square += deviation * deviation;
     }
 
-    fn take(&mut self) -> [f64; 3] {
+    fn close_block(&mut self) -> [f64; 3] {
         core::mem::take(&mut self.block).to_array()
     }
 
     #[inline(always)]
-    fn spread(&mut self) -> [f32; 3] {
+    fn close_pixel(&mut self) -> [f32; 3] {
         let Self {
             entered,
             deviation,

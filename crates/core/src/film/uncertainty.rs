@@ -45,9 +45,9 @@ use glam::DVec3;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use serde::Serialize;
 
-use super::again::{LeaveOneOut, SingleReplicateBound};
 use super::estimate::ReplicateStats;
-use super::pixel::{Pixel, product};
+use super::leave_one_out::{LeaveOneOut, SingleReplicateBound};
+use super::pixel::{PixelVariance, product};
 use super::relative::{REACH, weights};
 use super::{Film, ReplicateBuffer};
 use crate::metrics::student_95;
@@ -82,7 +82,7 @@ const BAND: usize = 32;
 
 /// An estimate with the interval that contains the estimated value in 95 of 100 renders.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Estimate {
+pub struct ErrorEstimate {
     /// Most likely value.
     pub value: f64,
     /// Lower end of the interval.
@@ -97,11 +97,12 @@ pub struct Estimate {
 /// Estimated error of a picture, as far as its own samples show it: light that no sample found
 /// cannot be included.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[doc(alias("variance", "standard error"))]
 pub struct Uncertainty {
     /// Root mean squared error over pixels and channels, in radiance.
-    pub rmse: Estimate,
+    pub rmse: ErrorEstimate,
     /// Root of the mean relative squared error, (I − R)²/(R² + 0.01).
-    pub root_relmse: Estimate,
+    pub root_relmse: ErrorEstimate,
     /// Least number of replicates of a pixel.
     pub replicates: u32,
     /// Reason to doubt the interval of the relative error; `None` where it is reliable.
@@ -140,7 +141,7 @@ pub enum Doubt {
 
 /// Contribution of a pixel, or the sum over some pixels.
 #[derive(Clone, Copy, Default)]
-struct Sum {
+struct VarianceSum {
     /// Variance of the mean, weighted by the other pair of replicates, and by all four.
     variance: f64,
     among: f64,
@@ -161,7 +162,7 @@ struct Sum {
     product_square: f64,
 }
 
-impl AddAssign for Sum {
+impl AddAssign for VarianceSum {
     fn add_assign(&mut self, other: Self) {
         self.variance += other.variance;
         self.among += other.among;
@@ -177,10 +178,10 @@ impl AddAssign for Sum {
     }
 }
 
-impl Sum {
+impl VarianceSum {
     /// Returns the contribution of one pixel.
     fn of(
-        Pixel {
+        PixelVariance {
             variance,
             among,
             own,
@@ -188,7 +189,7 @@ impl Sum {
             product,
             unsure,
             prior,
-        }: Pixel,
+        }: PixelVariance,
     ) -> Self {
         let difference = variance - among;
         let (square, apart, product_square) = (
@@ -240,9 +241,9 @@ impl Sum {
 
     /// Estimates the root of the mean over `pixels` pixels and three channels, from the sum over
     /// them.
-    fn estimate(&self, sum: f64, pixels: f64, replicates: f64) -> Estimate {
+    fn estimate(&self, sum: f64, pixels: f64, replicates: f64) -> ErrorEstimate {
         if self.variance <= 0.0 {
-            return Estimate {
+            return ErrorEstimate {
                 value: 0.0,
                 low: 0.0,
                 high: 0.0,
@@ -251,10 +252,10 @@ impl Sum {
         }
         let mean_square = sum / (3.0 * pixels);
         // At least the variance that equal variances of all channels would give.
-        let least = 2.0 * replicates / (3.0 * (replicates - 1.0) * pixels);
+        let minimum = 2.0 * replicates / (3.0 * (replicates - 1.0) * pixels);
         let products =
             (self.product / (2.0 * replicates * (replicates - 1.0)) / (self.among * self.among))
-                .max(least);
+                .max(minimum);
         let weights = self.apart / self.square_of_sum();
         let apart = [self.variance / self.among, self.middle() / sum]
             .map(|ratio| libm::log(ratio).abs() / 2.0);
@@ -277,7 +278,7 @@ impl Sum {
         let width = factor * spread.sqrt();
         let root = |factor: f64| (mean_square * factor).sqrt();
         let carriers = self.square_of_sum() / self.square;
-        Estimate {
+        ErrorEstimate {
             value: root(1.0),
             low: root(libm::exp(-width)),
             high: root(libm::exp(width)),
@@ -291,9 +292,9 @@ impl Sum {
 }
 
 /// A few rows of pixels with their contributions, in radiance and relative.
-struct Band {
-    absolute: Vec<Pixel>,
-    relative: Vec<Pixel>,
+struct RowBand {
+    absolute: Vec<PixelVariance>,
+    relative: Vec<PixelVariance>,
 }
 
 impl Film {
@@ -310,7 +311,7 @@ impl Film {
         if !self.plan.random {
             return None;
         }
-        let planes = self.there();
+        let planes = self.replicate_stats();
         let fewest = (0..self.plan.pixels())
             .map(|pixel| planes.replicates(pixel))
             .min()?;
@@ -321,10 +322,10 @@ impl Film {
         let bands = || (0..height.div_ceil(BAND)).into_par_iter();
         let rows = |band: usize| band * BAND..((band + 1) * BAND).min(height);
         // In order, so that the sums do not depend on the order of completion.
-        let of_bands: Vec<([Sum; 2], LeaveOneOut)> = bands()
+        let of_bands: Vec<([VarianceSum; 2], LeaveOneOut)> = bands()
             .map(|band| self.band(&planes, rows(band), fewest))
             .collect();
-        let (mut sums, mut again) = ([Sum::default(); 2], LeaveOneOut::default());
+        let (mut sums, mut again) = ([VarianceSum::default(); 2], LeaveOneOut::default());
         for (of_band, again_in_band) in of_bands {
             sums.iter_mut()
                 .zip(of_band)
@@ -333,9 +334,9 @@ impl Film {
         }
         let [absolute, relative] = sums;
         let (is_rare, is_vouched) = (relative.is_rare(), again.is_enough());
-        let mut vouched = Sum::default();
+        let mut vouched = VarianceSum::default();
         if is_rare || is_vouched {
-            let bands: Vec<Sum> = bands()
+            let bands: Vec<VarianceSum> = bands()
                 .map(|band| self.vouched(&planes, rows(band), fewest))
                 .collect();
             bands.into_iter().for_each(|of_band| vouched += of_band);
@@ -383,10 +384,10 @@ impl Film {
 
     /// Whether rays were cast towards lamps or the sky, and no sample found any light.
     pub(super) fn is_unlit(&self) -> bool {
-        let is_black = |plane: &ReplicateBuffer| {
-            (0..self.plan.pixels()).all(|pixel| plane.total(pixel) == [0.0; 3])
+        let is_black = |buffer: &ReplicateBuffer| {
+            (0..self.plan.pixels()).all(|pixel| buffer.total(pixel) == [0.0; 3])
         };
-        self.counters.shadow > 0 && self.planes.iter().flatten().all(is_black)
+        self.counters.shadow > 0 && self.buffers.iter().flatten().all(is_black)
     }
 
     /// Means of the replicates in some rows, one list for each replicate.
@@ -416,14 +417,14 @@ impl Film {
         planes: &ReplicateStats<'_>,
         rows: Range<usize>,
         replicates: u32,
-    ) -> ([Sum; 2], LeaveOneOut) {
+    ) -> ([VarianceSum; 2], LeaveOneOut) {
         let width = self.plan.crop.width as usize;
         // Includes the rows of neighbouring pixels.
         let first = rows.start.saturating_sub(REACH);
         let last = (rows.end + REACH).min(self.plan.crop.height as usize);
         let means = self.means_of_rows(planes, first..last, replicates);
-        let [absolute, relative] = [(); 2].map(|()| vec![Pixel::default(); means[0].len()]);
-        let mut band = Band { absolute, relative };
+        let [absolute, relative] = [(); 2].map(|()| vec![PixelVariance::default(); means[0].len()]);
+        let mut band = RowBand { absolute, relative };
         let inner = (rows.start - first) * width..(rows.end - first) * width;
         let mut again = LeaveOneOut::default();
         match shares(replicates) {
@@ -444,12 +445,17 @@ impl Film {
 
     /// Returns the relative sum over some rows where light found by a single replicate is confirmed;
     /// zero for fewer than four replicates.
-    fn vouched(&self, planes: &ReplicateStats<'_>, rows: Range<usize>, replicates: u32) -> Sum {
+    fn vouched(
+        &self,
+        planes: &ReplicateStats<'_>,
+        rows: Range<usize>,
+        replicates: u32,
+    ) -> VarianceSum {
         let Some(shares) = shares(replicates) else {
-            return Sum::default();
+            return VarianceSum::default();
         };
         let means = self.means_of_rows(planes, rows, replicates);
-        let mut pixels = vec![Pixel::default(); means[0].len()];
+        let mut pixels = vec![PixelVariance::default(); means[0].len()];
         for four in means.chunks_exact(4) {
             for (pixel, sum) in pixels.iter_mut().enumerate() {
                 let at = [0, 1, 2, 3].map(|r: usize| four[r][pixel]);
@@ -470,13 +476,15 @@ fn shares(replicates: u32) -> Option<[f64; 2]> {
 }
 
 /// The sum over some pixels.
-fn sum(pixels: &[Pixel]) -> Sum {
-    let mut sum = Sum::default();
-    pixels.iter().for_each(|&pixel| sum += Sum::of(pixel));
+fn sum(pixels: &[PixelVariance]) -> VarianceSum {
+    let mut sum = VarianceSum::default();
+    pixels
+        .iter()
+        .for_each(|&pixel| sum += VarianceSum::of(pixel));
     sum
 }
 
-impl Band {
+impl RowBand {
     /// Adds the means of four replicates of a pixel; equal means contribute nothing.
     fn add(&mut self, pixel: usize, four: [[f64; 3]; 4], shares: [f64; 2]) {
         if four[1..].iter().any(|other| *other != four[0]) {
@@ -501,9 +509,9 @@ impl Band {
             let two: [f64; 3] = core::array::from_fn(|i| a[beside][i] - b[beside][i]);
             // A quarter of the squared difference estimates the variance of two replicates' mean.
             let share = 2.0 / means.len() as f64 / 4.0;
-            let of = |weights: [f64; 3], beside: [f64; 3]| {
+            let value_of = |weights: [f64; 3], beside: [f64; 3]| {
                 let variance = share * (0..3).map(|i| weights[i] * one[i] * one[i]).sum::<f64>();
-                Pixel {
+                PixelVariance {
                     variance,
                     among: variance,
                     own: variance,
@@ -513,8 +521,8 @@ impl Band {
                     prior: 0.0,
                 }
             };
-            self.absolute[pixel] = of([1.0; 3], [1.0; 3]);
-            self.relative[pixel] = of(weights[pixel], weights[beside]);
+            self.absolute[pixel] = value_of([1.0; 3], [1.0; 3]);
+            self.relative[pixel] = value_of(weights[pixel], weights[beside]);
         }
     }
 }

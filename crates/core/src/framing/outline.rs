@@ -8,7 +8,7 @@ use raywright_bvh::{Aabb, Shape as _};
 
 use super::position;
 use crate::generate::{all, counted};
-use crate::lookup::Lookup;
+use crate::lookup::SceneLookup;
 use crate::scene::{MeshData, Scene, Shape};
 use crate::shape::any_shape;
 
@@ -33,7 +33,7 @@ pub(super) struct Outlines<'a> {
 }
 
 impl<'a> Outlines<'a> {
-    pub fn of(scene: &'a Scene, lookup: &Lookup<'_>) -> Self {
+    pub fn of(scene: &'a Scene, lookup: &SceneLookup<'_>) -> Self {
         let mut uses: HashMap<&str, u64> = HashMap::new();
         let mut triangles = 0_u64;
         for (object, count) in counted(scene) {
@@ -68,8 +68,8 @@ impl<'a> Outlines<'a> {
         // The additive identity, which keeps the sign of zeros.
         const NOWHERE: DVec3 = DVec3::splat(-0.0);
         let mut seen = 0;
-        for shown in all(scene) {
-            let (own, size, centre) = match &shown.object.shape {
+        for placed_object in all(scene) {
+            let (own, size, centre) = match &placed_object.object.shape {
                 Shape::Mesh(name) => (
                     self.meshes
                         .get(name.as_str())
@@ -87,7 +87,7 @@ impl<'a> Outlines<'a> {
                 boxed = Aabb::from_points(own.iter().copied()).corners();
                 &boxed
             };
-            let maps = shown.ends().unwrap_or([shown.map(); 2]);
+            let maps = placed_object.ends().unwrap_or([placed_object.map(); 2]);
             for map in &maps[..1 + usize::from(maps[0] != maps[1])] {
                 let points = own
                     .iter()
@@ -170,21 +170,23 @@ pub(super) fn outermost(points: impl Fn(&mut dyn FnMut(DVec3)), edge: usize) -> 
     );
     let mut farthest: Vec<Option<(f64, DVec3)>> = vec![None; cells];
     points(&mut |point| {
-        let way = (point - centre) * scale;
-        let distance = way.length_squared();
-        let axis = if way.x.abs() >= way.y.abs() && way.x.abs() >= way.z.abs() {
-            0
-        } else {
-            1 + usize::from(way.z.abs() > way.y.abs())
-        };
-        let most = way[axis];
-        if most == 0.0 {
+        let direction = (point - centre) * scale;
+        let distance = direction.length_squared();
+        let axis =
+            if direction.x.abs() >= direction.y.abs() && direction.x.abs() >= direction.z.abs() {
+                0
+            } else {
+                1 + usize::from(direction.z.abs() > direction.y.abs())
+            };
+        let maximum = direction[axis];
+        if maximum == 0.0 {
             return;
         }
-        let place = |x: f64| ((0.5 * (x / most.abs() + 1.0) * edge as f64) as usize).min(edge - 1);
-        let face = axis + 3 * usize::from(most < 0.0);
-        let cell = &mut farthest
-            [(face * edge + place(way[(axis + 1) % 3])) * edge + place(way[(axis + 2) % 3])];
+        let place =
+            |x: f64| ((0.5 * (x / maximum.abs() + 1.0) * edge as f64) as usize).min(edge - 1);
+        let face = axis + 3 * usize::from(maximum < 0.0);
+        let cell = &mut farthest[(face * edge + place(direction[(axis + 1) % 3])) * edge
+            + place(direction[(axis + 2) % 3])];
         if cell.is_none_or(|(other, _)| distance > other) {
             *cell = Some((distance, point));
         }

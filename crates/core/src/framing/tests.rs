@@ -64,7 +64,7 @@ fn reach(camera: &Camera, points: &[DVec3], aspect: f64) -> [f64; 4] {
 #[test]
 fn silhouettes_fill_their_share() {
     let box_of = |low: [f64; 3], high: [f64; 3]| {
-        let silhouette = Silhouette::of(&scene(
+        let silhouette = Silhouette::from_scene(&scene(
             json!([{ "shape": { "box": { "min": low, "max": high } } }]),
             json!([]),
         ));
@@ -82,10 +82,10 @@ fn silhouettes_fill_their_share() {
         let shape = json!({ "sphere": { "centre": centre.to_array(), "radius": radius } });
         let around = (0..4000).map(|i| {
             let height = 1.0 - f64::from(2 * i + 1) / 4000.0;
-            centre + radius * towards(f64::from(i) * 2.4, libm::asin(height))
+            centre + radius * direction_from_angles(f64::from(i) * 2.4, libm::asin(height))
         });
         (
-            Silhouette::of(&scene(json!([{ "shape": shape }]), json!([]))),
+            Silhouette::from_scene(&scene(json!([{ "shape": shape }]), json!([]))),
             around.collect(),
         )
     };
@@ -133,7 +133,7 @@ fn few_points_stand_for_many() {
     let lean = |p: DVec3| DVec3::new(p.x + 20.0 * p.y, p.y, p.z + 7.0 * p.y + 3.0);
     let points: Vec<DVec3> = (0..N * N)
         .map(|i| {
-            towards(
+            direction_from_angles(
                 (i % N) as f64 * 6.3 / N as f64,
                 ((i / N) as f64 / N as f64 - 0.5) * 3.13,
             )
@@ -144,7 +144,8 @@ fn few_points_stand_for_many() {
     positions.push([1e4; 3]);
     let indices: Vec<[usize; 3]> = (0..N * N - 2).map(|i| [i, i + 1, i + 2]).collect();
     let mesh = json!({ "name": "m", "source": { "inline": { "positions": positions, "indices": indices } } });
-    let silhouette = Silhouette::of(&scene(json!([{ "shape": { "mesh": "m" } }]), json!([mesh])));
+    let silhouette =
+        Silhouette::from_scene(&scene(json!([{ "shape": { "mesh": "m" } }]), json!([mesh])));
     assert!(silhouette.points.len() <= 6 * FINE * FINE);
     for (_, view) in View::NAMED {
         let [left, right, bottom, top] = reach(&silhouette.frame(view, 30.0, 1.5), &points, 1.5);
@@ -170,7 +171,7 @@ fn flat_and_open_things_are_seen_from_their_front() {
     let turned = |quad: [[f64; 3]; 4]| quad.map(|[x, y, z]| [z, y, -x]);
     let flipped = |[a, b, c, d]: [[f64; 3]; 4]| [d, c, b, a];
     let lying = |y: f64| front(0.0).map(|[x, z, _]| [x, y, -z]);
-    let view = |list: &[[[f64; 3]; 4]]| Silhouette::of(&quads(list)).front();
+    let view = |list: &[[[f64; 3]; 4]]| Silhouette::from_scene(&quads(list)).front();
     assert_eq!(view(&[front(3.0)]), at(0.0, 0.0));
     assert_eq!(view(&[flipped(front(3.0))]), at(180.0, 0.0));
     assert_eq!(view(&[turned(front(0.0))]), at(90.0, 0.0));
@@ -206,7 +207,7 @@ fn flat_and_open_things_are_seen_from_their_front() {
         .collect();
     assert_eq!(view(&closed), View::USUAL);
     assert_eq!(
-        Silhouette::of(&scene(json!([]), json!([]))).front(),
+        Silhouette::from_scene(&scene(json!([]), json!([]))).front(),
         View::USUAL
     );
 }
@@ -224,7 +225,7 @@ fn mirrored_and_turned_things_are_seen_from_their_front() {
     let under = |quads_of: &[[[f64; 3]; 4]], step: Value| {
         let mut scene = quads(quads_of);
         scene.objects[0].transform = serde_json::from_value(json!([step])).expect("a step");
-        Silhouette::of(&scene).front()
+        Silhouette::from_scene(&scene).front()
     };
     assert_eq!(
         under(&[sheet], json!({ "scale": [-1, 1, 1] })),
@@ -263,7 +264,7 @@ fn mirrored_and_turned_things_are_seen_from_their_front() {
 #[test]
 fn moving_things_are_framed_from_start_to_end() {
     let cube = json!([{ "shape": { "box": { "min": [-1, -1, -1], "max": [1, 1, 1] } }, "transform_end": [{ "translate": [8, 0, 0] }] }]);
-    let silhouette = Silhouette::of(&scene(cube, json!([])));
+    let silhouette = Silhouette::from_scene(&scene(cube, json!([])));
     let points = Aabb {
         min: DVec3::NEG_ONE,
         max: DVec3::new(9.0, 1.0, 1.0),
@@ -287,7 +288,7 @@ fn degenerate_scenes_have_a_view() {
         line([-1e9, 0.0, 0.0], [1e9, 0.0, 0.0]),
         line([0.0; 3], [0.0, 1e-30, 0.0]),
     ] {
-        let silhouette = Silhouette::of(&scene);
+        let silhouette = Silhouette::from_scene(&scene);
         for view in View::NAMED
             .map(|(_, view)| view)
             .into_iter()
@@ -314,7 +315,7 @@ fn outlines_are_found_without_keeping_points() {
     for count in [1, 5, 100, 6000] {
         let balls = (0..count).map(|i| ball(0.7 * f64::from(i), 0.3 + f64::from(i % 7)));
         let scene = scene(balls.chain([moving.clone()]).collect(), json!([]));
-        let lookup = Lookup::new(&scene);
+        let lookup = SceneLookup::new(&scene);
         let outlines = Outlines::of(&scene, &lookup);
         let mut kept = Vec::new();
         outlines.visit(&scene, &mut |point| kept.push(point));
@@ -326,7 +327,7 @@ fn outlines_are_found_without_keeping_points() {
                 864 * count as usize + 16
             }
         );
-        let found = Silhouette::of(&scene).points;
+        let found = Silhouette::from_scene(&scene).points;
         match kept.len() <= 6 * FINE * FINE {
             true => assert_eq!(found, kept),
             false => {

@@ -6,7 +6,7 @@ use raywright_bvh::{Hit, Real, Vector};
 use super::PathSegment;
 use crate::interaction::Interaction;
 use crate::material::NormalMap;
-use crate::prepare::{Material, Prepared};
+use crate::prepare::{Prepared, PreparedMaterial};
 use crate::texture::Bump;
 
 impl<R: Real> Interaction<R> {
@@ -16,14 +16,16 @@ impl<R: Real> Interaction<R> {
     pub(super) fn perturb_normal(
         &mut self,
         scene: &Prepared<R>,
-        leg: &PathSegment<R>,
+        segment: &PathSegment<R>,
         hit: &Hit<R>,
     ) {
-        let Material::Physical(material) = &scene.materials[self.material as usize] else {
+        let PreparedMaterial::Physical(material) = &scene.materials[self.material as usize] else {
             return;
         };
         if let Some(bump) = &material.bump {
-            self.normal = self.normal_map(bump, scene, leg, hit).perturbed_normal();
+            self.normal = self
+                .normal_map(bump, scene, segment, hit)
+                .perturbed_normal();
         }
     }
 
@@ -33,15 +35,17 @@ impl<R: Real> Interaction<R> {
         &self,
         bump: &Bump<R>,
         scene: &Prepared<R>,
-        leg: &PathSegment<R>,
+        segment: &PathSegment<R>,
         hit: &Hit<R>,
     ) -> NormalMap<R> {
-        let code = bump.image.colour(&scene.sources.at(self));
+        let code = bump
+            .image
+            .colour(&scene.texture_tables.shading_context(self));
         let [x, y, z] = [code.x(), code.y(), code.z()].map(|c| c + c - R::ONE);
         // The image describes the relief of the front; from behind, hills are valleys.
         let behind = self.normal.dot(self.surface.normal) < R::ZERO;
         let scale = if behind { -bump.scale } else { bump.scale };
-        let (along, mirrored) = self.along(scene, leg, hit);
+        let (along, mirrored) = self.along(scene, segment, hit);
         NormalMap {
             normal: self.normal,
             along,

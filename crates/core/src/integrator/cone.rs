@@ -22,19 +22,19 @@ impl<R: Real> Interaction<R> {
         &mut self,
         scene: &Prepared<R>,
         cone: &Cone<R>,
-        leg: &PathSegment<R>,
+        segment: &PathSegment<R>,
         hit: &Hit<R>,
     ) {
         let record = &scene.objects[self.object as usize];
         if !record.coordinates && record.mesh.as_ref().is_none_or(|mesh| mesh.sets == 0) {
             return;
         }
-        let width = (cone.width + cone.spread * (leg.before + self.distance)).to_f64();
+        let width = (cone.width + cone.spread * (segment.before + self.distance)).to_f64();
         let spot = width / self.direction.dot(self.surface.normal).to_f64().abs();
         let Some(mesh) = &record.mesh else {
             let along = scene
                 .geometry
-                .parameters(&leg.ray, hit)
+                .parameters(&segment.ray, hit)
                 .dpdu
                 .to_f64()
                 .length();
@@ -43,8 +43,8 @@ impl<R: Real> Interaction<R> {
         };
         let data = &scene.meshes[mesh.mesh as usize];
         let corners = data.indices[hit.primitive as usize].map(|i| i as usize);
-        let [a, b, c] = corners.map(|i| data.positions.at(i));
-        let (own, [x, y, z]) = ((b - a).cross(c - a), mesh.normals_at(scene, leg, hit));
+        let [a, b, c] = corners.map(|i| data.positions.position(i));
+        let (own, [x, y, z]) = ((b - a).cross(c - a), mesh.normals_at(scene, segment, hit));
         // The area vector in the world: the cofactors of its map are those of the normals' map,
         // times its determinant.
         let area = ((x * own.x + y * own.y + z * own.z) / x.dot(y.cross(z))).length();

@@ -5,7 +5,7 @@ use raywright_bvh::{Hit, Interval, PacketBackoff, Ray, RayPacket, Real, Vector};
 
 use super::PathSegment;
 use crate::interaction::Interaction;
-use crate::prepare::{Material, Prepared};
+use crate::prepare::{Prepared, PreparedMaterial};
 
 /// Data of a first hit for the layers beside the colour.
 #[derive(Clone, Copy, Debug)]
@@ -22,36 +22,40 @@ impl FirstHit {
     /// Not inlined, and with its own surface point: a picture without these layers only has a check
     /// in its loop, and keeps its surface points in registers.
     #[inline(never)]
-    pub(super) fn new<R: Real>(scene: &Prepared<R>, leg: &PathSegment<R>, hit: &Hit<R>) -> Self {
-        let at = Interaction::of(scene, leg, hit);
-        let here = scene.sources.at(&at);
-        let albedo = match &scene.materials[at.material as usize] {
-            Material::Classic(m) => m.colour.colour(&here),
-            Material::Physical(m) => m.base_at(&here),
-            Material::Unused => Vector::ZERO,
+    pub(super) fn new<R: Real>(
+        scene: &Prepared<R>,
+        segment: &PathSegment<R>,
+        hit: &Hit<R>,
+    ) -> Self {
+        let interaction = Interaction::from_hit(scene, segment, hit);
+        let context = scene.texture_tables.shading_context(&interaction);
+        let albedo = match &scene.materials[interaction.material as usize] {
+            PreparedMaterial::Classic(m) => m.colour.colour(&context),
+            PreparedMaterial::Physical(m) => m.base_at(&context),
+            PreparedMaterial::Unused => Vector::ZERO,
         };
         Self {
             albedo: albedo.to_f64().to_array(),
-            normal: at.normal.to_f64().to_array(),
-            position: scene.in_world(at.surface.point).to_array(),
-            distance: at.distance.to_f64(),
-            object: at.object,
-            material: at.material,
+            normal: interaction.normal.to_f64().to_array(),
+            position: scene.in_world(interaction.surface.point).to_array(),
+            distance: interaction.distance.to_f64(),
+            object: interaction.object,
+            material: interaction.material,
         }
     }
 
     /// The first hit of a camera ray without further path; `None` for the sky.
     pub(super) fn of_ray<R: Real>(scene: &Prepared<R>, ray: Ray<R>) -> Option<Self> {
-        let leg = PathSegment {
+        let segment = PathSegment {
             ray,
-            ..PathSegment::of_camera(scene)
+            ..PathSegment::from_camera(scene)
         };
         let range = Interval {
-            min: scene.least_distances().camera - leg.ahead,
+            min: scene.least_distances().camera - segment.ahead,
             max: R::INFINITY,
         };
         let hit = scene.geometry.closest(&ray, range, &mut ())?;
-        Some(Self::new(scene, &leg, &hit))
+        Some(Self::new(scene, &segment, &hit))
     }
 }
 
@@ -91,13 +95,13 @@ impl<R: Real> FirstHits<R> {
             min: scene.least_distances().camera - scene.camera.ahead(),
             max: R::INFINITY,
         };
-        let asked = RayPacket {
+        let requested = RayPacket {
             origin: first.origin,
             directions,
             time: first.time,
             culls: first.culls,
             range,
         };
-        scene.geometry.closest_from(&asked, backoff, hits);
+        scene.geometry.closest_from(&requested, backoff, hits);
     }
 }

@@ -6,7 +6,7 @@ use raywright_bvh::{Hit, Real, Vector};
 
 use super::PathSegment;
 use crate::interaction::Interaction;
-use crate::material::Frame;
+use crate::material::ShadingFrame;
 use crate::prepare::{MeshUse, Prepared};
 use crate::scene::MeshData;
 
@@ -14,9 +14,14 @@ impl<R: Real> Interaction<R> {
     /// The frame about the shading normal with its tangent along the first texture coordinate, or
     /// along the coordinates of the normal map. The bitangent is up in the image: the frame is
     /// left-handed if the image appears mirrored, as from behind, or under a mirroring transform.
-    pub fn frame(&self, scene: &Prepared<R>, leg: &PathSegment<R>, hit: &Hit<R>) -> Frame<R> {
-        let (along, mirrored) = self.along(scene, leg, hit);
-        Frame::along(self.normal, along, mirrored)
+    pub fn frame(
+        &self,
+        scene: &Prepared<R>,
+        segment: &PathSegment<R>,
+        hit: &Hit<R>,
+    ) -> ShadingFrame<R> {
+        let (along, mirrored) = self.along(scene, segment, hit);
+        ShadingFrame::from_tangent(self.normal, along, mirrored)
     }
 
     /// Unit direction of the tangent before projection, and whether the frame is left-handed.
@@ -24,16 +29,16 @@ impl<R: Real> Interaction<R> {
     pub fn along(
         &self,
         scene: &Prepared<R>,
-        leg: &PathSegment<R>,
+        segment: &PathSegment<R>,
         hit: &Hit<R>,
     ) -> (R::Vec3, bool) {
         let (along, mirrored) = match &scene.objects[self.object as usize].mesh {
             Some(mesh) => {
                 let (own, area) = scene.tangent(mesh, hit);
-                to_world(mesh.normals_at(scene, leg, hit), own, area)
+                to_world(mesh.normals_at(scene, segment, hit), own, area)
             }
             None => {
-                let parameters = scene.geometry.parameters(&leg.ray, hit);
+                let parameters = scene.geometry.parameters(&segment.ray, hit);
                 (parameters.dpdu.to_f64(), parameters.mirrored)
             }
         };
@@ -50,13 +55,13 @@ impl<R: Real> MeshUse<R> {
     pub(super) fn normals_at(
         &self,
         scene: &Prepared<R>,
-        leg: &PathSegment<R>,
+        segment: &PathSegment<R>,
         hit: &Hit<R>,
     ) -> [DVec3; 3] {
         let turned = |axis: DVec3| {
             scene
                 .geometry
-                .normal(&leg.ray, hit, R::Vec3::from_f64(axis))
+                .normal(&segment.ray, hit, R::Vec3::from_f64(axis))
                 .to_f64()
         };
         if self.turns {
@@ -97,7 +102,7 @@ impl<R: Real> Prepared<R> {
 /// mirrored there. Without a first set it is [`Interaction`]'s default: the barycentric coordinate
 /// of the second corner.
 fn along_first(data: &MeshData, corners: [usize; 3]) -> (DVec3, bool) {
-    let [a, b, c] = corners.map(|i| data.positions.at(i));
+    let [a, b, c] = corners.map(|i| data.positions.position(i));
     let set = data.uvs.first().filter(|set| !set.is_empty());
     let [p, q, r] = set.map_or([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]], |set| {
         corners.map(|i| set[i].map(f64::from))
@@ -139,24 +144,30 @@ mod tests {
         .expect("a scene");
         let settings = Settings {
             size: [1, 1],
-            ..Settings::of(&scene)
+            ..Settings::from_scene(&scene)
         };
         let prepared =
             Prepared::<R>::new(&scene, &settings, EffectSet::ALL, &()).expect("it can be prepared");
         let [origin, direction] = [origin, direction.normalize()].map(R::Vec3::from_f64);
-        let leg = PathSegment::of(Ray::new(origin, direction));
+        let segment = PathSegment::from_ray(Ray::new(origin, direction));
         let hit = prepared
             .geometry
-            .closest(&leg.ray, Interval::positive(), &mut ())
+            .closest(&segment.ray, Interval::positive(), &mut ())
             .expect("a hit");
-        let at = Interaction::of(&prepared, &leg, &hit);
-        let frame = at.frame(&prepared, &leg, &hit);
+        let interaction = Interaction::from_hit(&prepared, &segment, &hit);
+        let frame = interaction.frame(&prepared, &segment, &hit);
         [frame.tangent, frame.bitangent, frame.normal].map(Vector::to_f64)
     }
 
     /// Asserts the frame in every precision, and that its directions are orthonormal.
     #[track_caller]
-    fn is(object: Value, data: &Value, ray: [DVec3; 2], tangent: DVec3, bitangent: DVec3) {
+    fn expect_frame(
+        object: Value,
+        data: &Value,
+        ray: [DVec3; 2],
+        tangent: DVec3,
+        bitangent: DVec3,
+    ) {
         let found = [frame::<f32>, frame::<f64>].map(|frame| frame(&object, data, ray));
         for (found, tolerance) in found.into_iter().zip([1e-5, 1e-9]) {
             let [t, b, n] = found;
@@ -209,16 +220,16 @@ mod tests {
             DVec3::new(n.z, 0.0, -n.x),
             DVec3::new(-n.x * n.y, n.x * n.x + n.z * n.z, -n.z * n.y),
         );
-        is(ball(json!([])), &none, [n * 3.0, -n], east, north);
-        is(ball(json!([])), &none, [DVec3::ZERO, n], east, north);
-        is(
+        expect_frame(ball(json!([])), &none, [n * 3.0, -n], east, north);
+        expect_frame(ball(json!([])), &none, [DVec3::ZERO, n], east, north);
+        expect_frame(
             ball(json!([{ "rotate": { "axis": [0, 1, 0], "degrees": 90 } }])),
             &none,
             [n * 3.0, -n],
             east,
             north,
         );
-        is(
+        expect_frame(
             ball(json!([{ "scale": MIRRORED }])),
             &none,
             [n * 3.0, -n],
@@ -227,12 +238,12 @@ mod tests {
         );
         // Stretched along x by 2: the point is scaled, and the normal is n/(2, 1, 1), which leans.
         let stretched = ball(json!([{ "scale": [2, 1, 1] }]));
-        let (at, normal) = (n * DVec3::new(2.0, 1.0, 1.0), n * DVec3::new(0.5, 1.0, 1.0));
+        let (point, normal) = (n * DVec3::new(2.0, 1.0, 1.0), n * DVec3::new(0.5, 1.0, 1.0));
         let along = east * DVec3::new(2.0, 1.0, 1.0);
-        is(
+        expect_frame(
             stretched,
             &none,
-            [at + normal, -normal],
+            [point + normal, -normal],
             along,
             normal.cross(along),
         );
@@ -243,15 +254,15 @@ mod tests {
             )
         };
         let down = [DVec3::new(0.5, 2.0, 0.25), DVec3::NEG_Y];
-        is(floor(json!([])), &none, down, DVec3::X, DVec3::NEG_Z);
-        is(
+        expect_frame(floor(json!([])), &none, down, DVec3::X, DVec3::NEG_Z);
+        expect_frame(
             floor(json!([{ "scale": MIRRORED }])),
             &none,
             down,
             DVec3::NEG_X,
             DVec3::NEG_Z,
         );
-        is(
+        expect_frame(
             floor(json!([])),
             &none,
             [-down[0], DVec3::Y],
@@ -269,8 +280,8 @@ mod tests {
         let plain = || shown(json!([]));
         // u = x/3, v = 1 − y/3: an image upright and unmirrored.
         let upright = || leaf(Some(json!([[0, 1], [1, 1], [0, 0]])));
-        is(plain(), &upright(), ONTO, DVec3::X, DVec3::Y);
-        is(
+        expect_frame(plain(), &upright(), ONTO, DVec3::X, DVec3::Y);
+        expect_frame(
             plain(),
             &upright(),
             [-ONTO[0] + DVec3::new(1.0, 1.0, 0.0), DVec3::Z],
@@ -278,7 +289,7 @@ mod tests {
             DVec3::Y,
         );
         // u = 1 − x/3: mirrored.
-        is(
+        expect_frame(
             plain(),
             &leaf(Some(json!([[1, 1], [0, 1], [1, 0]]))),
             ONTO,
@@ -287,24 +298,24 @@ mod tests {
         );
         // u = (x + y)/3, v = y/3: dp/dv, along (−1, 1), is not perpendicular to dp/du, but the
         // bitangent is perpendicular to the tangent.
-        is(
+        expect_frame(
             plain(),
             &leaf(Some(json!([[0, 0], [1, 0], [1, 1]]))),
             ONTO,
             DVec3::X,
             DVec3::NEG_Y,
         );
-        is(plain(), &leaf(None), ONTO, DVec3::X, DVec3::NEG_Y);
+        expect_frame(plain(), &leaf(None), ONTO, DVec3::X, DVec3::NEG_Y);
         // Mirrored in x: the triangle is reversed, so that it still faces +z.
         let over = [ONTO[0] * DVec3::new(-1.0, 1.0, 1.0), ONTO[1]];
-        is(
+        expect_frame(
             shown(json!([{ "scale": MIRRORED }])),
             &upright(),
             over,
             DVec3::NEG_X,
             DVec3::Y,
         );
-        is(
+        expect_frame(
             shown(json!([{ "scale": MIRRORED }])),
             &leaf(None),
             over,
@@ -314,7 +325,7 @@ mod tests {
         // Sheared along y by x: x goes to (1, 1, 0); normals stay.
         let sheared = json!([{ "matrix": [[1, 0, 0, 0], [1, 1, 0, 0], [0, 0, 1, 0]] }]);
         let [t, b] = [DVec3::new(1.0, 1.0, 0.0), DVec3::new(-1.0, 1.0, 0.0)];
-        is(
+        expect_frame(
             shown(sheared),
             &upright(),
             [ONTO[0] + DVec3::Y * 0.5, ONTO[1]],
@@ -336,7 +347,7 @@ mod tests {
         let mut data = leaf(Some(json!([[0, 1], [1, 1], [0, 0]])));
         data["normals"] = json!([[3, 0, 4], [3, 0, 4], [3, 0, 4]]);
         let object = json!({ "shape": { "mesh": "leaf" }, "material": "paint" });
-        is(object, &data, ONTO, DVec3::new(4.0, 0.0, -3.0), DVec3::Y);
+        expect_frame(object, &data, ONTO, DVec3::new(4.0, 0.0, -3.0), DVec3::Y);
     }
 
     /// Protects: the tangent of an instance that changes during the exposure belongs to the ray's
@@ -353,7 +364,7 @@ mod tests {
         .expect("a scene");
         let settings = Settings {
             size: [1, 1],
-            ..Settings::of(&scene)
+            ..Settings::from_scene(&scene)
         };
         let prepared = Prepared::<f32>::new(&scene, &settings, EffectSet::ALL, &())
             .expect("it can be prepared");
@@ -362,14 +373,15 @@ mod tests {
             (0.5, DVec3::new(1.0, 1.0, 0.0)),
             (1.0, DVec3::new(1.0, 2.0, 0.0)),
         ] {
-            let leg = PathSegment::of(
+            let segment = PathSegment::from_ray(
                 Ray::new(glam::Vec3::new(0.5, 0.5 + time, 4.0), glam::Vec3::NEG_Z).at_time(time),
             );
             let hit = prepared
                 .geometry
-                .closest(&leg.ray, Interval::positive(), &mut ())
+                .closest(&segment.ray, Interval::positive(), &mut ())
                 .expect("a hit");
-            let frame = Interaction::of(&prepared, &leg, &hit).frame(&prepared, &leg, &hit);
+            let frame =
+                Interaction::from_hit(&prepared, &segment, &hit).frame(&prepared, &segment, &hit);
             let [t, b] = [frame.tangent, frame.bitangent].map(|v| v.as_dvec3());
             let (tangent, across) = (tangent.normalize(), DVec3::Z.cross(tangent).normalize());
             assert!(
@@ -392,18 +404,20 @@ mod tests {
         .expect("a scene");
         let settings = Settings {
             size: [1, 1],
-            ..Settings::of(&scene)
+            ..Settings::from_scene(&scene)
         };
         let prepared = Prepared::<f32>::new(&scene, &settings, EffectSet::ALL, &())
             .expect("it can be prepared");
         assert_eq!(prepared.geometry.instance_count(), 2);
         for (x, tangent) in [(0.5, DVec3::X), (-1.5, DVec3::NEG_X)] {
-            let leg = PathSegment::of(Ray::new(glam::Vec3::new(x, 0.5, 4.0), glam::Vec3::NEG_Z));
+            let segment =
+                PathSegment::from_ray(Ray::new(glam::Vec3::new(x, 0.5, 4.0), glam::Vec3::NEG_Z));
             let hit = prepared
                 .geometry
-                .closest(&leg.ray, Interval::positive(), &mut ())
+                .closest(&segment.ray, Interval::positive(), &mut ())
                 .expect("a hit");
-            let frame = Interaction::of(&prepared, &leg, &hit).frame(&prepared, &leg, &hit);
+            let frame =
+                Interaction::from_hit(&prepared, &segment, &hit).frame(&prepared, &segment, &hit);
             let [t, b] = [frame.tangent, frame.bitangent].map(|v| v.as_dvec3());
             assert!(
                 t.distance(tangent) < 1e-6 && b.distance(DVec3::Y) < 1e-6,

@@ -26,7 +26,7 @@ use crate::counters::{Counters, MOST_PASSAGES};
 use crate::light::LightUsage;
 use crate::observer::Observer;
 use crate::prepare::Prepared;
-use crate::sampler::Address;
+use crate::sampler::SampleAddress;
 
 /// Number of camera rays in a packet.
 pub(crate) const PACKET: usize = 16;
@@ -45,7 +45,7 @@ pub(crate) struct PathResult<R: Real> {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct CameraRays<'a, R: Real> {
     pub rays: &'a [Ray<R>],
-    pub addresses: &'a [Address],
+    pub addresses: &'a [SampleAddress],
 }
 
 /// Results of camera rays, in their order.
@@ -66,9 +66,9 @@ impl<R: Real> PathResults<R> {
     }
 
     /// The first hit of a ray, and its radiance without reflected light.
-    pub fn first(&self, place: usize) -> (Option<&FirstHit>, R::Vec3) {
-        let direct = self.direct.get(place).copied().unwrap_or(Vector::ZERO);
-        (self.first_hits.get(place).and_then(Option::as_ref), direct)
+    pub fn first(&self, index: usize) -> (Option<&FirstHit>, R::Vec3) {
+        let direct = self.direct.get(index).copied().unwrap_or(Vector::ZERO);
+        (self.first_hits.get(index).and_then(Option::as_ref), direct)
     }
 }
 

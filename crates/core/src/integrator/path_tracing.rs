@@ -6,7 +6,7 @@
 //! A path's state is plain numbers ([`PathState`]), and the next segment does not depend on other
 //! paths traced beside it.
 
-mod arrival;
+mod bsdf_lanes;
 mod classic;
 mod emission;
 mod gather;
@@ -18,11 +18,11 @@ mod matched;
 mod media;
 mod mixture;
 mod nested;
-mod respond;
 mod roulette;
 mod scatter;
 mod shade;
 mod straight;
+mod transmittance;
 mod vertices;
 mod wavefront;
 
@@ -38,7 +38,7 @@ use crate::interaction::Interaction;
 use crate::light::LightUsage;
 use crate::observer::Observer;
 use crate::prepare::Prepared;
-use crate::sampler::{Address, SampleHash};
+use crate::sampler::{SampleAddress, SampleHash};
 
 /// Number of paths traced side by side: their state fits in a core's own cache.
 const PATHS: usize = 256;
@@ -112,14 +112,14 @@ const NARROW: f64 = 1e5;
 #[derive(Clone, Copy, Debug)]
 struct PathState<R: Real> {
     /// The next ray.
-    leg: PathSegment<R>,
+    segment: PathSegment<R>,
     /// Throughput of the path (beta).
     throughput: R::Vec3,
     /// Radiance collected so far.
     radiance: R::Vec3,
     /// Address of the next vertex, for random numbers.
-    address: Address,
-    way: SampleHash,
+    address: SampleAddress,
+    sample_hash: SampleHash,
     draws: VertexSamples,
     /// Segments traced so far.
     traced: u32,
@@ -132,7 +132,7 @@ struct PathState<R: Real> {
     shadow: R,
     /// Least density of a scattered direction before the last vertex: how diffuse the path has
     /// become.
-    spread: f64,
+    min_pdf: f64,
     /// Media around the path.
     media: Media,
     /// The vertex that the ray left.
@@ -164,23 +164,23 @@ struct PreviousVertex<R: Real> {
 impl<R: Real> PathTracer<'_, R> {
     /// The initial path of a camera ray.
     #[inline(always)]
-    fn camera_path(&self, ray: Ray<R>, address: Address) -> PathState<R> {
+    fn camera_path(&self, ray: Ray<R>, address: SampleAddress) -> PathState<R> {
         PathState {
-            leg: PathSegment {
+            segment: PathSegment {
                 ray,
-                ..PathSegment::of_camera(self.scene)
+                ..PathSegment::from_camera(self.scene)
             },
             throughput: Vector::ONE,
             radiance: Vector::ZERO,
             address,
-            way: address.way(),
+            sample_hash: address.sample_hash(),
             draws: VertexSamples::default(),
             traced: 0,
             matched: 0,
             passages: 0,
             hit: false,
             shadow: R::ZERO,
-            spread: f64::INFINITY,
+            min_pdf: f64::INFINITY,
             media: self.media,
             previous: PreviousVertex {
                 from: ray.origin,
@@ -195,19 +195,21 @@ impl<R: Real> PathTracer<'_, R> {
     #[inline(always)]
     fn keep_first(&mut self, path: &PathState<R>, hit: &Hit<R>) {
         if self.keeps_first && path.traced == 0 && path.passages == 0 {
-            self.first = Some(FirstHit::new(self.scene, &path.leg, hit));
+            self.first = Some(FirstHit::new(self.scene, &path.segment, hit));
         }
     }
 
     /// Continues a path through a surface that is absent at the hit.
-    fn pass(&mut self, path: &mut PathState<R>, at: &Interaction<R>) -> bool {
+    fn pass(&mut self, path: &mut PathState<R>, interaction: &Interaction<R>) -> bool {
         path.address.bounce += 1;
-        let rest = path.leg.rest;
+        let rest = path.segment.rest;
         let ray = Ray {
-            culls: path.leg.ray.culls,
-            ..self.scene.spawn(at, at.direction, -R::ONE)
+            culls: path.segment.ray.culls,
+            ..self
+                .scene
+                .spawn(interaction, interaction.direction, -R::ONE)
         };
-        path.leg.go_on(&ray, rest);
+        path.segment.advance(&ray, rest);
         self.counts_passage(path)
     }
 

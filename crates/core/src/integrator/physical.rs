@@ -3,24 +3,24 @@
 use raywright_bvh::{Real, Vector};
 
 use crate::material::{Glass, MetallicRoughness};
-use crate::prepare::{Boundary, Index, PhysicalInputs, PhysicalTransmission};
+use crate::prepare::{DielectricBoundary, PhysicalInputs, PhysicalTransmission, RefractiveIndex};
 use crate::scene::{AlphaMode, Physical as PhysicalData};
 use crate::texture::ShadingContext;
 
 impl<R: Real> PhysicalTransmission<R> {
     /// Transmissive share of the surface at a point.
     #[inline(always)]
-    fn share_at(&self, here: &ShadingContext<'_, R>) -> R {
-        Real::clamp(self.share.number(here), R::ZERO, R::ONE)
+    fn share_at(&self, context: &ShadingContext<'_, R>) -> R {
+        Real::clamp(self.share.number(context), R::ZERO, R::ONE)
     }
 }
 
 impl<R: Real> PhysicalInputs<R> {
     /// Base colour at a point.
     #[inline]
-    pub fn base_at(&self, here: &ShadingContext<'_, R>) -> R::Vec3 {
-        let colour = self.base.tint(here, R::Vec3::ONE);
-        let [r, g, b, _] = here.at.colour;
+    pub fn base_at(&self, context: &ShadingContext<'_, R>) -> R::Vec3 {
+        let colour = self.base.tint(context, R::Vec3::ONE);
+        let [r, g, b, _] = context.interaction.colour;
         if self.vertex_colours {
             colour * R::Vec3::new(r, g, b)
         } else {
@@ -30,22 +30,26 @@ impl<R: Real> PhysicalInputs<R> {
 
     /// Index of refraction at a point.
     #[inline(always)]
-    pub fn boundary_at(&self, here: &ShadingContext<'_, R>) -> Boundary<R> {
+    pub fn boundary_at(&self, context: &ShadingContext<'_, R>) -> DielectricBoundary<R> {
         match &self.index {
-            Index::Even(boundary) => *boundary,
-            Index::Varying(index) => {
-                let [least, most] = PhysicalData::IOR;
-                Boundary::new(Real::clamp(index.number(here).to_f64(), least, most))
+            RefractiveIndex::Even(boundary) => *boundary,
+            RefractiveIndex::Varying(index) => {
+                let [minimum, maximum] = PhysicalData::IOR;
+                DielectricBoundary::new(Real::clamp(
+                    index.number(context).to_f64(),
+                    minimum,
+                    maximum,
+                ))
             }
         }
     }
 
     /// The metallic-roughness model at a point.
     #[inline(always)]
-    pub fn model_at(&self, here: &ShadingContext<'_, R>) -> MetallicRoughness<R> {
-        let (boundary, base) = (self.boundary_at(here), self.base_at(here));
+    pub fn model_at(&self, context: &ShadingContext<'_, R>) -> MetallicRoughness<R> {
+        let (boundary, base) = (self.boundary_at(context), self.base_at(context));
         let glass = |transmission: &PhysicalTransmission<R>| {
-            let share = transmission.share_at(here);
+            let share = transmission.share_at(context);
             // A thin wall does not refract; in Whitted's integrator it does not reflect either.
             let ior = if self.thin { 1.0 } else { boundary.ior };
             (share > R::ZERO).then_some(Glass {
@@ -57,8 +61,8 @@ impl<R: Real> PhysicalInputs<R> {
         };
         MetallicRoughness {
             base,
-            metallic: self.metallic.number(here),
-            roughness: self.roughness.number(here),
+            metallic: self.metallic.number(context),
+            roughness: self.roughness.number(context),
             dielectric: boundary.f0 * self.specular,
             grazing: self.specular,
             glass: self.transmission.as_ref().and_then(glass),
@@ -66,19 +70,19 @@ impl<R: Real> PhysicalInputs<R> {
     }
 
     /// Transmittance for shadow rays at a point.
-    pub fn passes_at(&self, here: &ShadingContext<'_, R>) -> R {
+    pub fn passes_at(&self, context: &ShadingContext<'_, R>) -> R {
         let through = self.transmission.as_ref().map_or(R::ZERO, |transmission| {
-            transmission.of_light(transmission.share_at(here))
+            transmission.of_light(transmission.share_at(context))
         });
-        R::ONE - self.alpha_at(here) * (R::ONE - through)
+        R::ONE - self.alpha_at(context) * (R::ONE - through)
     }
 
     /// Coverage at a point: 0 or 1 for a mask.
-    pub fn alpha_at(&self, here: &ShadingContext<'_, R>) -> R {
+    pub fn alpha_at(&self, context: &ShadingContext<'_, R>) -> R {
         let alpha = || {
-            let alpha = self.opacity.number(here);
+            let alpha = self.opacity.number(context);
             if self.vertex_colours {
-                alpha * here.at.colour[3]
+                alpha * context.interaction.colour[3]
             } else {
                 alpha
             }

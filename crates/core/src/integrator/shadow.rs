@@ -4,8 +4,8 @@ use raywright_bvh::{Hit, Interval, Ray, Real, Vector};
 
 use super::PathSegment;
 use crate::interaction::Interaction;
-use crate::light::{LightId, LightSample, Target};
-use crate::prepare::{Material, Prepared, Spawn};
+use crate::light::{LightId, LightSample, LightTarget};
+use crate::prepare::{Prepared, PreparedMaterial, PreparedSpawn};
 use crate::scene::AlphaMode;
 
 /// Result of a shadow ray.
@@ -20,45 +20,45 @@ pub(crate) struct ShadowResult<R> {
 impl<R: Real> Prepared<R> {
     /// Shadow ray from a surface to a light sample, and its range; `None` if they coincide.
     #[inline(always)]
-    pub(super) fn towards(
+    pub(super) fn shadow_ray(
         &self,
         light: &LightSample<R>,
-        at: &Interaction<R>,
+        interaction: &Interaction<R>,
     ) -> Option<(Ray<R>, Interval<R>)> {
         let (l, rules) = (light.direction, &self.rules);
         match (rules.spawn, &light.target) {
             // Area lights are not part of the documented shaders, so their spawn rule does not
             // apply.
-            (_, Target::Surface(surface)) => at.surface.spawn_to_surface(surface),
+            (_, LightTarget::Surface(surface)) => interaction.surface.spawn_to_surface(surface),
             (
-                Spawn::ErrorBound,
-                Target::Point(position)
-                | Target::Middle {
+                PreparedSpawn::ErrorBound,
+                LightTarget::Point(position)
+                | LightTarget::Middle {
                     point: position, ..
                 },
-            ) => at.surface.spawn_to(*position),
-            (Spawn::ErrorBound, Target::Infinity) => {
+            ) => interaction.surface.spawn_to(*position),
+            (PreparedSpawn::ErrorBound, LightTarget::Infinity) => {
                 let range = Interval {
                     min: R::ZERO,
                     max: rules.shadow_max_distance,
                 };
-                Some((Ray::new(at.surface.spawn(l), l), range))
+                Some((Ray::new(interaction.surface.spawn(l), l), range))
             }
             // The documented shaders measure distances from the surface, also for an offset ray
             // origin.
             (
-                Spawn::Constant {
+                PreparedSpawn::Constant {
                     offset, shadow_min, ..
                 },
                 target,
             ) => {
-                let max = if matches!(target, Target::Infinity) {
+                let max = if matches!(target, LightTarget::Infinity) {
                     rules.shadow_max_distance
                 } else {
-                    at.distance_to(target)
+                    interaction.distance_to(target)
                 };
                 Some((
-                    Ray::new(at.surface.point + l * offset, l),
+                    Ray::new(interaction.surface.point + l * offset, l),
                     Interval {
                         min: shadow_min,
                         max,
@@ -71,32 +71,32 @@ impl<R: Real> Prepared<R> {
     /// A light sample, redirected to the lamp's centre for hard shadows; `None` if the lamp hides
     /// itself.
     #[inline(always)]
-    pub(super) fn aimed(
+    pub(super) fn aim_at_middle(
         &self,
         light: LightId,
-        drawn: LightSample<R>,
+        light_sample: LightSample<R>,
         from: R::Vec3,
     ) -> Option<LightSample<R>> {
         match light {
             LightId::Emitter(emitter) if self.casts_hard(emitter) => {
-                self.lights.emitters.by_middle(emitter, drawn, from)
+                self.lights.emitters.by_middle(emitter, light_sample, from)
             }
-            _ => Some(drawn),
+            _ => Some(light_sample),
         }
     }
 
     /// Whether a hit on the way to a lamp's centre is the lamp itself.
     #[inline(always)]
-    pub(super) fn is_own(&self, target: &Target<R>, hit: &Hit<R>) -> bool {
-        matches!(*target, Target::Middle { emitter, .. } if self.lights.emitters.of(hit.outermost(), hit.primitive) == Some(emitter))
+    pub(super) fn is_own(&self, target: &LightTarget<R>, hit: &Hit<R>) -> bool {
+        matches!(*target, LightTarget::Middle { emitter, .. } if self.lights.emitters.index_of(hit.outermost(), hit.primitive) == Some(emitter))
     }
 
     /// Traces a shadow ray; callers count it.
     #[inline]
-    pub(super) fn between(
+    pub(super) fn trace_shadow(
         &self,
         (ray, range): (&Ray<R>, Interval<R>),
-        target: &Target<R>,
+        target: &LightTarget<R>,
         want_distance: bool,
     ) -> ShadowResult<R> {
         let mut nearest = R::INFINITY;
@@ -117,7 +117,7 @@ impl<R: Real> Prepared<R> {
                 },
                 &mut (),
             );
-            let share = first.map_or(R::ONE, |hit| passes(self, ray, &hit));
+            let share = first.map_or(R::ONE, |hit| occluder_transmittance(self, ray, &hit));
             return ShadowResult {
                 share,
                 distance: nearest,
@@ -132,7 +132,7 @@ impl<R: Real> Prepared<R> {
                     return false;
                 }
                 nearest = nearest.min(hit.t);
-                product.factor(passes(self, ray, hit).to_f64());
+                product.factor(occluder_transmittance(self, ray, hit).to_f64());
                 product.opaque && !want_distance
             },
             &mut (),
@@ -151,13 +151,13 @@ impl<R: Real> Prepared<R> {
 
 impl<R: Real> Interaction<R> {
     /// Distance to the target of a shadow ray.
-    pub(super) fn distance_to(&self, target: &Target<R>) -> R {
+    pub(super) fn distance_to(&self, target: &LightTarget<R>) -> R {
         match target {
-            Target::Infinity => R::INFINITY,
-            Target::Point(target) | Target::Middle { point: target, .. } => {
+            LightTarget::Infinity => R::INFINITY,
+            LightTarget::Point(target) | LightTarget::Middle { point: target, .. } => {
                 (*target - self.surface.point).length()
             }
-            Target::Surface(target) => (target.point - self.surface.point).length(),
+            LightTarget::Surface(target) => (target.point - self.surface.point).length(),
         }
     }
 }
@@ -200,14 +200,14 @@ impl Transmittance {
 
 /// Transmittance of one occluder.
 #[inline]
-fn passes<R: Real>(scene: &Prepared<R>, ray: &Ray<R>, hit: &Hit<R>) -> R {
+fn occluder_transmittance<R: Real>(scene: &Prepared<R>, ray: &Ray<R>, hit: &Hit<R>) -> R {
     let material = &scene.materials[scene.objects[hit.outermost() as usize].material as usize];
     let even = material.shadow_transmittance();
-    if let Material::Physical(m) = material
+    if let PreparedMaterial::Physical(m) = material
         && (m.alpha != AlphaMode::Opaque || even.is_none())
     {
-        let at = Interaction::of(scene, &PathSegment::of(*ray), hit);
-        return m.passes_at(&scene.sources.at(&at));
+        let interaction = Interaction::from_hit(scene, &PathSegment::from_ray(*ray), hit);
+        return m.passes_at(&scene.texture_tables.shading_context(&interaction));
     }
     even.unwrap_or(R::ZERO)
 }

@@ -6,7 +6,7 @@ use raywright_bvh::{Hit, Ray, Real, Vector};
 use super::PathSegment;
 use crate::interaction::Interaction;
 use crate::material::{Glass, Interface};
-use crate::prepare::{Prepared, Spawn};
+use crate::prepare::{Prepared, PreparedSpawn};
 
 /// Least distances of valid hits.
 #[derive(Clone, Copy, Debug)]
@@ -21,11 +21,11 @@ impl<R: Real> Prepared<R> {
     /// Least distances of valid hits under the scene's rule.
     pub(crate) fn least_distances(&self) -> LeastDistances<R> {
         match self.rules.spawn {
-            Spawn::ErrorBound => LeastDistances {
+            PreparedSpawn::ErrorBound => LeastDistances {
                 camera: R::ZERO,
                 secondary: R::ZERO,
             },
-            Spawn::Constant {
+            PreparedSpawn::Constant {
                 camera_min,
                 secondary_min,
                 ..
@@ -39,37 +39,49 @@ impl<R: Real> Prepared<R> {
     /// The ray that leaves a surface in a unit direction. `side` is the normal's factor where the
     /// offset is constant: 1 for the side that the ray came from, −1 for the other.
     #[inline(always)]
-    pub(crate) fn spawn(&self, at: &Interaction<R>, direction: R::Vec3, side: R) -> Ray<R> {
+    pub(crate) fn spawn(
+        &self,
+        interaction: &Interaction<R>,
+        direction: R::Vec3,
+        side: R,
+    ) -> Ray<R> {
         let origin = match self.rules.spawn {
-            Spawn::ErrorBound => at.surface.spawn(direction),
-            Spawn::Constant {
+            PreparedSpawn::ErrorBound => interaction.surface.spawn(direction),
+            PreparedSpawn::Constant {
                 offset,
                 along_ray: true,
                 ..
-            } => at.surface.point + direction * offset,
-            Spawn::Constant { offset, .. } => at.surface.point + at.normal * (offset * side),
+            } => interaction.surface.point + direction * offset,
+            PreparedSpawn::Constant { offset, .. } => {
+                interaction.surface.point + interaction.normal * (offset * side)
+            }
         };
         Ray::new(origin, direction)
     }
 
     /// Whether the hit side of a surface emits.
     #[inline(always)]
-    pub(super) fn shines(&self, at: &Interaction<R>) -> bool {
-        at.outside || !self.objects[at.object as usize].culled
+    pub(super) fn shines(&self, interaction: &Interaction<R>) -> bool {
+        interaction.outside || !self.objects[interaction.object as usize].culled
     }
 
     /// A glass boundary at a hit, with all known digits.
     #[inline(always)]
     pub(super) fn interface(
         &self,
-        leg: &PathSegment<R>,
+        segment: &PathSegment<R>,
         hit: &Hit<R>,
-        at: &Interaction<R>,
+        interaction: &Interaction<R>,
         glass: &Glass<R>,
     ) -> Interface {
-        let (n, out) = (at.normal, at.surface.normal);
+        let (n, out) = (interaction.normal, interaction.surface.normal);
         // The unrounded geometric normal, if it is the shading normal.
-        let known = || self.geometry.located(&leg.ray, hit).normal.to_f64();
+        let known = || {
+            self.geometry
+                .surface_point(&segment.ray, hit)
+                .normal
+                .to_f64()
+        };
         let n = if n == out {
             known()
         } else if n == -out {
@@ -78,16 +90,16 @@ impl<R: Real> Prepared<R> {
             n.to_f64()
         };
         Interface::new(
-            leg.ray.direction.to_f64() + leg.rest.to_f64(),
-            n * at.side().to_f64(),
-            glass.eta(at.outside),
+            segment.ray.direction.to_f64() + segment.rest.to_f64(),
+            n * interaction.side().to_f64(),
+            glass.eta(interaction.outside),
         )
     }
 }
 
 /// A direction as stored, and its rounding error.
 #[inline(always)]
-pub(super) fn stored<R: Real>(exact: DVec3) -> (R::Vec3, R::Vec3) {
+pub(super) fn round_direction<R: Real>(exact: DVec3) -> (R::Vec3, R::Vec3) {
     let stored = R::Vec3::from_f64(exact);
     (stored, R::Vec3::from_f64(exact - stored.to_f64()))
 }

@@ -23,7 +23,7 @@ pub(crate) struct PathSegment<R: Real> {
 
 impl<R: Real> PathSegment<R> {
     /// A segment of an exact ray that begins at its origin.
-    pub fn of(ray: Ray<R>) -> Self {
+    pub fn from_ray(ray: Ray<R>) -> Self {
         Self {
             ray,
             rest: Vector::ZERO,
@@ -34,7 +34,7 @@ impl<R: Real> PathSegment<R> {
 
     /// The segment of a camera ray, without the ray.
     #[inline(always)]
-    pub fn of_camera(scene: &Prepared<R>) -> Self {
+    pub fn from_camera(scene: &Prepared<R>) -> Self {
         let before = if scene.cone.is_some() {
             R::ZERO
         } else {
@@ -53,7 +53,7 @@ impl<R: Real> PathSegment<R> {
     /// Continues with the next segment of the path, at the same time. Updated in place and vector
     /// by vector, since a copied segment would have to wait for its own numbers.
     #[inline(always)]
-    pub fn go_on(&mut self, ray: &Ray<R>, rest: R::Vec3) {
+    pub fn advance(&mut self, ray: &Ray<R>, rest: R::Vec3) {
         if self.before >= R::ZERO {
             self.before += (ray.origin - self.start()).length();
         }
@@ -78,42 +78,47 @@ impl<R: Real> PathSegment<R> {
 impl<R: Real> Interaction<R> {
     /// The interaction of a hit.
     #[inline(always)]
-    pub fn of(scene: &Prepared<R>, leg: &PathSegment<R>, hit: &Hit<R>) -> Self {
-        let mut at = Self::begun(scene, leg, hit);
-        at.finish(scene, leg, hit);
-        at.perturb_where_bumpy(scene, leg, hit);
-        at
+    pub fn from_hit(scene: &Prepared<R>, segment: &PathSegment<R>, hit: &Hit<R>) -> Self {
+        let mut interaction = Self::begun(scene, segment, hit);
+        interaction.finish(scene, segment, hit);
+        interaction.perturb_where_bumpy(scene, segment, hit);
+        interaction
     }
 
     /// Applies the material's normal map, if any.
     #[inline(always)]
-    pub fn perturb_where_bumpy(&mut self, scene: &Prepared<R>, leg: &PathSegment<R>, hit: &Hit<R>) {
+    pub fn perturb_where_bumpy(
+        &mut self,
+        scene: &Prepared<R>,
+        segment: &PathSegment<R>,
+        hit: &Hit<R>,
+    ) {
         if scene.objects[self.object as usize].bumpy {
-            self.perturb_normal(scene, leg, hit);
+            self.perturb_normal(scene, segment, hit);
         }
     }
 
     /// The interaction without the normal map.
     #[inline(always)]
-    pub fn smooth(scene: &Prepared<R>, leg: &PathSegment<R>, hit: &Hit<R>) -> Self {
-        let mut at = Self::begun(scene, leg, hit);
-        at.finish(scene, leg, hit);
-        at
+    pub fn smooth(scene: &Prepared<R>, segment: &PathSegment<R>, hit: &Hit<R>) -> Self {
+        let mut interaction = Self::begun(scene, segment, hit);
+        interaction.finish(scene, segment, hit);
+        interaction
     }
 
     /// An interaction with the data common to all hits, to be completed by [`Self::finish`].
     #[inline(always)]
-    pub fn begun(scene: &Prepared<R>, leg: &PathSegment<R>, hit: &Hit<R>) -> Self {
-        let mut at = Self::NOWHERE;
-        at.begin(scene, leg, hit);
-        at
+    pub fn begun(scene: &Prepared<R>, segment: &PathSegment<R>, hit: &Hit<R>) -> Self {
+        let mut interaction = Self::NOWHERE;
+        interaction.begin(scene, segment, hit);
+        interaction
     }
 
     /// [`Self::begun`] in place.
     #[inline(always)]
-    pub fn begin(&mut self, scene: &Prepared<R>, leg: &PathSegment<R>, hit: &Hit<R>) {
-        self.surface = scene.geometry.surface(&leg.ray, hit);
-        self.begin_located(scene, &leg.ray, hit);
+    pub fn begin(&mut self, scene: &Prepared<R>, segment: &PathSegment<R>, hit: &Hit<R>) {
+        self.surface = scene.geometry.surface(&segment.ray, hit);
+        self.begin_located(scene, &segment.ray, hit);
     }
 
     /// [`Self::begin`] for a known surface: field by field, since an interaction is large and would
@@ -130,16 +135,16 @@ impl<R: Real> Interaction<R> {
         self.time = ray.time;
         self.uv = [[R::ZERO; 2]; MOST_UV_SETS];
         self.footprint = [R::ZERO; MOST_UV_SETS];
-        self.lies = None;
+        self.texel_footprint = None;
         self.colour = [R::ONE; 4];
     }
 
     /// Adds the data that depend on the object, the camera and the mesh, except the normal map.
     #[inline(always)]
-    pub fn finish(&mut self, scene: &Prepared<R>, leg: &PathSegment<R>, hit: &Hit<R>) {
-        let (ray, record) = (&leg.ray, &scene.objects[self.object as usize]);
-        if leg.ahead != R::ZERO {
-            (self.origin, self.distance) = (leg.start(), hit.t + leg.ahead);
+    pub fn finish(&mut self, scene: &Prepared<R>, segment: &PathSegment<R>, hit: &Hit<R>) {
+        let (ray, record) = (&segment.ray, &scene.objects[self.object as usize]);
+        if segment.ahead != R::ZERO {
+            (self.origin, self.distance) = (segment.start(), hit.t + segment.ahead);
         }
         if record.coordinates {
             let parameters = scene.geometry.parameters(ray, hit);
@@ -147,10 +152,10 @@ impl<R: Real> Interaction<R> {
             self.uv = [[parameters.u, parameters.v]; MOST_UV_SETS];
         }
         self.attributes(scene, record, ray, hit);
-        if leg.before >= R::ZERO
+        if segment.before >= R::ZERO
             && let Some(cone) = &scene.cone
         {
-            self.cover(scene, cone, leg, hit);
+            self.cover(scene, cone, segment, hit);
         }
         if record.face_viewer && !self.outside {
             self.normal = -self.normal;

@@ -21,8 +21,8 @@ use crate::counters::Counters;
 use crate::interaction::Interaction;
 use crate::light::{LightId, LightSample};
 use crate::observer::Observer;
-use crate::prepare::{Material, Prepared};
-use crate::sampler::{Address, Purpose, pair};
+use crate::prepare::{Prepared, PreparedMaterial};
+use crate::sampler::{Purpose, SampleAddress, pair};
 use crate::scene::AlphaMode;
 use crate::settings::Settings;
 
@@ -83,10 +83,10 @@ impl<'a, R: Real> LightTransport<'a, R> for WhittedTracer<'a, R> {
     ) {
         out.clear();
         self.first_hits.intersect(self.scene, rays);
-        for (place, (ray, address)) in rays.iter().zip(addresses).enumerate() {
+        for (index, (ray, address)) in rays.iter().zip(addresses).enumerate() {
             let mut path = self.camera_path(ray, address);
-            let known = self.first_hits.get(place).copied();
-            self.follow(&mut path, known);
+            let hit = self.first_hits.get(index).copied();
+            self.follow(&mut path, hit);
             let veil = self.scene.veil;
             out.paths.push(PathResult {
                 radiance: path.radiance + veil,
@@ -117,13 +117,13 @@ impl<'a, R: Real> LightTransport<'a, R> for WhittedTracer<'a, R> {
 impl<R: Real> WhittedTracer<'_, R> {
     /// The initial path of a camera ray.
     #[inline(always)]
-    fn camera_path(&mut self, ray: &Ray<R>, address: &Address) -> WhittedState<R> {
+    fn camera_path(&mut self, ray: &Ray<R>, address: &SampleAddress) -> WhittedState<R> {
         self.first = None;
         self.direct = Vector::ZERO;
         self.counters.camera += 1;
         // The ray is written in place: a copied segment would have to wait for its own numbers.
         let mut path = WhittedState {
-            leg: PathSegment::of_camera(self.scene),
+            segment: PathSegment::from_camera(self.scene),
             throughput: Vector::ONE,
             radiance: Vector::ZERO,
             address: *address,
@@ -132,9 +132,9 @@ impl<R: Real> WhittedTracer<'_, R> {
             camera: true,
             share: R::ONE,
             covered: R::ZERO,
-            met: None,
+            hit: None,
         };
-        path.leg.ray = *ray;
+        path.segment.ray = *ray;
         path
     }
 
@@ -142,12 +142,12 @@ impl<R: Real> WhittedTracer<'_, R> {
     #[inline(always)]
     fn hit(&self, path: &WhittedState<R>) -> Option<Hit<R>> {
         let min = if path.camera {
-            self.least.camera - path.leg.ahead
+            self.least.camera - path.segment.ahead
         } else {
             self.least.secondary
         };
         self.scene.geometry.closest(
-            &path.leg.ray,
+            &path.segment.ray,
             Interval {
                 min,
                 max: R::INFINITY,
@@ -170,48 +170,57 @@ impl<R: Real> WhittedTracer<'_, R> {
             } else {
                 None
             };
-            let direction = path.leg.ray.direction;
+            let direction = path.segment.ray.direction;
             let seen = match backdrop {
                 Some(backdrop) => backdrop.seen(direction),
-                None => self.scene.lights.sky.radiance(path.leg.start(), direction),
+                None => self
+                    .scene
+                    .lights
+                    .sky
+                    .radiance(path.segment.start(), direction),
             };
             path.radiance += path.throughput * seen;
-            self.see(path.camera, path.throughput * seen);
+            self.record_direct(path.camera, path.throughput * seen);
             path.segments = 0;
             return None;
         };
-        // `Interaction::of`, in place.
-        let mut at = Interaction::begun(self.scene, &path.leg, hit);
-        at.finish(self.scene, &path.leg, hit);
-        at.perturb_where_bumpy(self.scene, &path.leg, hit);
+        // `Interaction::from_hit`, in place.
+        let mut interaction = Interaction::begun(self.scene, &path.segment, hit);
+        interaction.finish(self.scene, &path.segment, hit);
+        interaction.perturb_where_bumpy(self.scene, &path.segment, hit);
         if path.camera && self.keeps_first && self.first.is_none() {
-            self.first = Some(FirstHit::new(self.scene, &path.leg, hit));
+            self.first = Some(FirstHit::new(self.scene, &path.segment, hit));
         }
-        match &self.scene.materials[at.material as usize] {
-            Material::Classic(m) => match self.edge(path, hit, &at) {
+        match &self.scene.materials[interaction.material as usize] {
+            PreparedMaterial::Classic(m) => match self.edge(path, hit, &interaction) {
                 Some(edge) => self.draw_edge(path, edge),
-                None => self.classic(m, path, hit, &at),
+                None => self.classic(m, path, hit, &interaction),
             },
-            Material::Physical(m) => {
+            PreparedMaterial::Physical(m) => {
                 if m.alpha != AlphaMode::Opaque
-                    && let Some(aside) = self.cutout(m, path, hit, &at)
+                    && let Some(aside) = self.cutout(m, path, hit, &interaction)
                 {
                     return aside;
                 }
-                match self.edge(path, hit, &at) {
+                match self.edge(path, hit, &interaction) {
                     Some(edge) => self.draw_edge(path, edge),
-                    None => self.physical(m, path, hit, &at),
+                    None => self.physical(m, path, hit, &interaction),
                 }
             }
-            Material::Unused => path.leave([None; 2]),
+            PreparedMaterial::Unused => path.leave([None; 2]),
         }
     }
 
     /// Colour of an edge at a camera ray's hit.
     #[inline(always)]
-    fn edge(&self, path: &WhittedState<R>, hit: &Hit<R>, at: &Interaction<R>) -> Option<R::Vec3> {
+    fn edge(
+        &self,
+        path: &WhittedState<R>,
+        hit: &Hit<R>,
+        interaction: &Interaction<R>,
+    ) -> Option<R::Vec3> {
         if path.camera {
-            self.scene.edge_at(&path.leg, hit, at)
+            self.scene.edge_at(&path.segment, hit, interaction)
         } else {
             None
         }
@@ -221,7 +230,7 @@ impl<R: Real> WhittedTracer<'_, R> {
     fn draw_edge(&mut self, path: &mut WhittedState<R>, edge: R::Vec3) -> Option<WhittedState<R>> {
         let shown = path.throughput * edge;
         path.radiance += shown;
-        self.see(true, shown);
+        self.record_direct(true, shown);
         self.first
             .iter_mut()
             .for_each(|first| first.albedo = [0.0; 3]);
@@ -230,21 +239,21 @@ impl<R: Real> WhittedTracer<'_, R> {
 
     /// Adds directly visible radiance of a camera ray, if it is kept.
     #[inline(always)]
-    fn see(&mut self, camera: bool, radiance: R::Vec3) {
+    fn record_direct(&mut self, camera: bool, radiance: R::Vec3) {
         if camera && self.keeps_first {
             self.direct += radiance;
         }
     }
 
     /// Traces a path to its end, its side branches included. The hit of its first ray may be known.
-    fn follow(&mut self, path: &mut WhittedState<R>, mut known: Option<Option<Hit<R>>>) {
+    fn follow(&mut self, path: &mut WhittedState<R>, mut known_hit: Option<Option<Hit<R>>>) {
         while path.segments > 0 || self.resume(path) {
-            let hit = match known.take() {
+            let hit = match known_hit.take() {
                 Some(hit) => hit,
-                None => path.met.or_else(|| self.hit(path)),
+                None => path.hit.or_else(|| self.hit(path)),
             };
             if let Some(aside) = self.advance(path, hit.as_ref()) {
-                self.wait(path, aside);
+                self.defer(path, aside);
             }
         }
     }
@@ -252,9 +261,9 @@ impl<R: Real> WhittedTracer<'_, R> {
     /// Pushes a path that waits for its side branch, which is traced first. Not inlined, like
     /// [`Self::resume`]'s work: most paths never divide.
     #[inline(never)]
-    fn wait(&mut self, path: &mut WhittedState<R>, aside: WhittedState<R>) {
+    fn defer(&mut self, path: &mut WhittedState<R>, aside: WhittedState<R>) {
         self.divisions = self.divisions.wrapping_add(1);
-        if self.divisions.is_multiple_of(DIVISIONS) && self.observer.cancelled() {
+        if self.divisions.is_multiple_of(DIVISIONS) && self.observer.is_cancelled() {
             self.stopped = true;
         }
         if self.stopped {
@@ -268,16 +277,16 @@ impl<R: Real> WhittedTracer<'_, R> {
     /// Resumes the path that waits for this ended one; false if none does.
     #[inline(always)]
     fn resume(&mut self, path: &mut WhittedState<R>) -> bool {
-        !self.waiting.is_empty() && self.taken_up(path)
+        !self.waiting.is_empty() && self.resume_deferred(path)
     }
 
     #[inline(never)]
-    fn taken_up(&mut self, path: &mut WhittedState<R>) -> bool {
+    fn resume_deferred(&mut self, path: &mut WhittedState<R>) -> bool {
         while let Some(before) = self.waiting.pop() {
-            let brought = core::mem::replace(path, before);
-            path.radiance += brought.radiance;
-            path.covered += brought.covered;
-            path.passages = brought.passages;
+            let state = core::mem::replace(path, before);
+            path.radiance += state.radiance;
+            path.covered += state.covered;
+            path.passages = state.passages;
             // The path may have ended with its wait.
             if path.segments > 0 {
                 return true;
@@ -288,9 +297,14 @@ impl<R: Real> WhittedTracer<'_, R> {
 
     /// Continues a path in the same direction beyond a surface, with its new throughput; this takes
     /// no segment.
-    fn pass(&mut self, path: &mut WhittedState<R>, at: &Interaction<R>, throughput: R::Vec3) {
-        let rest = path.leg.rest;
-        path.leg.go_on(&self.behind(path, at), rest);
+    fn pass(
+        &mut self,
+        path: &mut WhittedState<R>,
+        interaction: &Interaction<R>,
+        throughput: R::Vec3,
+    ) {
+        let rest = path.segment.rest;
+        path.segment.advance(&self.behind(path, interaction), rest);
         path.throughput = throughput;
         path.address.bounce += 1;
         self.count_passage(path);
@@ -300,20 +314,22 @@ impl<R: Real> WhittedTracer<'_, R> {
     fn pass_border(
         &mut self,
         path: &mut WhittedState<R>,
-        at: &Interaction<R>,
+        interaction: &Interaction<R>,
         throughput: R::Vec3,
     ) {
         self.counters.refraction += 1;
         path.covered += core::mem::replace(&mut path.share, R::ZERO);
         path.camera = false;
-        self.pass(path, at, throughput);
+        self.pass(path, interaction, throughput);
     }
 
     /// The continued ray of a path beyond a surface.
-    fn behind(&self, path: &WhittedState<R>, at: &Interaction<R>) -> Ray<R> {
+    fn behind(&self, path: &WhittedState<R>, interaction: &Interaction<R>) -> Ray<R> {
         Ray {
-            culls: path.leg.ray.culls,
-            ..self.scene.spawn(at, at.direction, -R::ONE)
+            culls: path.segment.ray.culls,
+            ..self
+                .scene
+                .spawn(interaction, interaction.direction, -R::ONE)
         }
     }
 
@@ -328,17 +344,20 @@ impl<R: Real> WhittedTracer<'_, R> {
 
     /// Shadow ray between a surface and a light sample.
     #[inline]
-    fn before(
+    fn shadow_result(
         &mut self,
         light: &LightSample<R>,
-        at: &Interaction<R>,
+        interaction: &Interaction<R>,
         want_distance: bool,
     ) -> ShadowResult<R> {
-        match self.scene.towards(light, at) {
+        match self.scene.shadow_ray(light, interaction) {
             Some((ray, range)) => {
                 self.counters.shadow += 1;
-                self.scene
-                    .between((&ray.at_time(at.time), range), &light.target, want_distance)
+                self.scene.trace_shadow(
+                    (&ray.at_time(interaction.time), range),
+                    &light.target,
+                    want_distance,
+                )
             }
             // The light lies at the ray's origin: nothing blocks it.
             None => ShadowResult {
@@ -349,7 +368,11 @@ impl<R: Real> WhittedTracer<'_, R> {
     }
 
     /// A sampled point of an emitter that lights the hit, with its transmittance.
-    fn emitter(&mut self, at: &Interaction<R>, address: Address) -> Option<(LightSample<R>, R)> {
+    fn emitter(
+        &mut self,
+        interaction: &Interaction<R>,
+        address: SampleAddress,
+    ) -> Option<(LightSample<R>, R)> {
         let emitters = &self.scene.lights.emitters;
         if emitters.is_empty() {
             return None;
@@ -357,20 +380,27 @@ impl<R: Real> WhittedTracer<'_, R> {
         let pick = pair(address, Purpose::Emitter);
         let position = pair(address, Purpose::EmitterPoint);
         let (index, probability) = emitters.choose(pick)?;
-        let drawn = emitters.sample(index, at.surface.point, position, probability)?;
-        if at.normal.dot(drawn.direction) <= R::ZERO {
+        let light_sample =
+            emitters.sample(index, interaction.surface.point, position, probability)?;
+        if interaction.normal.dot(light_sample.direction) <= R::ZERO {
             return None;
         }
-        let aimed = self
-            .scene
-            .aimed(LightId::Emitter(index), drawn, at.surface.point)?;
-        let (ray, range) = self.scene.towards(&aimed, at)?;
+        let aimed = self.scene.aim_at_middle(
+            LightId::Emitter(index),
+            light_sample,
+            interaction.surface.point,
+        )?;
+        let (ray, range) = self.scene.shadow_ray(&aimed, interaction)?;
         self.counters.shadow += 1;
         let share = self
             .scene
-            .between((&ray.at_time(at.time), range), &aimed.target, false)
+            .trace_shadow(
+                (&ray.at_time(interaction.time), range),
+                &aimed.target,
+                false,
+            )
             .share;
-        (share > R::ZERO).then_some((drawn, share))
+        (share > R::ZERO).then_some((light_sample, share))
     }
 }
 

@@ -10,7 +10,7 @@ use raywright_bvh::{Hit, Real, Vector};
 use super::PathSegment;
 use crate::display::curve::luminance;
 use crate::interaction::Interaction;
-use crate::prepare::{Material, Prepared};
+use crate::prepare::{Prepared, PreparedMaterial};
 
 /// Greatest width of a line, as a share of the distance from its edge to the opposite corner.
 const WIDEST: f64 = 1.0 / 12.0;
@@ -27,12 +27,12 @@ impl<R: Real> Prepared<R> {
     #[inline(always)]
     pub(super) fn edge_at(
         &self,
-        leg: &PathSegment<R>,
+        segment: &PathSegment<R>,
         hit: &Hit<R>,
-        at: &Interaction<R>,
+        interaction: &Interaction<R>,
     ) -> Option<R::Vec3> {
-        if self.draws_edges && !self.is_cap(at.object) && self.is_on_edge(leg, hit) {
-            Some(self.edge_colour(at))
+        if self.draws_edges && !self.is_cap(interaction.object) && self.is_on_edge(segment, hit) {
+            Some(self.edge_colour(interaction))
         } else {
             None
         }
@@ -48,13 +48,13 @@ impl<R: Real> Prepared<R> {
     /// Whether a ray passes an edge of its triangle by less than half a pixel, by the width of its
     /// cone there.
     #[inline(never)]
-    fn is_on_edge(&self, leg: &PathSegment<R>, hit: &Hit<R>) -> bool {
-        let Some(corners) = self.geometry.corners(&leg.ray, hit) else {
+    fn is_on_edge(&self, segment: &PathSegment<R>, hit: &Hit<R>) -> bool {
+        let Some(corners) = self.geometry.corners(&segment.ray, hit) else {
             return false;
         };
         let cone = self.camera.cone();
-        let pixel = (cone.width + cone.spread * (hit.t + leg.ahead)).to_f64();
-        let (origin, direction) = (leg.ray.origin.to_f64(), leg.ray.direction.to_f64());
+        let pixel = (cone.width + cone.spread * (hit.t + segment.ahead)).to_f64();
+        let (origin, direction) = (segment.ray.origin.to_f64(), segment.ray.direction.to_f64());
         let weights = [R::ONE - hit.u - hit.v, hit.u, hit.v].map(Real::to_f64);
         (0..3).any(|i| {
             let [from, to]: [DVec3; 2] = [1, 2].map(|k| corners[(i + k) % 3]);
@@ -63,12 +63,12 @@ impl<R: Real> Prepared<R> {
         })
     }
 
-    fn edge_colour(&self, at: &Interaction<R>) -> R::Vec3 {
-        let here = self.sources.at(at);
-        let colour = match &self.materials[at.material as usize] {
-            Material::Classic(m) => m.colour.colour(&here),
-            Material::Physical(m) => m.base_at(&here),
-            Material::Unused => Vector::ZERO,
+    fn edge_colour(&self, interaction: &Interaction<R>) -> R::Vec3 {
+        let context = self.texture_tables.shading_context(interaction);
+        let colour = match &self.materials[interaction.material as usize] {
+            PreparedMaterial::Classic(m) => m.colour.colour(&context),
+            PreparedMaterial::Physical(m) => m.base_at(&context),
+            PreparedMaterial::Unused => Vector::ZERO,
         };
         let is_bright = luminance(colour.to_f64().to_array()) > BETWEEN;
         Vector::splat(R::from_f64(if is_bright { DARK } else { BRIGHT }))

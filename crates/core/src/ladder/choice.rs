@@ -11,7 +11,7 @@ use crate::suggest::closest;
 
 /// A chosen rung of a ladder.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Choice {
+pub struct RungChoice {
     pub(super) ladder: Ladder,
     pub(super) rung: &'static Rung,
 }
@@ -21,7 +21,7 @@ pub struct Choice {
 #[error("{0}")]
 pub struct UnknownRung(String);
 
-impl Choice {
+impl RungChoice {
     /// Parses `LADDER=RUNG`.
     ///
     /// # Errors
@@ -88,16 +88,16 @@ impl Choice {
     }
 }
 
-impl fmt::Display for Choice {
+impl fmt::Display for RungChoice {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}={}", self.ladder.name(), self.rung.name)
     }
 }
 
-fn unknown(what: &str, name: &str, known: &[&str]) -> UnknownRung {
+fn unknown(label: &str, name: &str, known: &[&str]) -> UnknownRung {
     let hint = match closest(name, known.iter().copied()) {
         Some(word) => format!("did you mean `{word}`?"),
         None => format!("known: {}", known.join(", ")),
     };
-    UnknownRung(format!("there is no {what} `{name}`; {hint}"))
+    UnknownRung(format!("there is no {label} `{name}`; {hint}"))
 }

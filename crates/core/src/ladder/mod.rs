@@ -14,10 +14,10 @@ use raywright_bvh::BuildQuality;
 use serde::Serialize;
 
 use crate::denoise;
-use crate::effects::{Effect, EffectReport, EffectSet, Status, chosen};
+use crate::effects::{Effect, EffectReport, EffectSet, EffectStatus, chosen};
 use crate::scene::{Integrator, Scene};
 use crate::settings::Settings;
-pub use choice::{Choice, UnknownRung};
+pub use choice::{RungChoice, UnknownRung};
 pub use rungs::Ladder;
 pub use value::RungValue;
 
@@ -35,10 +35,10 @@ pub struct Rung {
 
 impl Ladder {
     /// Iterates over the ladder's rungs as choices, in the same order.
-    pub fn choices(self) -> impl DoubleEndedIterator<Item = Choice> {
+    pub fn choices(self) -> impl DoubleEndedIterator<Item = RungChoice> {
         self.rungs()
             .iter()
-            .map(move |rung| Choice { ladder: self, rung })
+            .map(move |rung| RungChoice { ladder: self, rung })
     }
 
     /// Whether the ladder changes the picture; otherwise it changes time, memory or the file format
@@ -80,19 +80,23 @@ impl Ladder {
     /// every scene where the set is empty.
     pub const fn effects(self) -> EffectSet {
         match self {
-            Self::RayOffset => EffectSet::of(&[
+            Self::RayOffset => EffectSet::from_effects(&[
                 Effect::Shadows,
                 Effect::SoftShadows,
                 Effect::MirrorReflection,
                 Effect::Refraction,
                 Effect::Transparency,
             ]),
-            Self::Shadows => EffectSet::of(&[Effect::Shadows, Effect::SoftShadows]),
-            Self::LightSampling => EffectSet::of(&[Effect::SoftShadows, Effect::SkyLight]),
-            Self::Fresnel | Self::Microfacets => EffectSet::of(&[Effect::PhysicalMaterials]),
-            Self::Colour => EffectSet::of(&[Effect::Dispersion]),
-            Self::TextureFilter => EffectSet::of(&[Effect::ImageTextures]),
-            Self::PathLength => EffectSet::of(&[
+            Self::Shadows => EffectSet::from_effects(&[Effect::Shadows, Effect::SoftShadows]),
+            Self::LightSampling => {
+                EffectSet::from_effects(&[Effect::SoftShadows, Effect::SkyLight])
+            }
+            Self::Fresnel | Self::Microfacets => {
+                EffectSet::from_effects(&[Effect::PhysicalMaterials])
+            }
+            Self::Colour => EffectSet::from_effects(&[Effect::Dispersion]),
+            Self::TextureFilter => EffectSet::from_effects(&[Effect::ImageTextures]),
+            Self::PathLength => EffectSet::from_effects(&[
                 Effect::MirrorReflection,
                 Effect::Refraction,
                 Effect::Transparency,
@@ -153,7 +157,7 @@ pub fn called_for(effects: &EffectReport) -> EffectSet {
     effects
         .effects
         .iter()
-        .filter(|f| f.status != Status::Absent)
+        .filter(|f| f.status != EffectStatus::Absent)
         .map(|f| f.effect)
         .collect()
 }
@@ -196,14 +200,16 @@ pub fn reached(
 
 /// Returns the ladders that matter to a scene, with the rungs in use.
 pub fn standings(scene: &Scene, settings: &Settings, effects: &EffectReport) -> Vec<CurrentRung> {
-    let standing = |ladder: Ladder| CurrentRung {
+    let current_rung = |ladder: Ladder| CurrentRung {
         ladder: ladder.name(),
         rung: ladder.in_use(scene, settings),
         default: ladder.default_rung(),
         changes_pictures: ladder.changes_pictures(),
         rungs: ladder.rungs(),
     };
-    reached(scene, settings, effects).map(standing).collect()
+    reached(scene, settings, effects)
+        .map(current_rung)
+        .collect()
 }
 
 #[cfg(test)]

@@ -33,10 +33,10 @@ fn a_chosen_rung_is_in_use() {
         );
         for before in ladder.rungs() {
             for after in ladder.rungs() {
-                let (mut scene, mut settings) = (scene(), Settings::of(&scene()));
+                let (mut scene, mut settings) = (scene(), Settings::from_scene(&scene()));
                 for rung in [before, after] {
-                    let choice =
-                        Choice::parse(&format!("{}={}", ladder.name(), rung.name)).expect("a rung");
+                    let choice = RungChoice::parse(&format!("{}={}", ladder.name(), rung.name))
+                        .expect("a rung");
                     choice.apply(&mut scene, &mut settings);
                     assert_eq!(
                         (ladder.in_use(&scene, &settings).as_str(), choice.ladder()),
@@ -52,7 +52,7 @@ fn a_chosen_rung_is_in_use() {
                     if other != ladder && !(tree.contains(&other) && tree.contains(&ladder)) {
                         let own = other.in_use(
                             &super::tests::scene(),
-                            &Settings::of(&super::tests::scene()),
+                            &Settings::from_scene(&super::tests::scene()),
                         );
                         assert_eq!(
                             other.in_use(&scene, &settings),
@@ -71,7 +71,7 @@ fn a_chosen_rung_is_in_use() {
 #[test]
 fn rungs_that_are_no_other_picture_are_told() {
     let left = |present: &[Effect]| -> Vec<&'static str> {
-        let present = EffectSet::of(present);
+        let present = EffectSet::from_effects(present);
         Ladder::Shadows
             .choices()
             .filter(|choice| choice.differs(present))
@@ -106,8 +106,8 @@ fn the_own_constant_stays() {
     });
     let mut scene = scene();
     scene.classic.spawn = own;
-    let mut settings = Settings::of(&scene);
-    Choice::parse("ray-offset=constant")
+    let mut settings = Settings::from_scene(&scene);
+    RungChoice::parse("ray-offset=constant")
         .expect("a rung")
         .apply(&mut scene, &mut settings);
     assert_eq!(scene.classic.spawn, own);
@@ -122,7 +122,7 @@ fn paths_have_a_length_to_choose() {
             scene(),
             Settings {
                 integrator,
-                ..Settings::of(&scene())
+                ..Settings::from_scene(&scene())
             },
         );
         let effects = crate::effects::detect(&scene, &settings);
@@ -142,7 +142,7 @@ fn paths_may_be_longer_than_their_longest_rung() {
     let depth: u32 = longest.name.parse().expect("a number");
     let beyond = Settings {
         max_depth: depth + 1,
-        ..Settings::of(&scene())
+        ..Settings::from_scene(&scene())
     };
     assert_eq!(
         Ladder::PathLength.in_use(&scene(), &beyond),
@@ -158,18 +158,18 @@ fn paths_may_be_longer_than_their_longest_rung() {
 /// Protects: an unknown rung is refused with the nearest word, or with all of them.
 #[test]
 fn mistakes_are_explained() {
-    let said = |text| Choice::parse(text).expect_err("no rung").to_string();
+    let message_of = |text| RungChoice::parse(text).expect_err("no rung").to_string();
     assert_eq!(
-        said("precision"),
+        message_of("precision"),
         "expected LADDER=RUNG, such as precision=reference"
     );
     assert_eq!(
-        said("precison=reference"),
+        message_of("precison=reference"),
         "there is no ladder `precison`; did you mean `precision`?"
     );
     assert_eq!(
-        said("precision=exact"),
+        message_of("precision=exact"),
         "there is no rung of precision `exact`; known: robust, reference"
     );
-    assert!(said("brightness=red").contains("known: integrator, precision"));
+    assert!(message_of("brightness=red").contains("known: integrator, precision"));
 }

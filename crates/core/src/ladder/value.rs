@@ -95,7 +95,7 @@ impl RungValue {
         match self {
             Self::PathLength(Settings::UNLIMITED) => "unlimited".to_owned(),
             Self::PathLength(number) | Self::Samples(number) => number.to_string(),
-            Self::Clamp(Some(most)) => most.to_string(),
+            Self::Clamp(Some(maximum)) => maximum.to_string(),
             // Every other value is a rung's.
             other => format!("{other:?}"),
         }
@@ -104,9 +104,9 @@ impl RungValue {
 
 /// Switches an effect off or on.
 fn switch(settings: &mut Settings, effect: Effect, off: bool) {
-    let (one, others) = (
-        EffectSet::of(&[effect]),
-        settings.without.without(EffectSet::of(&[effect])),
+    let (effects, others) = (
+        EffectSet::from_effects(&[effect]),
+        settings.without.without(EffectSet::from_effects(&[effect])),
     );
-    settings.without = if off { others.or(one) } else { others };
+    settings.without = if off { others.or(effects) } else { others };
 }

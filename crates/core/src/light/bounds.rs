@@ -42,9 +42,12 @@ impl LightBounds {
 
     /// Bounds of a point light that emits within an angle of a direction. Each of those directions
     /// counts as a normal, since the light does not weaken towards the edge as a surface's does.
-    pub fn point(at: DVec3, axis: DVec3, angle: f64) -> Self {
+    pub fn point(point: DVec3, axis: DVec3, angle: f64) -> Self {
         Self {
-            space: Aabb { min: at, max: at },
+            space: Aabb {
+                min: point,
+                max: point,
+            },
             axis,
             normals: angle,
             emission: 0.0,

@@ -23,7 +23,7 @@ pub(super) fn push_shares(cumulative: &mut Vec<f64>, weights: &[f64]) -> f64 {
 }
 
 /// The probability of an entry.
-pub(super) fn share<T: Copy + Into<f64>>(cumulative: &[T], index: usize) -> f64 {
+pub(super) fn probability_of<T: Copy + Into<f64>>(cumulative: &[T], index: usize) -> f64 {
     let before = if index == 0 {
         0.0
     } else {
@@ -34,7 +34,7 @@ pub(super) fn share<T: Copy + Into<f64>>(cumulative: &[T], index: usize) -> f64 
 
 /// The entry at a number in [0, 1), its probability, and the position of the number within the
 /// entry, in [0, 1).
-pub(super) fn pick<T: Copy + Into<f64>>(cumulative: &[T], at: f64) -> (usize, f64, f64) {
+pub(super) fn sample_index<T: Copy + Into<f64>>(cumulative: &[T], at: f64) -> (usize, f64, f64) {
     let at = at.min(1.0_f64.next_down());
     taken(
         cumulative,
@@ -59,7 +59,7 @@ pub(super) fn push_guide<T: Copy + Into<f64>>(guide: &mut Vec<u8>, cumulative: &
     guide.extend((0..parts).map(|part| entry(part) as u8));
 }
 
-/// [`pick`] with a guide table: the same entry.
+/// [`sample_index`] with a guide table: the same entry.
 pub(super) fn pick_guided<T: Copy + Into<f64>>(
     cumulative: &[T],
     guide: &[u8],
@@ -74,7 +74,7 @@ pub(super) fn pick_guided<T: Copy + Into<f64>>(
 }
 
 fn taken<T: Copy + Into<f64>>(cumulative: &[T], index: usize, at: f64) -> (usize, f64, f64) {
-    let share = share(cumulative, index);
+    let share = probability_of(cumulative, index);
     let before = cumulative[index].into() - share;
     (
         index,
@@ -124,12 +124,12 @@ mod tests {
                 {
                     assert_eq!(
                         pick_guided(&sums, &guide, at),
-                        pick(&sums, at),
+                        sample_index(&sums, at),
                         "{kind}, {count} entries at {at:e}"
                     );
                     assert_eq!(
                         pick_guided(&rounded, &rough, at),
-                        pick(&rounded, at),
+                        sample_index(&rounded, at),
                         "{kind}, {count} entries in f32 at {at:e}"
                     );
                 }

@@ -4,8 +4,8 @@
 
 use raywright_bvh::{Real, Vector};
 
-use super::cdf::{pick, push_shares, share};
-use super::tree::{Leaf, LightTree, Receiver};
+use super::cdf::{probability_of, push_shares, sample_index};
+use super::tree::{LightLeaf, LightTree, Receiver};
 use super::{LightId, Lights};
 
 /// A point of a surface for which a light is chosen.
@@ -42,7 +42,7 @@ impl LightChoice {
             // Leaves out NaN too.
             let shines = power > 0.0 && power.is_finite();
             match (lights.bounds(id), id) {
-                (Some(bounds), _) if shines => near.push(Leaf {
+                (Some(bounds), _) if shines => near.push(LightLeaf {
                     light: id,
                     bounds,
                     power,
@@ -124,12 +124,12 @@ impl LightChoice {
             };
             let u = f64::from(coarse) + f64::from(fine) * STEP;
             if u < self.far_share {
-                let (index, probability, _) = pick(&self.far_shares, u / self.far_share);
+                let (index, probability, _) = sample_index(&self.far_shares, u / self.far_share);
                 drawn[i] = Some((self.far[index], probability * self.far_share));
             } else {
                 near[i] = Some((
                     Receiver {
-                        at: from.to_f64(),
+                        point: from.to_f64(),
                         normal: normal.to_f64(),
                     },
                     (u - self.far_share) / near_share,
@@ -148,7 +148,7 @@ impl LightChoice {
         match light {
             LightId::Emitter(i) => {
                 let receiver = Receiver {
-                    at: from.to_f64(),
+                    point: from.to_f64(),
                     normal: normal.to_f64(),
                 };
                 let leaf = self
@@ -160,7 +160,7 @@ impl LightChoice {
             }
             // The sky comes last; a delta light is never hit.
             LightId::Sky if self.far.last() == Some(&LightId::Sky) => {
-                share(&self.far_shares, self.far.len() - 1) * self.far_share
+                probability_of(&self.far_shares, self.far.len() - 1) * self.far_share
             }
             LightId::Sky | LightId::Delta(_) => 0.0,
         }
@@ -181,12 +181,14 @@ impl<R: Real> Lights<R> {
     /// Whether an infinitely distant light has any radiance.
     fn shines_from_afar(&self, light: LightId) -> bool {
         match light {
-            LightId::Delta(i) => self.delta[i as usize]
-                .sample(R::Vec3::ZERO)
-                .is_some_and(|seen| {
-                    let zero = <R as Real>::ZERO;
-                    seen.arriving.max_element() > zero
-                }),
+            LightId::Delta(i) => {
+                self.delta[i as usize]
+                    .sample(R::Vec3::ZERO)
+                    .is_some_and(|light_sample| {
+                        let zero = <R as Real>::ZERO;
+                        light_sample.arriving.max_element() > zero
+                    })
+            }
             LightId::Sky => true,
             LightId::Emitter(_) => false,
         }

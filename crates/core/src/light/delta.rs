@@ -4,7 +4,7 @@ use core::f64::consts::{PI, TAU};
 
 use raywright_bvh::{Real, Vector};
 
-use super::{Density, LightBounds, LightSample, Target};
+use super::{Density, LightBounds, LightSample, LightTarget};
 use crate::scene::{Falloff, Light as LightData, LightKind};
 use crate::validate::GREATEST;
 
@@ -139,7 +139,7 @@ impl<R: Real> DeltaLight<R> {
                 direction: *to_light,
                 arriving: self.colour,
                 density: Density::Delta,
-                target: Target::Infinity,
+                target: LightTarget::Infinity,
             }),
             DeltaKind::Point { position, fade } => self.local(from, *position, fade, |_| R::ONE),
             DeltaKind::Spot {
@@ -174,7 +174,7 @@ impl<R: Real> DeltaLight<R> {
             // channel is NaN.
             arriving: (self.colour * strength).min(R::Vec3::splat(R::from_f64(GREATEST))),
             density: Density::Delta,
-            target: Target::Point(position),
+            target: LightTarget::Point(position),
         })
     }
 
@@ -264,14 +264,14 @@ mod tests {
     /// fourth power of a distance of 4.3e9 overflows `f32`; such a light was once dark.
     #[test]
     fn a_light_of_any_size_arrives() {
-        fn arrives<R: Real>(tolerance: f64) {
+        fn check_irradiance<R: Real>(tolerance: f64) {
             for exponent in -15..=15 {
                 let d = 10.0_f64.powi(exponent);
                 let seen = |range: Option<f64>| {
                     let light = point::<R>(d, range, 3.0 * d * d);
                     light
                         .sample(R::Vec3::ZERO)
-                        .map_or(0.0, |seen| seen.arriving.to_f64().x)
+                        .map_or(0.0, |light_sample| light_sample.arriving.to_f64().x)
                 };
                 // The window is (1 − (d/range)⁴); by hand, 15/16 at half the range, 1 at a
                 // millionth of it, 0 from the range on.
@@ -289,20 +289,20 @@ mod tests {
                 }
             }
         }
-        arrives::<f32>(3e-6);
-        arrives::<f64>(1e-14);
+        check_irradiance::<f32>(3e-6);
+        check_irradiance::<f64>(1e-14);
     }
 
     /// Protects: an irradiance that overflows `f32` close to a light stays finite and white.
     #[test]
     fn a_strong_light_close_by_is_finite() {
-        let seen = point::<f32>(1e-6, None, 1e37)
+        let light_sample = point::<f32>(1e-6, None, 1e37)
             .sample(Vec3::ZERO)
             .expect("it shines");
         assert!(
-            seen.arriving.is_finite() && seen.arriving.x >= 1e29,
+            light_sample.arriving.is_finite() && light_sample.arriving.x >= 1e29,
             "{}",
-            seen.arriving
+            light_sample.arriving
         );
         assert!(
             point::<f32>(0.0, None, 1.0).sample(Vec3::ZERO).is_none(),
@@ -328,11 +328,11 @@ mod tests {
                     };
                     let seen = |degrees: f64| {
                         let angle = degrees.to_radians();
-                        let at =
+                        let point =
                             R::Vec3::from_f64(DVec3::new(libm::sin(angle), -libm::cos(angle), 0.0));
                         light::<R>(kind.clone(), 1.0)
-                            .sample(at)
-                            .map_or(0.0, |seen| seen.arriving.to_f64().x)
+                            .sample(point)
+                            .map_or(0.0, |light_sample| light_sample.arriving.to_f64().x)
                     };
                     assert!(
                         (seen(0.99 * outer_angle) - 1.0).abs() < 1e-6,
@@ -374,13 +374,13 @@ mod tests {
         let (inner, outer) = (0.75_f64.sqrt(), 0.5);
         for (share, strength) in [(1.0, 1.0), (0.75, 0.5625), (0.5, 0.25), (0.1, 0.01)] {
             let cosine = outer + (inner - outer) * share;
-            let seen = spot
+            let light_sample = spot
                 .sample(DVec3::new((1.0 - cosine * cosine).sqrt(), -cosine, 0.0))
                 .expect("inside the cone");
             assert!(
-                (seen.arriving.x - strength).abs() < 1e-12,
+                (light_sample.arriving.x - strength).abs() < 1e-12,
                 "{share} of the way: {}",
-                seen.arriving.x
+                light_sample.arriving.x
             );
         }
         assert!(

@@ -14,7 +14,7 @@ use raywright_bvh::shapes::AnyShape;
 use raywright_bvh::{Real, Shape, Side, Surface, Vector};
 
 use super::LightBounds;
-use super::cdf::{pick, push_shares, share};
+use super::cdf::{probability_of, push_shares, sample_index};
 
 pub(super) use lanes::EmitterLanes;
 pub use list::{EmissionEstimate, EmitterList};
@@ -22,7 +22,7 @@ use list::{Emitter, EmitterShape};
 
 /// Strategy for sampling points of an emitter.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Strategy {
+pub enum EmitterStrategy {
     /// By area, for any surface and receiver.
     #[default]
     Area,
@@ -33,7 +33,7 @@ pub enum Strategy {
 
 /// A point of emission, and the ray that hit it.
 #[derive(Clone, Copy, Debug)]
-pub struct Exit<R: Real> {
+pub struct EmissionPoint<R: Real> {
     /// The point.
     pub surface: Surface<R>,
     /// Texture coordinates, for varying emission; constant emission reads none.
@@ -54,7 +54,7 @@ pub struct Emitters<R: Real> {
     /// Number of emitters of positive power.
     lit: usize,
     /// Strategy for sampling points.
-    pub strategy: Strategy,
+    pub strategy: EmitterStrategy,
 }
 
 impl<R: Real> Emitters<R> {
@@ -70,7 +70,7 @@ impl<R: Real> Emitters<R> {
                 list: EmitterList::default(),
                 cumulative: Vec::new(),
                 lit,
-                strategy: Strategy::default(),
+                strategy: EmitterStrategy::default(),
             };
         }
         let mut cumulative = Vec::with_capacity(powers.len());
@@ -79,7 +79,7 @@ impl<R: Real> Emitters<R> {
             list,
             cumulative,
             lit,
-            strategy: Strategy::default(),
+            strategy: EmitterStrategy::default(),
         }
     }
 
@@ -100,7 +100,7 @@ impl<R: Real> Emitters<R> {
 
     /// The emitter of an object's primitive: a triangle of its mesh, alone or as half of a quad, or
     /// 0 for a shape. `None` if the object is no light.
-    pub fn of(&self, object: u32, primitive: u32) -> Option<u32> {
+    pub fn index_of(&self, object: u32, primitive: u32) -> Option<u32> {
         let start = *self.list.first.get(object as usize)?;
         let end = self
             .list
@@ -131,13 +131,13 @@ impl<R: Real> Emitters<R> {
             return None;
         }
         let (index, probability, _) =
-            pick(&self.cumulative, f64::from(coarse) + f64::from(fine) * STEP);
+            sample_index(&self.cumulative, f64::from(coarse) + f64::from(fine) * STEP);
         Some((index as u32, probability))
     }
 
     /// Probability of [`Emitters::choose`] returning an emitter.
     pub fn probability(&self, index: u32) -> f64 {
-        share(&self.cumulative, index as usize)
+        probability_of(&self.cumulative, index as usize)
     }
 
     /// Bytes of the tables.
@@ -145,7 +145,7 @@ impl<R: Real> Emitters<R> {
         let list = &self.list;
         EmitterList::<R>::bytes_of(
             self.len() as u64,
-            list.placed.len() as u64,
+            list.transformed_shapes.len() as u64,
             list.first.len() as u64,
             [0; 2],
         ) + list.cells.bytes()
@@ -154,7 +154,7 @@ impl<R: Real> Emitters<R> {
     /// Number of emitters with a transform of their own.
     #[cfg(test)]
     pub(crate) fn under_maps(&self) -> usize {
-        self.list.placed.len()
+        self.list.transformed_shapes.len()
     }
 
     /// Whether emission varies over an emitter. [`Emitters::sample`] then assumes a radiance of
@@ -167,12 +167,12 @@ impl<R: Real> Emitters<R> {
     pub fn is_flat(&self, index: u32) -> bool {
         is_flat(match &self.list.emitters[index as usize].form {
             EmitterShape::Plain(shape) => shape,
-            EmitterShape::Placed(i) => self.list.placed[*i as usize].shape(),
+            EmitterShape::Placed(i) => self.list.transformed_shapes[*i as usize].shape(),
         })
     }
 
     /// Emitted radiance of an emitter at a hit; zero on a side that does not emit.
-    pub fn radiance(&self, index: u32, exit: &Exit<R>) -> R::Vec3 {
+    pub fn radiance(&self, index: u32, exit: &EmissionPoint<R>) -> R::Vec3 {
         let emitter = &self.list.emitters[index as usize];
         let from_outside = exit.direction.dot(exit.surface.normal) < R::ZERO;
         if emitter.side.accepts(from_outside) {
@@ -195,11 +195,11 @@ impl<R: Real> Emitters<R> {
         let (space, shape, drawn) = match &emitter.form {
             EmitterShape::Plain(shape) => (shape.bounds()?, shape, shape.sample_area(half, half)),
             EmitterShape::Placed(i) => {
-                let placed = &self.list.placed[*i as usize];
+                let transformed_shape = &self.list.transformed_shapes[*i as usize];
                 (
-                    placed.bounds()?,
-                    placed.shape(),
-                    placed.sample_area(half, half),
+                    transformed_shape.bounds()?,
+                    transformed_shape.shape(),
+                    transformed_shape.sample_area(half, half),
                 )
             }
         };

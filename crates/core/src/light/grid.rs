@@ -12,7 +12,7 @@ use core::f64::consts::{PI, TAU};
 use glam::DVec3;
 use raywright_bvh::Real;
 
-use super::cdf::{guide_len, pick, pick_guided, push_guide, push_shares, share};
+use super::cdf::{guide_len, pick_guided, probability_of, push_guide, push_shares, sample_index};
 use crate::number::sines_and_cosines;
 
 /// Most blocks along azimuth and polar angle; guide tables index up to 256.
@@ -119,13 +119,13 @@ impl SphereGrid {
                 cells().fold(0.0_f64, |a, &b| a.max(b)),
             ];
             // Cells beyond 32-bit indices are sampled by blocks.
-            let place = if brightest <= darkest * EVEN {
+            let index = if brightest <= darkest * EVEN {
                 WHOLE
             } else {
                 u32::try_from(self.cells.len()).unwrap_or(WHOLE)
             };
-            self.parts.push(place);
-            if place != WHOLE {
+            self.parts.push(index);
+            if index != WHOLE {
                 push(&mut self.cells, &sent);
                 rows.iter().for_each(|row| {
                     push(&mut self.cells, row);
@@ -151,13 +151,13 @@ impl SphereGrid {
         );
         let (x, _, along) = pick_guided(blocks, &guides[y * parts..][..parts], u);
         let ([left, top], [columns, rows]) = self.extent(x, y);
-        let (place, height) = (self.parts[y * blocks.len() + x], self.angles.len());
-        let (column, row, down, span) = if place == WHOLE {
+        let (index, height) = (self.parts[y * blocks.len() + x], self.angles.len());
+        let (column, row, down, span) = if index == WHOLE {
             (left as f64 + along * columns as f64, top, down, rows)
         } else {
-            let cells = &self.cells[place as usize..];
-            let (row, _, down) = pick(&cells[..rows], down);
-            let (column, _, along) = pick(&cells[rows + row * columns..][..columns], along);
+            let cells = &self.cells[index as usize..];
+            let (row, _, down) = sample_index(&cells[..rows], down);
+            let (column, _, along) = sample_index(&cells[rows + row * columns..][..columns], along);
             ((left + column) as f64 + along, top + row, down, 1)
         };
         // Counted from the nearer pole.
@@ -180,15 +180,15 @@ impl SphereGrid {
         let row = ((v * height as f64) as usize).min(height - 1);
         let (x, y) = (column / self.block[0], row / self.block[1]);
         let blocks = self.columns_of(y);
-        let probability = share(&self.rows, y) * share(blocks, x);
+        let probability = probability_of(&self.rows, y) * probability_of(blocks, x);
         let ([left, top], [columns, rows]) = self.extent(x, y);
-        let place = self.parts[y * blocks.len() + x];
-        if place == WHOLE {
+        let index = self.parts[y * blocks.len() + x];
+        if index == WHOLE {
             return probability / (self.block_angles[y] * columns as f64);
         }
-        let (column, cells, line) = (column - left, &self.cells[place as usize..], row - top);
-        let within =
-            share(&cells[..rows], line) * share(&cells[rows + line * columns..][..columns], column);
+        let (column, cells, line) = (column - left, &self.cells[index as usize..], row - top);
+        let within = probability_of(&cells[..rows], line)
+            * probability_of(&cells[rows + line * columns..][..columns], column);
         probability * within / self.angles[row]
     }
 

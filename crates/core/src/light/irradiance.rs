@@ -126,7 +126,7 @@ impl<R: Real> Irradiance<R> {
     }
 
     /// Cosine-weighted mean radiance over the hemisphere about the unit normal `n`; never negative.
-    pub fn at(&self, n: R::Vec3) -> R::Vec3 {
+    pub fn eval(&self, n: R::Vec3) -> R::Vec3 {
         let h = harmonics(n.to_f64());
         let sum = self
             .coefficients
@@ -162,9 +162,9 @@ mod tests {
         ] {
             let expected = 0.7 + 0.3 * 2.0 / 3.0 * n.y;
             assert!(
-                (irradiance.at(n).x - expected).abs() < 1e-4,
+                (irradiance.eval(n).x - expected).abs() < 1e-4,
                 "{n} {} {expected}",
-                irradiance.at(n).x
+                irradiance.eval(n).x
             );
         }
     }
@@ -223,9 +223,9 @@ mod tests {
         // 1/π at its axis.
         let expected = 2.0 / f64::from(1 << 20) * (0.25 + 0.5 + 0.3125);
         assert!(
-            (needle.at(direction).x / expected - 1.0).abs() < 1e-4,
+            (needle.eval(direction).x / expected - 1.0).abs() < 1e-4,
             "{} {expected}",
-            needle.at(direction).x
+            needle.eval(direction).x
         );
     }
 }

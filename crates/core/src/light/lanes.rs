@@ -2,7 +2,7 @@
 
 use raywright_bvh::{Real, Surface, Vector};
 
-use super::{Density, LightSample, Target};
+use super::{Density, LightSample, LightTarget};
 
 /// Points lit together.
 pub(crate) const LANES: usize = 8;
@@ -14,13 +14,13 @@ pub(crate) type Vec3Column<R> = [Column<R>; 3];
 
 /// A vector of one point.
 #[inline(always)]
-pub(crate) fn vector<R: Real>(column: &Vec3Column<R>, lane: usize) -> R::Vec3 {
+pub(crate) fn lane_vector<R: Real>(column: &Vec3Column<R>, lane: usize) -> R::Vec3 {
     Vector::new(column[0][lane], column[1][lane], column[2][lane])
 }
 
 /// Sets the vector of one point.
 #[inline(always)]
-pub(crate) fn put<R: Real>(column: &mut Vec3Column<R>, lane: usize, v: R::Vec3) {
+pub(crate) fn set_lane<R: Real>(column: &mut Vec3Column<R>, lane: usize, v: R::Vec3) {
     (column[0][lane], column[1][lane], column[2][lane]) = (v.x(), v.y(), v.z());
 }
 
@@ -47,21 +47,21 @@ impl<R: Real> SurfaceLanes<R> {
     }
 
     #[inline(always)]
-    pub fn put(&mut self, lane: usize, surface: &Surface<R>) {
-        put::<R>(&mut self.point, lane, surface.point);
-        put::<R>(&mut self.above, lane, surface.above);
-        put::<R>(&mut self.below, lane, surface.below);
-        put::<R>(&mut self.normal, lane, surface.normal);
+    pub fn set_lane(&mut self, lane: usize, surface: &Surface<R>) {
+        set_lane::<R>(&mut self.point, lane, surface.point);
+        set_lane::<R>(&mut self.above, lane, surface.above);
+        set_lane::<R>(&mut self.below, lane, surface.below);
+        set_lane::<R>(&mut self.normal, lane, surface.normal);
         self.error[lane] = surface.error;
     }
 
     #[inline(always)]
     pub fn lane(&self, lane: usize) -> Surface<R> {
         Surface {
-            point: vector::<R>(&self.point, lane),
-            above: vector::<R>(&self.above, lane),
-            below: vector::<R>(&self.below, lane),
-            normal: vector::<R>(&self.normal, lane),
+            point: lane_vector::<R>(&self.point, lane),
+            above: lane_vector::<R>(&self.above, lane),
+            below: lane_vector::<R>(&self.below, lane),
+            normal: lane_vector::<R>(&self.normal, lane),
             error: self.error[lane],
         }
     }
@@ -69,7 +69,7 @@ impl<R: Real> SurfaceLanes<R> {
 
 /// Kind of a shadow ray's target.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum TargetKind {
+pub(crate) enum LightTargetKind {
     /// No light.
     Nothing,
     /// The surface in its column.
@@ -87,9 +87,9 @@ pub(crate) struct LightLanes<R: Real> {
     pub arriving: Vec3Column<R>,
     /// Zero for a delta light.
     pub density: Column<f64>,
-    pub aim: Column<TargetKind>,
+    pub target_kinds: Column<LightTargetKind>,
     pub surface: SurfaceLanes<R>,
-    target: Column<Target<R>>,
+    target: Column<LightTarget<R>>,
 }
 
 impl<R: Real> LightLanes<R> {
@@ -99,30 +99,30 @@ impl<R: Real> LightLanes<R> {
             direction: none,
             arriving: none,
             density: [0.0; LANES],
-            aim: [TargetKind::Nothing; LANES],
+            target_kinds: [LightTargetKind::Nothing; LANES],
             surface: SurfaceLanes::new(),
-            target: [Target::Infinity; LANES],
+            target: [LightTarget::Infinity; LANES],
         }
     }
 
     /// Sets the sample of one point.
     #[inline(always)]
-    pub fn put(&mut self, lane: usize, sample: &LightSample<R>) {
-        put::<R>(&mut self.direction, lane, sample.direction);
-        put::<R>(&mut self.arriving, lane, sample.arriving);
+    pub fn set_lane(&mut self, lane: usize, sample: &LightSample<R>) {
+        set_lane::<R>(&mut self.direction, lane, sample.direction);
+        set_lane::<R>(&mut self.arriving, lane, sample.arriving);
         self.density[lane] = match sample.density {
             Density::Delta => 0.0,
             Density::SolidAngle(density) => density,
         };
-        self.aim[lane] = match &sample.target {
-            Target::Surface(surface) => {
-                self.surface.put(lane, surface);
-                TargetKind::Surface
+        self.target_kinds[lane] = match &sample.target {
+            LightTarget::Surface(surface) => {
+                self.surface.set_lane(lane, surface);
+                LightTargetKind::Surface
             }
-            Target::Infinity => TargetKind::Infinity,
+            LightTarget::Infinity => LightTargetKind::Infinity,
             target => {
                 self.target[lane] = *target;
-                TargetKind::Target
+                LightTargetKind::Target
             }
         };
     }
@@ -147,13 +147,13 @@ impl<R: Real> LightLanes<R> {
     #[inline(always)]
     pub fn lane(&self, lane: usize) -> LightSample<R> {
         LightSample {
-            direction: vector::<R>(&self.direction, lane),
-            arriving: vector::<R>(&self.arriving, lane),
+            direction: lane_vector::<R>(&self.direction, lane),
+            arriving: lane_vector::<R>(&self.arriving, lane),
             density: self.density_of(lane),
-            target: match self.aim[lane] {
-                TargetKind::Surface => Target::Surface(self.surface.lane(lane)),
-                TargetKind::Infinity | TargetKind::Nothing => Target::Infinity,
-                TargetKind::Target => self.target[lane],
+            target: match self.target_kinds[lane] {
+                LightTargetKind::Surface => LightTarget::Surface(self.surface.lane(lane)),
+                LightTargetKind::Infinity | LightTargetKind::Nothing => LightTarget::Infinity,
+                LightTargetKind::Target => self.target[lane],
             },
         }
     }

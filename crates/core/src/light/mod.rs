@@ -5,7 +5,7 @@
 //! [`Lights::sample`] samples a light from a point: a direction, the radiance from there over the
 //! sampling density, that density by solid angle, and the target of a shadow ray.
 //! [`Lights::density`] is the same density for a point of a light that a ray hit, and
-//! [`Emitters::of`] leads from that hit to the light. [`Lights::power`] and [`Lights::bounds`]
+//! [`Emitters::index_of`] leads from that hit to the light. [`Lights::power`] and [`Lights::bounds`]
 //! serve the choice among lights. A delta light has no density ([`Density::Delta`]): no ray can hit
 //! it.
 //!
@@ -39,11 +39,11 @@ pub use bounds::LightBounds;
 pub use choice::{ChoiceQuery, LightChoice};
 pub use cone::DirectionCone;
 pub use delta::DeltaLight;
-pub use emitters::{EmissionEstimate, EmitterList, Emitters, Exit, Strategy};
+pub use emitters::{EmissionEstimate, EmissionPoint, EmitterList, EmitterStrategy, Emitters};
 pub use grid::SphereGrid;
 pub use irradiance::Irradiance;
 pub(crate) use lanes::{
-    Column, LANES, LightLanes, SurfaceLanes, TargetKind, Vec3Column, put, vector,
+    Column, LANES, LightLanes, LightTargetKind, SurfaceLanes, Vec3Column, lane_vector, set_lane,
 };
 pub use polygon::Polygon;
 pub use sky::{SkyRadiance, SkySample};
@@ -64,7 +64,7 @@ pub enum LightId {
 
 /// A sampled or hit point of a light: the target of a shadow ray.
 #[derive(Clone, Copy, Debug)]
-pub enum Target<R: Real> {
+pub enum LightTarget<R: Real> {
     /// Infinity.
     Infinity,
     /// A point that no ray can hit.
@@ -101,7 +101,7 @@ pub struct LightSample<R: Real> {
     /// Sampling density of `direction`.
     pub density: Density,
     /// Target of the shadow ray.
-    pub target: Target<R>,
+    pub target: LightTarget<R>,
 }
 
 /// A light chosen with a probability, the receiving point, and two numbers in [0, 1) for sampling
@@ -253,23 +253,28 @@ impl<R: Real> Lights<R> {
     /// contents. Lights of one kind are sampled together.
     pub(crate) fn sample_each(
         &self,
-        chosen: &[Option<ChosenLight<R>>],
+        chosen_lights: &[Option<ChosenLight<R>>],
         samples: &mut Vec<LightLanes<R>>,
     ) {
         samples.resize_with(
-            chosen.len().div_ceil(LANES).max(samples.len()),
+            chosen_lights.len().div_ceil(LANES).max(samples.len()),
             LightLanes::new,
         );
         let mut emitters = EmitterLanes::new();
-        for (chosen, samples) in chosen.chunks(LANES).zip(&mut *samples) {
-            samples.aim = [TargetKind::Nothing; LANES];
+        for (chosen_lights, samples) in chosen_lights.chunks(LANES).zip(&mut *samples) {
+            samples.target_kinds = [LightTargetKind::Nothing; LANES];
             let each = || {
-                chosen
+                chosen_lights
                     .iter()
                     .enumerate()
-                    .filter_map(|(lane, chosen)| chosen.as_ref().map(|chosen| (lane, chosen)))
+                    .filter_map(|(lane, chosen_light)| {
+                        chosen_light
+                            .as_ref()
+                            .map(|chosen_light| (lane, chosen_light))
+                    })
             };
-            self.emitters.sample_lanes(chosen, &mut emitters, samples);
+            self.emitters
+                .sample_lanes(chosen_lights, &mut emitters, samples);
             for (
                 lane,
                 &ChosenLight {
@@ -283,7 +288,7 @@ impl<R: Real> Lights<R> {
                 if matches!(light, LightId::Delta(_)) {
                     self.sample(light, from, position, probability)
                         .iter()
-                        .for_each(|sample| samples.put(lane, sample));
+                        .for_each(|sample| samples.set_lane(lane, sample));
                 }
             }
         }
@@ -291,43 +296,50 @@ impl<R: Real> Lights<R> {
             return;
         };
         let each = || {
-            chosen
+            chosen_lights
                 .iter()
                 .enumerate()
-                .filter_map(|(place, chosen)| chosen.as_ref().map(|chosen| (place, chosen)))
+                .filter_map(|(index, chosen_light)| {
+                    chosen_light
+                        .as_ref()
+                        .map(|chosen_light| (index, chosen_light))
+                })
         };
-        let sky = || each().filter(|(_, chosen)| chosen.light == LightId::Sky);
-        let directions = sampler.drawn_each::<R>(sky().map(|(_, chosen)| chosen.position));
-        let mut seen = Vec::with_capacity(directions.len());
+        let sky = || each().filter(|(_, chosen_light)| chosen_light.light == LightId::Sky);
+        let directions =
+            sampler.drawn_each::<R>(sky().map(|(_, chosen_light)| chosen_light.position));
+        let mut sky_samples = Vec::with_capacity(directions.len());
         self.sky.look(
             sky()
                 .zip(&directions)
-                .map(|((_, chosen), &direction)| (chosen.from, direction)),
-            &mut seen,
+                .map(|((_, chosen_light), &direction)| (chosen_light.from, direction)),
+            &mut sky_samples,
         );
-        for (((place, chosen), &direction), seen) in sky().zip(&directions).zip(&seen) {
-            let sample = sampler.sample_seen(direction, seen, chosen.probability);
+        for (((index, chosen_light), &direction), sky_sample) in
+            sky().zip(&directions).zip(&sky_samples)
+        {
+            let sample = sampler.sample_seen(direction, sky_sample, chosen_light.probability);
             sample
                 .iter()
-                .for_each(|sample| samples[place / LANES].put(place % LANES, sample));
+                .for_each(|sample| samples[index / LANES].set_lane(index % LANES, sample));
         }
     }
 
-    /// Density by solid angle with which [`Lights::sample`] returns the hit `met` of a ray from
+    /// Density by solid angle with which [`Lights::sample`] returns the hit `light_target` of a ray from
     /// `from` in a unit `direction`: a point of an emitter, or the sky. Zero if never.
     pub fn density(
         &self,
         light: LightId,
         from: R::Vec3,
         direction: R::Vec3,
-        met: &Target<R>,
+        light_target: &LightTarget<R>,
         probability: f64,
     ) -> f64 {
-        match (light, met) {
-            (LightId::Emitter(i), Target::Surface(surface)) => {
+        match (light, light_target) {
+            (LightId::Emitter(i), LightTarget::Surface(surface)) => {
                 self.emitters.density(i, from, surface, probability)
             }
-            (LightId::Sky, Target::Infinity) => {
+            (LightId::Sky, LightTarget::Infinity) => {
                 self.density_of_sky(direction, self.sky.place(direction), probability)
             }
             _ => 0.0,

@@ -54,7 +54,7 @@ impl Polygon {
     /// 1). Returns `None` if the polygon looks so small or flat that sampling by area is better.
     pub(super) fn draw(&self, from: DVec3, [u, v]: [f64; 2]) -> Option<PolygonSample> {
         let drawn = PolygonLanes {
-            seen: self.row(from).map(|x| [x]),
+            corner_directions: self.row(from).map(|x| [x]),
             positions: [[u], [v]],
         }
         .draw();
@@ -84,24 +84,24 @@ fn row<const V: usize, const N: usize>(vectors: [DVec3; V]) -> [f64; N] {
 
 /// The vector at an index of a row.
 #[inline(always)]
-fn vector<const N: usize>(row: &[f64; N], place: usize) -> DVec3 {
-    DVec3::new(row[3 * place], row[3 * place + 1], row[3 * place + 2])
+fn vector<const N: usize>(row: &[f64; N], index: usize) -> DVec3 {
+    DVec3::new(row[3 * index], row[3 * index + 1], row[3 * index + 2])
 }
 
 /// Directions from a point to four corners; and for both triangles the volume spanned by their
 /// three directions and its companion; their quotient is the tangent of half the solid angle ("The
 /// Solid Angle of a Plane Triangle", Van Oosterom, Strackee 1983).
 #[inline(always)]
-fn sides(seen: [f64; 15]) -> [f64; 16] {
-    let from = vector(&seen, 0);
+fn sides(corner_directions: [f64; 15]) -> [f64; 16] {
+    let from = vector(&corner_directions, 0);
     // One by one: `map` of an array is not always inlined.
     let (a, b) = (
-        (vector(&seen, 1) - from).normalize(),
-        (vector(&seen, 2) - from).normalize(),
+        (vector(&corner_directions, 1) - from).normalize(),
+        (vector(&corner_directions, 2) - from).normalize(),
     );
     let (c, d) = (
-        (vector(&seen, 3) - from).normalize(),
-        (vector(&seen, 4) - from).normalize(),
+        (vector(&corner_directions, 3) - from).normalize(),
+        (vector(&corner_directions, 4) - from).normalize(),
     );
     let across = a.dot(c);
     let directions: [f64; 12] = row([a, b, c, d]);
@@ -118,14 +118,14 @@ fn sides(seen: [f64; 15]) -> [f64; 16] {
 #[inline(always)]
 fn angles(sides: &[f64; 16]) -> [f64; 2] {
     // False for NaN too, from a corner.
-    let of = |i: usize| {
+    let value_of = |i: usize| {
         if sides[i] > FLAT {
             2.0 * angle_above(sides[i], sides[i + 1])
         } else {
             0.0
         }
     };
-    [of(12), of(14)]
+    [value_of(12), value_of(14)]
 }
 
 /// Offset from the receiving point to the sampled point. An arc from the sampled side to the second
@@ -133,13 +133,17 @@ fn angles(sides: &[f64; 16]) -> [f64; 2] {
 /// that arc. Returns the offset and its length.
 #[inline(always)]
 fn offset(
-    seen: [f64; 15],
+    corner_directions: [f64; 15],
     sides: [f64; 16],
     [is_second, of_area, beside, v]: [f64; 4],
 ) -> [f64; 4] {
     let select = |first: DVec3, second: DVec3| if is_second > 0.0 { second } else { first };
-    let (from, first, second) = (vector(&seen, 0), vector(&seen, 1), vector(&seen, 2));
-    let (third, fourth) = (vector(&seen, 3), vector(&seen, 4));
+    let (from, first, second) = (
+        vector(&corner_directions, 0),
+        vector(&corner_directions, 1),
+        vector(&corner_directions, 2),
+    );
+    let (third, fourth) = (vector(&corner_directions, 3), vector(&corner_directions, 4));
     let (a, b, c, d) = (
         vector(&sides, 0),
         vector(&sides, 1),
@@ -168,8 +172,13 @@ fn offset(
     let direction = b * (1.0 - h)
         + unit(on_side - b * on_side.dot(b)) * (if rest > 0.0 { rest } else { 0.0 }).sqrt();
     let distance = normal.dot(first - from) / normal.dot(direction);
-    let way = direction * distance;
-    [way.x, way.y, way.z, distance]
+    let unit_direction = direction * distance;
+    [
+        unit_direction.x,
+        unit_direction.y,
+        unit_direction.z,
+        distance,
+    ]
 }
 
 /// The unit vector of a direction; zero for a zero vector.
@@ -184,10 +193,10 @@ fn unit(v: DVec3) -> DVec3 {
 }
 
 /// `K` numbers in each lane.
-type Columns<const K: usize, const N: usize> = [[f64; N]; K];
+type PolygonColumns<const K: usize, const N: usize> = [[f64; N]; K];
 
 #[inline(always)]
-fn lane<const K: usize, const N: usize>(columns: &Columns<K, N>, lane: usize) -> [f64; K] {
+fn lane<const K: usize, const N: usize>(columns: &PolygonColumns<K, N>, lane: usize) -> [f64; K] {
     let mut row = [0.0; K];
     for (number, column) in row.iter_mut().zip(columns) {
         *number = column[lane];
@@ -196,7 +205,11 @@ fn lane<const K: usize, const N: usize>(columns: &Columns<K, N>, lane: usize) ->
 }
 
 #[inline(always)]
-fn put<const K: usize, const N: usize>(columns: &mut Columns<K, N>, lane: usize, row: [f64; K]) {
+fn put<const K: usize, const N: usize>(
+    columns: &mut PolygonColumns<K, N>,
+    lane: usize,
+    row: [f64; K],
+) {
     for (column, number) in columns.iter_mut().zip(row) {
         column[lane] = number;
     }
@@ -205,22 +218,22 @@ fn put<const K: usize, const N: usize>(columns: &mut Columns<K, N>, lane: usize,
 /// Polygons to be sampled together, each with its receiving point and two numbers in [0, 1).
 #[derive(Clone, Copy)]
 pub(super) struct PolygonLanes<const N: usize> {
-    seen: Columns<15, N>,
-    positions: Columns<2, N>,
+    corner_directions: PolygonColumns<15, N>,
+    positions: PolygonColumns<2, N>,
 }
 
 /// Sampled points of polygons; meaningless for a polygon of too small a solid angle.
 #[derive(Clone, Copy)]
 pub(super) struct PolygonPoints<const N: usize> {
     pub solid_angle: [f64; N],
-    from: Columns<3, N>,
-    way: Columns<4, N>,
+    from: PolygonColumns<3, N>,
+    directions: PolygonColumns<4, N>,
 }
 
 impl<const N: usize> PolygonLanes<N> {
     pub fn new() -> Self {
         Self {
-            seen: [[0.0; N]; 15],
+            corner_directions: [[0.0; N]; 15],
             positions: [[0.0; N]; 2],
         }
     }
@@ -230,7 +243,7 @@ impl<const N: usize> PolygonLanes<N> {
     pub fn put(&mut self, lane: usize, polygon: &Polygon, from: DVec3, position: [f64; 2]) {
         let Polygon([a, b, c, d]) = *polygon;
         for (columns, v) in self
-            .seen
+            .corner_directions
             .as_chunks_mut::<3>()
             .0
             .iter_mut()
@@ -247,7 +260,7 @@ impl<const N: usize> PolygonLanes<N> {
         let (mut sides, mut areas, mut seconds, mut solid_angle) =
             ([[0.0; N]; 16], [0.0; N], [0.0; N], [0.0; N]);
         for i in 0..N {
-            put(&mut sides, i, self::sides(lane(&self.seen, i)));
+            put(&mut sides, i, self::sides(lane(&self.corner_directions, i)));
         }
         for i in 0..N {
             let [first, second] = angles(&lane(&sides, i));
@@ -258,19 +271,23 @@ impl<const N: usize> PolygonLanes<N> {
             seconds[i] = if is_second { 1.0 } else { 0.0 };
         }
         let [sines, cosines] = sines_and_cosines(areas);
-        let mut way = [[0.0; N]; 4];
+        let mut directions = [[0.0; N]; 4];
         for i in 0..N {
             let choice = [seconds[i], sines[i], cosines[i], self.positions[1][i]];
             put(
-                &mut way,
+                &mut directions,
                 i,
-                offset(lane(&self.seen, i), lane(&sides, i), choice),
+                offset(lane(&self.corner_directions, i), lane(&sides, i), choice),
             );
         }
         PolygonPoints {
             solid_angle,
-            from: [self.seen[0], self.seen[1], self.seen[2]],
-            way,
+            from: [
+                self.corner_directions[0],
+                self.corner_directions[1],
+                self.corner_directions[2],
+            ],
+            directions,
         }
     }
 }
@@ -285,13 +302,13 @@ impl<const N: usize> PolygonPoints<N> {
     /// Whether rounding leaves a point of a polygon that is wide enough.
     #[inline(always)]
     pub fn is_some(&self, lane: usize) -> bool {
-        (self.way[3][lane] > 0.0) & (self.way[3][lane] < f64::INFINITY)
+        (self.directions[3][lane] > 0.0) & (self.directions[3][lane] < f64::INFINITY)
     }
 
     /// The sampled point, if [`Self::is_some`].
     #[inline(always)]
     pub fn at(&self, lane: usize) -> DVec3 {
-        let at = |axis: usize| self.from[axis][lane] + self.way[axis][lane];
+        let at = |axis: usize| self.from[axis][lane] + self.directions[axis][lane];
         DVec3::new(at(0), at(1), at(2))
     }
 

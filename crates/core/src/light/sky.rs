@@ -10,8 +10,8 @@ use glam::DVec3;
 use raywright_bvh::shapes::equirectangular;
 use raywright_bvh::{Real, Vector};
 
-use crate::expr::{Inputs, Programs, Scope, compile};
-use crate::lookup::Lookup;
+use crate::expr::{ExprScope, Programs, VariableValues, compile};
+use crate::lookup::SceneLookup;
 use crate::prepare::PrepareError;
 use crate::scene::{ColourInput, ImageData, Pixels, Sky as SkyData};
 
@@ -22,13 +22,13 @@ pub struct SkyRadiance<R: Real> {
 }
 
 pub(super) use gradient::{Gradient, SunLobe};
-pub(super) use map::Map;
+pub(super) use map::EquirectMap;
 
 /// Directions evaluated side by side.
 const LANES: usize = 16;
 
 /// Components of these directions.
-type Directions<R> = [[R; LANES]; 3];
+type DirectionColumns<R> = [[R; LANES]; 3];
 
 /// The sky's radiance along a ray.
 #[derive(Clone, Copy, Debug)]
@@ -47,13 +47,13 @@ pub(super) enum SkyKind<R: Real> {
     Gradient(Gradient<R>),
     /// A program, and the offset of rays' origins to the scene's coordinates.
     Expression(Programs<R>, R::Vec3),
-    Map(Map<R>),
+    Map(EquirectMap<R>),
 }
 
 /// The sky of a scene with coordinates relative to an origin; black without a sky.
 pub(crate) fn prepare<R: Real>(
     (sky, seen_from): (Option<&SkyData>, DVec3),
-    lookup: &Lookup<'_>,
+    lookup: &SceneLookup<'_>,
     names: &BTreeMap<String, f64>,
 ) -> Result<SkyRadiance<R>, PrepareError> {
     let v = |c: crate::scene::Colour| R::Vec3::from_f64(c.0.into());
@@ -77,7 +77,8 @@ pub(crate) fn prepare<R: Real>(
                 path: "sky.expression".to_owned(),
                 source,
             };
-            let programs = Programs::of(&compile(text, names, Scope::Sky).map_err(failed)?);
+            let programs =
+                Programs::from_program(&compile(text, names, ExprScope::Sky).map_err(failed)?);
             SkyKind::Expression(programs, R::Vec3::from_f64(seen_from))
         }
         Some(SkyData::Expression(ColourInput::Constant(c))) => SkyKind::Constant(v(*c)),
@@ -96,7 +97,7 @@ pub(crate) fn prepare<R: Real>(
                 name: map.image.clone(),
             };
             match &image.ok_or_else(missing)?.data {
-                Some(image) => SkyKind::Map(Map::new(
+                Some(image) => SkyKind::Map(EquirectMap::new(
                     Arc::clone(image),
                     R::from_f64(map.rotation / 360.0),
                     R::from_f64(map.strength),
@@ -175,10 +176,10 @@ impl<R: Real> SkyRadiance<R> {
             SkyKind::Gradient(gradient) => gradient.radiance::<R>(d),
             SkyKind::Expression(programs, zero) => programs.vector(
                 0,
-                &Inputs::<R> {
+                &VariableValues::<R> {
                     d,
                     o: origin + *zero,
-                    ..Inputs::default()
+                    ..VariableValues::default()
                 },
             ),
             SkyKind::Map(map) => map.radiance(place),
@@ -190,7 +191,7 @@ impl<R: Real> SkyRadiance<R> {
 /// are meaningless.
 fn side_by_side<R: Real>(
     directions: impl Iterator<Item = R::Vec3>,
-    mut look: impl FnMut(&Directions<R>, usize),
+    mut look: impl FnMut(&DirectionColumns<R>, usize),
 ) {
     let mut directions = directions.fuse();
     loop {

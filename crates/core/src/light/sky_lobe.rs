@@ -3,7 +3,7 @@
 use core::f64::consts::TAU;
 
 use glam::DVec3;
-use raywright_bvh::{Loops, Real, widest};
+use raywright_bvh::{Real, SimdTask, run_widest};
 
 use crate::number::{exponential_beside_one, logarithm_beside_one, sines_and_cosines};
 
@@ -64,9 +64,9 @@ pub(super) fn directions<'a>(
     let mut waiting = PowerLanes::<LANES>::default();
     let mut places = [0; LANES];
     let flush = |waiting: &mut PowerLanes<LANES>, places: &[usize; LANES], out: &mut Vec<DVec3>| {
-        let [x, y, z] = widest(*waiting);
-        for (lane, &place) in places.iter().enumerate().take(waiting.len) {
-            out[place] = DVec3::new(x[lane], y[lane], z[lane]);
+        let [x, y, z] = run_widest(*waiting);
+        for (lane, &index) in places.iter().enumerate().take(waiting.len) {
+            out[index] = DVec3::new(x[lane], y[lane], z[lane]);
         }
         waiting.len = 0;
     };
@@ -118,7 +118,7 @@ impl<const N: usize> PowerLanes<N> {
     }
 }
 
-impl<const N: usize> Loops for PowerLanes<N> {
+impl<const N: usize> SimdTask for PowerLanes<N> {
     type Output = [[f64; N]; 3];
     #[inline(always)]
     fn run(self) -> Self::Output {
@@ -181,13 +181,13 @@ mod tests {
             for step in 0..STEPS - 1 {
                 let ((from, first), (to, second)) = (at(step), at(step + 1));
                 let drawn = 1.0 / (f64::from(STEPS) * TAU * (to - from));
-                let (least, most) = (
+                let (minimum, maximum) = (
                     first.min(second) * (1.0 - 1e-6),
                     first.max(second) * (1.0 + 1e-6),
                 );
                 assert!(
-                    (least..=most).contains(&drawn),
-                    "{lobe:?}, {step}: {drawn} is not within {least} and {most}"
+                    (minimum..=maximum).contains(&drawn),
+                    "{lobe:?}, {step}: {drawn} is not within {minimum} and {maximum}"
                 );
             }
         }

@@ -5,10 +5,10 @@ use core::f64::consts::{FRAC_1_PI, PI, TAU};
 use glam::DVec3;
 use raywright_bvh::{Real, Vector};
 
-use super::cdf::{pick, push_shares};
-use super::sky::{Gradient, Map, SkyKind};
+use super::cdf::{push_shares, sample_index};
+use super::sky::{EquirectMap, Gradient, SkyKind};
 use super::sky_lobe::{self, SkyLobe, at_height};
-use super::{Density, LightSample, SkyRadiance, SkySample, SphereGrid, Target};
+use super::{Density, LightSample, LightTarget, SkyRadiance, SkySample, SphereGrid};
 
 /// Share of an image's mean that is left to BSDF sampling. The whole mean gives a seventh more
 /// noise under skies that are slightly brighter on one side, half of it three quarters more on
@@ -91,7 +91,7 @@ impl SkySampler {
             (SkyForm::Lobes { lobes, shares }, _) => {
                 let fluxes = lobes.iter().enumerate().map(|(i, lobe)| match lobe {
                     SkyLobe::Linear { .. } => 0.0,
-                    SkyLobe::Power { .. } => super::cdf::share(shares, i),
+                    SkyLobe::Power { .. } => super::cdf::probability_of(shares, i),
                 });
                 Self::lobes(lobes.iter().copied().zip(fluxes))
             }
@@ -188,7 +188,7 @@ impl SkySampler {
         let mut directions = Vec::new();
         let chosen = positions.map(|position| {
             let [u, v] = position.map(f64::from);
-            let (index, _, rest) = pick(shares, u);
+            let (index, _, rest) = sample_index(shares, u);
             (&lobes[index], [rest, v])
         });
         sky_lobe::directions(chosen, &mut directions);
@@ -200,18 +200,18 @@ impl SkySampler {
     pub fn sample_seen<R: Real>(
         &self,
         direction: R::Vec3,
-        seen: &SkySample<R>,
+        sky_sample: &SkySample<R>,
         probability: f64,
     ) -> Option<LightSample<R>> {
         // Density of the stored direction, so that a ray that hits the sky there computes the same.
-        let density = self.density::<R>(direction, seen.place) * probability;
-        let arriving = seen.radiance * R::from_f64(1.0 / density);
+        let density = self.density::<R>(direction, sky_sample.place) * probability;
+        let arriving = sky_sample.radiance * R::from_f64(1.0 / density);
         (density > 0.0 && arriving.is_finite() && arriving.max_element() > R::ZERO).then_some(
             LightSample {
                 direction,
                 arriving,
                 density: Density::SolidAngle(density),
-                target: Target::Infinity,
+                target: LightTarget::Infinity,
             },
         )
     }
@@ -221,7 +221,7 @@ impl SkySampler {
             SkyForm::Even => at_height(2.0 * u - 1.0, v),
             SkyForm::Grid(grid) => grid.direction([u, v]),
             SkyForm::Lobes { lobes, shares } => {
-                let (index, _, rest) = pick(shares, u);
+                let (index, _, rest) = sample_index(shares, u);
                 lobes[index].direction([rest, v])
             }
         }
@@ -236,7 +236,7 @@ impl SkySampler {
                 let drawn = lobes
                     .iter()
                     .enumerate()
-                    .map(|(i, lobe)| (super::cdf::share(shares, i), lobe));
+                    .map(|(i, lobe)| (super::cdf::probability_of(shares, i), lobe));
                 // Lobes of zero probability add nothing.
                 drawn
                     .filter(|&(share, _)| share > 0.0)
@@ -265,7 +265,7 @@ fn flux_by_quadrature<R: Real>(sky: &SkyRadiance<R>) -> f64 {
 /// Grid of an image, with its texels as cells. Radiance is interpolated between texel centres, so
 /// the mean of a cell has an eighth of each neighbour in both axes, and a black texel beside a
 /// bright one has a density above zero.
-fn grid<R: Real>(map: &Map<R>, drawn: impl Fn(f64) -> f64) -> Option<SphereGrid> {
+fn grid<R: Real>(map: &EquirectMap<R>, drawn: impl Fn(f64) -> f64) -> Option<SphereGrid> {
     let (width, height) = (map.image.width as usize, map.image.height as usize);
     let texels: Vec<f64> = (0..width * height)
         .map(|i| sum::<R>(map.texel(i % width, i / width) * map.strength))

@@ -23,7 +23,7 @@ fn numbers(i: u64) -> [f32; 2] {
 }
 
 /// Lights of a scene with these emitters alone.
-fn alone<R: Real>(list: EmitterList<R>, strategy: Strategy) -> Lights<R> {
+fn alone<R: Real>(list: EmitterList<R>, strategy: EmitterStrategy) -> Lights<R> {
     let mut emitters = Emitters::new(list);
     emitters.strategy = strategy;
     let none = SkyRadiance {
@@ -44,7 +44,7 @@ fn alone<R: Real>(list: EmitterList<R>, strategy: Strategy) -> Lights<R> {
 fn surface<R: Real>(
     shape: AnyShape<R>,
     map: Option<DAffine3>,
-    strategy: Strategy,
+    strategy: EmitterStrategy,
 ) -> (Lights<R>, Geometry<R>) {
     let (mut list, mut group) = (EmitterList::default(), PrimitiveSet::default());
     let visibility = Visibility {
@@ -54,22 +54,24 @@ fn surface<R: Real>(
     list.next_object();
     match map {
         None => {
-            list.plain(
+            list.add_constant(
                 shape,
                 EmissionEstimate::even(Vector::ONE),
                 Side::Outside,
                 None,
             );
-            group.shape(shape, visibility).expect("a shape");
+            group.add_shape(shape, visibility).expect("a shape");
         }
         Some(map) => {
-            list.placed(
+            list.add_transformed(
                 TransformedShape::new(shape, map).expect("a map"),
                 EmissionEstimate::even(Vector::ONE),
                 Side::Outside,
                 None,
             );
-            group.placed(shape, map, visibility).expect("a shape");
+            group
+                .add_transformed(shape, map, visibility)
+                .expect("a shape");
         }
     }
     (
@@ -199,7 +201,11 @@ fn skies<R: Real>() -> Vec<(&'static str, SkyRadiance<R>)> {
         (
             "map",
             SkyRadiance {
-                kind: sky::SkyKind::Map(sky::Map::new(image, R::from_f64(0.15), R::from_f64(2.0))),
+                kind: sky::SkyKind::Map(sky::EquirectMap::new(
+                    image,
+                    R::from_f64(0.15),
+                    R::from_f64(2.0),
+                )),
             },
         ),
     ]
@@ -242,8 +248,8 @@ fn agrees<R: Real>(
     }
     let (mut chi2, mut cells, mut rare) = (0.0, 0_u32, [SAMPLES as f64, SAMPLES as f64]);
     for (cell, &count) in counts.iter().enumerate() {
-        let at = |i: usize, of: usize, part: usize| {
-            (i as f64 + (part as f64 + 0.5) / STEPS as f64) / of as f64
+        let at = |i: usize, total: usize, part: usize| {
+            (i as f64 + (part as f64 + 0.5) / STEPS as f64) / total as f64
         };
         let mut mean = 0.0;
         for part in 0..STEPS * STEPS {
@@ -290,7 +296,7 @@ fn surfaces_are_drawn_by_their_density() {
                 shape,
                 AnyShape::Sphere(_) | AnyShape::Triangle(_) | AnyShape::Quad(_)
             );
-        for strategy in [Strategy::Area, Strategy::SolidAngle]
+        for strategy in [EmitterStrategy::Area, EmitterStrategy::SolidAngle]
             .into_iter()
             .take(1 + usize::from(known))
         {
@@ -304,10 +310,10 @@ fn surfaces_are_drawn_by_their_density() {
                 |d| {
                     let ray = Ray::new(from, d);
                     let hit = geometry.closest(&ray, Interval::positive(), &mut ());
-                    let met = hit.map_or(Target::Infinity, |hit| {
-                        Target::Surface(geometry.surface(&ray, &hit))
+                    let light_target = hit.map_or(LightTarget::Infinity, |hit| {
+                        LightTarget::Surface(geometry.surface(&ray, &hit))
                     });
-                    lights.density(light, from, d, &met, 1.0)
+                    lights.density(light, from, d, &light_target, 1.0)
                 },
             );
         }
@@ -319,7 +325,7 @@ fn surfaces_are_drawn_by_their_density() {
 fn skies_are_drawn_by_their_density() {
     for (name, sky) in skies::<f64>() {
         let lights = under::<f64>(sky);
-        let density = |d| lights.density(LightId::Sky, DVec3::ZERO, d, &Target::Infinity, 1.0);
+        let density = |d| lights.density(LightId::Sky, DVec3::ZERO, d, &LightTarget::Infinity, 1.0);
         agrees(name, &lights, LightId::Sky, DVec3::ZERO, density);
     }
 }
@@ -346,7 +352,8 @@ fn a_hit_has_the_density_of_the_draw() {
                 (again / density - 1.0).abs() <= tolerance,
                 "{name}: {again} and {density}"
             );
-            if let (Some(bounds), Target::Surface(at)) = (lights.bounds(light), sample.target) {
+            if let (Some(bounds), LightTarget::Surface(at)) = (lights.bounds(light), sample.target)
+            {
                 let (space, p) = (bounds.space, at.point.to_f64());
                 assert!(
                     (space.min - 1e-5).cmple(p).all() && (space.max + 1e-5).cmpge(p).all(),
@@ -358,13 +365,13 @@ fn a_hit_has_the_density_of_the_draw() {
                     bounds,
                     -sample.direction.to_f64()
                 );
-                let exit = Exit {
+                let exit = EmissionPoint {
                     surface: at,
                     uv: [R::ZERO; 2],
                     direction: sample.direction,
                 };
                 assert_eq!(lights.emitters.radiance(0, &exit), Vector::ONE, "{name}");
-                let behind = Exit {
+                let behind = EmissionPoint {
                     direction: -sample.direction,
                     ..exit
                 };
@@ -374,7 +381,7 @@ fn a_hit_has_the_density_of_the_draw() {
         }
         assert!(drawn >= 400, "{name}: {drawn} drawn");
     }
-    for strategy in [Strategy::Area, Strategy::SolidAngle] {
+    for strategy in [EmitterStrategy::Area, EmitterStrategy::SolidAngle] {
         shapes().into_iter().for_each(|(name, shape, map)| {
             check(name, &surface::<f32>(shape, map, strategy).0, 1e-5)
         });
@@ -449,10 +456,10 @@ fn lights_without_size_say_so() {
             lights.density(light, from, sample.direction, &sample.target, 1.0),
             0.0
         );
-        let whole = lights
+        let light_sample = lights
             .sample(light, from, [0.5; 2], 1.0)
             .expect("it shines there");
-        assert_eq!(sample.arriving, whole.arriving * 4.0);
+        assert_eq!(sample.arriving, light_sample.arriving * 4.0);
         let LightKind::Directional { .. } = kind else {
             // Flux through a sphere of radius two around the light, by the midpoint rule.
             let mut flux = 0.0;
@@ -463,10 +470,14 @@ fn lights_without_size_say_so() {
                 );
                 let ring = (1.0 - y * y).sqrt();
                 let out = DVec3::new(ring * turn.cos(), y, ring * turn.sin());
-                let seen = lights.sample(light, DVec3::from(position) + out * 2.0, [0.5; 2], 1.0);
+                let seen_light_sample =
+                    lights.sample(light, DVec3::from(position) + out * 2.0, [0.5; 2], 1.0);
                 let bounds = lights.bounds(light).expect("it is somewhere");
-                assert!(bounds.shines(out) || seen.is_none(), "{out}");
-                flux += seen.map_or(0.0, |s| s.arriving.x + s.arriving.y) * 4.0 * 2.0 * TAU
+                assert!(bounds.shines(out) || seen_light_sample.is_none(), "{out}");
+                flux += seen_light_sample.map_or(0.0, |s| s.arriving.x + s.arriving.y)
+                    * 4.0
+                    * 2.0
+                    * TAU
                     / (400.0 * 400.0);
             }
             assert!(

@@ -10,16 +10,16 @@ mod build;
 mod node;
 
 use glam::DVec3;
-use raywright_bvh::{Loops, Real, widest};
+use raywright_bvh::{Real, SimdTask, run_widest};
 
-use build::{Group, divide};
+use build::{LeafGroup, divide};
 use node::{LightNode, WIDTH, running};
 
 use super::{LightBounds, LightId};
 
 /// A positioned light.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Leaf {
+pub(super) struct LightLeaf {
     pub light: LightId,
     pub bounds: LightBounds,
     /// Positive and finite.
@@ -29,14 +29,14 @@ pub(super) struct Leaf {
 /// A receiving point.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Receiver {
-    pub at: DVec3,
+    pub point: DVec3,
     /// Unit normal on the receiving side; zero if both sides receive light.
     pub normal: DVec3,
 }
 
 /// Content of a slot: the root slot, or one of the [`WIDTH`] slots of a node.
 #[derive(Clone, Copy, Debug)]
-enum Content {
+enum LightTreeChild {
     Inner(u32),
     Light(LightId),
 }
@@ -44,7 +44,7 @@ enum Content {
 /// Tree over lights by position, direction and power.
 #[derive(Clone, Debug, Default)]
 pub(super) struct LightTree {
-    top: Option<Content>,
+    top: Option<LightTreeChild>,
     nodes: Vec<LightNode>,
 }
 
@@ -55,29 +55,32 @@ impl LightTree {
     const TOP: u32 = u32::MAX - 1;
 
     /// Builds the tree over lights of positive power; calls `place` with the slot of each light.
-    pub fn new(mut leaves: Vec<Leaf>, mut place: impl FnMut(LightId, u32)) -> Self {
+    pub fn new(mut leaves: Vec<LightLeaf>, mut place: impl FnMut(LightId, u32)) -> Self {
         let mut tree = Self::default();
         // Groups without a slot yet.
-        let mut open: Vec<(Group, u32)> = Group::of_all(&leaves)
+        let mut open: Vec<(LeafGroup, u32)> = LeafGroup::of_all(&leaves)
             .map(|all| (all, Self::TOP))
             .into_iter()
             .collect();
-        while let Some((group, at)) = open.pop() {
+        while let Some((group, position)) = open.pop() {
             let content = if let [leaf] = leaves[group.range()] {
-                place(leaf.light, at);
-                Content::Light(leaf.light)
+                place(leaf.light, position);
+                LightTreeChild::Light(leaf.light)
             } else {
-                let (index, mut node) = (tree.nodes.len(), LightNode::new(&group.sum, at));
+                let (index, mut node) = (tree.nodes.len(), LightNode::new(&group.sum, position));
                 for (lane, part) in divide(&mut leaves, group).into_iter().enumerate() {
                     node.put(lane, &part.sum, &group.sum);
                     open.push((part, (WIDTH * index + lane) as u32));
                 }
                 tree.nodes.push(node);
-                Content::Inner(index as u32)
+                LightTreeChild::Inner(index as u32)
             };
-            match at {
+            match position {
                 Self::TOP => tree.top = Some(content),
-                _ => tree.nodes[at as usize / WIDTH].content[at as usize % WIDTH] = content,
+                _ => {
+                    tree.nodes[position as usize / WIDTH].content[position as usize % WIDTH] =
+                        content
+                }
             }
         }
         tree
@@ -122,20 +125,20 @@ impl LightTree {
         points: &[Option<(Receiver, f64)>; N],
     ) -> [Option<(LightId, f64)>; N] {
         match self.top {
-            Some(Content::Inner(_)) if points.iter().any(Option::is_some) => {
-                widest(Draw { tree: self, points })
+            Some(LightTreeChild::Inner(_)) if points.iter().any(Option::is_some) => {
+                run_widest(LightDraw { tree: self, points })
             }
-            Some(Content::Light(light)) => points.map(|point| point.map(|_| (light, 1.0))),
+            Some(LightTreeChild::Light(light)) => points.map(|point| point.map(|_| (light, 1.0))),
             _ => [None; N],
         }
     }
 
     /// The node in a slot; `None` for a light or an empty slot.
     #[inline(always)]
-    fn node(&self, content: Content) -> Option<&LightNode> {
+    fn node(&self, content: LightTreeChild) -> Option<&LightNode> {
         match content {
-            Content::Inner(index) => self.nodes.get(index as usize),
-            Content::Light(_) => None,
+            LightTreeChild::Inner(index) => self.nodes.get(index as usize),
+            LightTreeChild::Light(_) => None,
         }
     }
 
@@ -146,7 +149,7 @@ impl LightTree {
         &self,
         points: &[Option<(Receiver, f64)>; N],
     ) -> [Option<(LightId, f64)>; N] {
-        let nothing = Content::Inner(Self::NONE);
+        let nothing = LightTreeChild::Inner(Self::NONE);
         let top = self.top.unwrap_or(nothing);
         let mut content = points.map(|point| if point.is_some() { top } else { nothing });
         let mut u = points.map(|point| point.map_or(0.0, |(_, u)| u));
@@ -162,8 +165,8 @@ impl LightTree {
             }
             if !some {
                 return core::array::from_fn(|i| match content[i] {
-                    Content::Light(light) => Some((light, probability[i])),
-                    Content::Inner(_) => None,
+                    LightTreeChild::Light(light) => Some((light, probability[i])),
+                    LightTreeChild::Inner(_) => None,
                 });
             }
             for i in 0..N {
@@ -195,11 +198,11 @@ impl LightTree {
 
     /// Probability of sampling the light of a slot. Multiplied from the root down as in
     /// [`LightTree::draw`], for the same bits.
-    pub fn probability(&self, place: u32, receiver: &Receiver) -> f64 {
-        if place == Self::TOP {
+    pub fn probability(&self, index: u32, receiver: &Receiver) -> f64 {
+        if index == Self::TOP {
             return 1.0;
         }
-        let Some(node) = self.nodes.get(place as usize / WIDTH) else {
+        let Some(node) = self.nodes.get(index as usize / WIDTH) else {
             return 0.0;
         };
         let importances = node.importances(receiver);
@@ -208,7 +211,7 @@ impl LightTree {
             return 0.0;
         }
         self.probability(node.parent, receiver)
-            * (f64::from(importances[place as usize % WIDTH]) / total)
+            * (f64::from(importances[index as usize % WIDTH]) / total)
     }
 }
 
@@ -216,12 +219,12 @@ impl LightTree {
 const BELOW_ONE: f64 = 1.0 - f64::EPSILON / 2.0;
 
 /// Task: [`LightTree::draw`] with wide registers.
-struct Draw<'a, const N: usize> {
+struct LightDraw<'a, const N: usize> {
     tree: &'a LightTree,
     points: &'a [Option<(Receiver, f64)>; N],
 }
 
-impl<const N: usize> Loops for Draw<'_, N> {
+impl<const N: usize> SimdTask for LightDraw<'_, N> {
     type Output = [Option<(LightId, f64)>; N];
     #[inline(always)]
     fn run(self) -> Self::Output {

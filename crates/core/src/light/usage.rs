@@ -42,7 +42,7 @@ impl LightUsage {
     pub fn count(&mut self, light: LightId, arrived: bool) {
         let Some(stopped) = self
             .place(light)
-            .and_then(|place| self.stopped.get_mut(place))
+            .and_then(|index| self.stopped.get_mut(index))
         else {
             return;
         };

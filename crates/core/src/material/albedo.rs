@@ -17,7 +17,7 @@ use crate::number::{Number, Vector3};
 
 /// Energy that white microfacets lose in a single reflection, and the albedo of microfacets with
 /// Schlick's weight as reflectance: 0 at normal incidence, 1 at grazing incidence.
-pub(super) type Entry = [f32; 2];
+pub(super) type AlbedoEntry = [f32; 2];
 
 /// Cosine-weighted mean of Schlick's weight over the hemisphere: 2·∫(1 − c)⁵·c dc.
 pub(super) const MEAN_GRAZING: f64 = 1.0 / 21.0;
@@ -36,26 +36,26 @@ const DIFFERENCES: usize = ANISOTROPIC[0] * ANISOTROPIC[1] * ANISOTROPIC[2] * AN
 const MEANS: usize = ANISOTROPIC_MEANS * ANISOTROPIC_MEANS;
 
 /// The tables of isotropic and anisotropic albedos.
-pub(super) struct Table {
+pub(super) struct AlbedoTable {
     /// Isotropic entries by perceptual roughness and cosine of the view, and their means over the
     /// hemisphere by roughness. Steps are even in the square root of the roughness and in the
     /// fourth root of the cosine, because albedos fall fast towards grazing where microfacets are
     /// nearly smooth. With even steps of roughness and square roots of cosines, interpolated
     /// albedos were up to .010 off at cosines from .02 on; with these steps they are up to .004
     /// off.
-    pub entries: [Entry; ENTRIES],
-    pub means: [Entry; STEPS],
+    pub entries: [AlbedoEntry; ENTRIES],
+    pub means: [AlbedoEntry; STEPS],
     /// Means over the hemisphere of anisotropic microfacets, by the lesser roughness and the
     /// strength.
-    pub anisotropic_means: [Entry; MEANS],
+    pub anisotropic_means: [AlbedoEntry; MEANS],
     /// Difference of anisotropic to isotropic albedos, by the coordinates of
     /// [`anisotropic_coordinates`]. Interpolated albedos are up to .008 off.
     pub anisotropic: [[i16; 2]; DIFFERENCES],
 }
 
-pub(super) static TABLE: Table = Table::read(include_bytes!("albedo.table"));
+pub(super) static TABLE: AlbedoTable = AlbedoTable::read(include_bytes!("albedo.table"));
 
-impl Table {
+impl AlbedoTable {
     /// Length of the file in bytes.
     pub const BYTES: usize = 8 * (ENTRIES + STEPS + MEANS) + 4 * DIFFERENCES;
 
@@ -70,13 +70,17 @@ impl Table {
 }
 
 /// Little-endian pairs of `f32` from an offset on.
-const fn pairs<const COUNT: usize>(bytes: &[u8], from: usize) -> [Entry; COUNT] {
+const fn pairs<const COUNT: usize>(bytes: &[u8], from: usize) -> [AlbedoEntry; COUNT] {
     let mut out = [[0.0; 2]; COUNT];
     let mut k = 0;
     while k < 2 * COUNT {
-        let at = from + 4 * k;
-        out[k / 2][k % 2] =
-            f32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]]);
+        let position = from + 4 * k;
+        out[k / 2][k % 2] = f32::from_le_bytes([
+            bytes[position],
+            bytes[position + 1],
+            bytes[position + 2],
+            bytes[position + 3],
+        ]);
         k += 1;
     }
     out
@@ -87,8 +91,8 @@ const fn differences<const COUNT: usize>(bytes: &[u8], from: usize) -> [[i16; 2]
     let mut out = [[0; 2]; COUNT];
     let mut k = 0;
     while k < 2 * COUNT {
-        let at = from + 2 * k;
-        out[k / 2][k % 2] = i16::from_le_bytes([bytes[at], bytes[at + 1]]);
+        let position = from + 2 * k;
+        out[k / 2][k % 2] = i16::from_le_bytes([bytes[position], bytes[position + 1]]);
         k += 1;
     }
     out
@@ -97,7 +101,7 @@ const fn differences<const COUNT: usize>(bytes: &[u8], from: usize) -> [[i16; 2]
 /// Interpolation of `x` in [0, 1] among even steps: index of the lower step, and the fraction
 /// beyond it.
 #[inline(always)]
-pub(super) fn between(x: f64, steps: usize) -> (usize, f64) {
+pub(super) fn table_position(x: f64, steps: usize) -> (usize, f64) {
     // Zero for NaN too.
     let x = if x > 0.0 { x.min(1.0) } else { 0.0 } * (steps - 1) as f64;
     let below = (x as usize).min(steps - 2);
@@ -112,13 +116,13 @@ fn mix(a: [f64; 2], b: [f64; 2], share: f64) -> [f64; 2] {
 /// Interpolated entry for a cosine and a roughness. Below the least roughness the values are those
 /// of a mirror.
 #[inline(always)]
-pub(super) fn look_up(table: &Table, cosine: f64, roughness: f64) -> [f64; 2] {
+pub(super) fn look_up(table: &AlbedoTable, cosine: f64, roughness: f64) -> [f64; 2] {
     if roughness <= LEAST_ROUGHNESS {
         return [0.0, schlick_weight(cosine.max(0.0))];
     }
     let ((i, u), (j, v)) = (
-        between(cosine.max(0.0).sqrt().sqrt(), STEPS),
-        between(roughness.sqrt(), STEPS),
+        table_position(cosine.max(0.0).sqrt().sqrt(), STEPS),
+        table_position(roughness.sqrt(), STEPS),
     );
     let row = |j: usize| {
         let pair = &table.entries[j * STEPS + i..j * STEPS + i + 2];
@@ -128,11 +132,11 @@ pub(super) fn look_up(table: &Table, cosine: f64, roughness: f64) -> [f64; 2] {
 }
 
 #[inline(always)]
-fn look_up_mean(table: &Table, roughness: f64) -> [f64; 2] {
+fn look_up_mean(table: &AlbedoTable, roughness: f64) -> [f64; 2] {
     if roughness <= LEAST_ROUGHNESS {
         return [0.0, MEAN_GRAZING];
     }
-    let (j, v) = between(roughness.sqrt(), STEPS);
+    let (j, v) = table_position(roughness.sqrt(), STEPS);
     mix(
         table.means[j].map(f64::from),
         table.means[j + 1].map(f64::from),
@@ -143,9 +147,9 @@ fn look_up_mean(table: &Table, roughness: f64) -> [f64; 2] {
 /// Coordinates of a pair of α in the table of anisotropic means: the root of the lesser roughness,
 /// from the least roughness on, and the strength.
 fn anisotropy_coordinates([wide, fine]: [f64; 2]) -> [f64; 2] {
-    let least = LEAST_ROUGHNESS.sqrt();
+    let minimum = LEAST_ROUGHNESS.sqrt();
     let strength = ((wide - fine) / (1.0 - fine).max(1e-9)).max(0.0).sqrt();
-    [(fine.sqrt().sqrt() - least) / (1.0 - least), strength]
+    [(fine.sqrt().sqrt() - minimum) / (1.0 - minimum), strength]
 }
 
 /// Coordinates of a direction, in the frame of anisotropic microfacets, in their table; and the
@@ -174,9 +178,9 @@ fn anisotropic_coordinates(v: DVec3, [wide, fine]: [f64; 2]) -> ([f64; 4], f64) 
 }
 
 /// Interpolated entry for a direction in the frame of anisotropic microfacets with this α.
-pub(super) fn look_up_anisotropic(table: &Table, v: DVec3, alpha: [f64; 2]) -> [f64; 2] {
+pub(super) fn look_up_anisotropic(table: &AlbedoTable, v: DVec3, alpha: [f64; 2]) -> [f64; 2] {
     let (place, roughness) = anisotropic_coordinates(v, alpha);
-    let steps: [(usize, f64); 4] = from_fn(|k| between(place[k], ANISOTROPIC[k]));
+    let steps: [(usize, f64); 4] = from_fn(|k| table_position(place[k], ANISOTROPIC[k]));
     let mut sum = look_up(table, v.z.abs(), roughness);
     for corner in 0..16_usize {
         let (mut index, mut share) = (0, 1.0);
@@ -193,13 +197,14 @@ pub(super) fn look_up_anisotropic(table: &Table, v: DVec3, alpha: [f64; 2]) -> [
 }
 
 /// Cosine-weighted mean of the anisotropic entries over the hemisphere.
-fn look_up_anisotropic_mean(table: &Table, alpha: [f64; 2]) -> [f64; 2] {
-    let [(i, u), (j, v)] = anisotropy_coordinates(alpha).map(|x| between(x, ANISOTROPIC_MEANS));
+fn look_up_anisotropic_mean(table: &AlbedoTable, alpha: [f64; 2]) -> [f64; 2] {
+    let [(i, u), (j, v)] =
+        anisotropy_coordinates(alpha).map(|x| table_position(x, ANISOTROPIC_MEANS));
     let row = |i: usize| {
-        let at = i * ANISOTROPIC_MEANS + j;
+        let position = i * ANISOTROPIC_MEANS + j;
         mix(
-            table.anisotropic_means[at].map(f64::from),
-            table.anisotropic_means[at + 1].map(f64::from),
+            table.anisotropic_means[position].map(f64::from),
+            table.anisotropic_means[position + 1].map(f64::from),
             v,
         )
     };
@@ -232,7 +237,7 @@ impl<N: Number> Albedo<N> {
 
     /// The albedo for a direction of this cosine.
     #[inline(always)]
-    pub fn towards(cosine: N, roughness: N) -> Self {
+    pub fn at_cosine(cosine: N, roughness: N) -> Self {
         Self::of(|lane| look_up(&TABLE, cosine.lane(lane), roughness.lane(lane)))
     }
 
@@ -244,17 +249,17 @@ impl<N: Number> Albedo<N> {
 
     /// The albedo for a direction on either side, by its cosine; of anisotropic microfacets where
     /// the mask is set.
-    pub fn towards_either(
+    pub fn at_cosine_either(
         direction: N::Vec3,
         cosine: N,
         roughness: N,
         others: &Option<(N::Mask, Ggx<N>)>,
     ) -> Self {
-        let own = Self::towards(cosine, roughness);
-        let Some((mask, facets)) = others else {
+        let own = Self::at_cosine(cosine, roughness);
+        let Some((mask, ggx)) = others else {
             return own;
         };
-        let (local, alpha) = (facets.frame().to_local(direction), facets.alpha);
+        let (local, alpha) = (ggx.frame().to_local(direction), ggx.alpha);
         let other = Self::of(|lane| {
             look_up_anisotropic(
                 &TABLE,
@@ -268,11 +273,11 @@ impl<N: Number> Albedo<N> {
     /// [`Self::mean`], of anisotropic microfacets where the mask is set.
     pub fn mean_of_either(roughness: N, others: &Option<(N::Mask, Ggx<N>)>) -> Self {
         let own = Self::mean(roughness);
-        let Some((mask, facets)) = others else {
+        let Some((mask, ggx)) = others else {
             return own;
         };
         let other = Self::of(|lane| {
-            look_up_anisotropic_mean(&TABLE, facets.alpha.map(|alpha| alpha.lane(lane)))
+            look_up_anisotropic_mean(&TABLE, ggx.alpha.map(|alpha| alpha.lane(lane)))
         });
         Self::select(*mask, other, own)
     }
@@ -288,18 +293,19 @@ impl<N: Number> Albedo<N> {
     /// the cosine of the mean Schlick weight. Exact for mirrors and for Schlick's formula.
     /// Fresnel's equations rise less than in proportion to that weight, which lowers the albedo.
     pub fn sent_by(&self, reflectance: impl Fn(N) -> N) -> N {
-        let sent = N::ONE - self.lost;
+        let scattered = N::ONE - self.lost;
         // The reflectance at the mean of Schlick's weight, or at that mean shifted by the spread.
-        let of = |way: f64| {
+        let value_of = |factor: f64| {
             let cosine = N::of_lanes(|lane| {
-                let weight = (self.grazing.lane(lane) / sent.lane(lane).max(1e-6)).clamp(0.0, 1.0);
+                let weight =
+                    (self.grazing.lane(lane) / scattered.lane(lane).max(1e-6)).clamp(0.0, 1.0);
                 let spread = (SPREAD * weight).min(1.0 - weight);
-                1.0 - libm::pow(weight + way * spread, 0.2)
+                1.0 - libm::pow(weight + factor * spread, 0.2)
             });
             reflectance(cosine)
         };
         let half = N::from_f64(0.5);
-        sent * of(0.0).max((of(-1.0) + of(1.0)) * half)
+        scattered * value_of(0.0).max((value_of(-1.0) + value_of(1.0)) * half)
     }
 
     /// Directional albedo of microfacets with Schlick's reflectance from `f0` to `f90`.

@@ -5,11 +5,11 @@ use core::f64::consts::PI;
 
 use super::albedo::Albedo;
 use super::boundary;
-use super::energy::{Remainder, mean_of};
-use super::frame::Frame;
+use super::energy::{EnergyComplement, mean_of};
+use super::frame::ShadingFrame;
 use super::fresnel::schlick_weight;
 use super::ggx::Ggx;
-use super::lobe_kind::{LobeKind, Pair, cosine_sample_either};
+use super::lobe_kind::{Directions, LobeKind, cosine_sample_either};
 use super::reflectance::Reflectance;
 use crate::number::{Mask, Number, Vector3};
 
@@ -40,7 +40,7 @@ pub struct Curve<N: Number> {
 /// The microfacet layer over a base, for one viewing direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DiffuseCover<N: Number> {
-    pub(super) remainder: Remainder<N>,
+    pub(super) energy_complement: EnergyComplement<N>,
     /// Lanes of anisotropic microfacets, and those microfacets.
     pub(super) anisotropic: Option<(N::Mask, Ggx<N>)>,
     /// Reflectance in the lanes that do not follow Schlick's formula.
@@ -53,23 +53,26 @@ pub struct DiffuseCover<N: Number> {
 impl<N: Number> DiffuseCover<N> {
     /// The layer as viewed along `wo`, at a cosine.
     pub(super) fn seen(self, wo: N::Vec3, cosine: N) -> Self {
-        let albedo = Albedo::mean_of_either(self.remainder.roughness, &self.anisotropic);
-        let [mut base, lost] = self.remainder.left(albedo);
+        let albedo = Albedo::mean_of_either(self.energy_complement.roughness, &self.anisotropic);
+        let [mut base, lost] = self.energy_complement.remaining(albedo);
         if let Some(curve) = self.curve {
             let mean = match &self.anisotropic {
                 None => mean_of(|cosine| self.left(N::Vec3::ZERO, cosine)[0]),
-                Some((_, facets)) => {
-                    let frame = facets.frame();
+                Some((_, ggx)) => {
+                    let frame = ggx.frame();
                     // By symmetry one quarter of the azimuths stands for all.
-                    let turns =
-                        [1.0, 3.0, 5.0, 7.0].map(|eighth| N::from_f64(eighth / 32.0).turned());
+                    let turns = [1.0, 3.0, 5.0, 7.0]
+                        .map(|eighth| N::from_f64(eighth / 32.0).sin_cos_turns());
                     mean_of(|cosine| {
                         let sine = (N::ONE - cosine * cosine).max(N::ZERO).sqrt();
-                        let towards = |[x, y]: [N; 2]| {
+                        let direction = |[x, y]: [N; 2]| {
                             frame.to_world(N::Vec3::new(sine * x, sine * y, cosine))
                         };
-                        let of = |turn: &[N; 2]| self.left(towards(*turn), cosine)[0];
-                        turns.iter().map(of).fold(N::ZERO, |sum, base| sum + base)
+                        let value_of = |turn: &[N; 2]| self.left(direction(*turn), cosine)[0];
+                        turns
+                            .iter()
+                            .map(value_of)
+                            .fold(N::ZERO, |sum, base| sum + base)
                             * N::from_f64(0.25)
                     })
                 }
@@ -78,7 +81,9 @@ impl<N: Number> DiffuseCover<N> {
             base = N::select(curve.tabled, self.tabled(&curve, albedo, None), base);
         }
         Self {
-            remainder: self.remainder.seen(self.left(wo, cosine), [base, lost]),
+            energy_complement: self
+                .energy_complement
+                .seen_with(self.left(wo, cosine), [base, lost]),
             ..self
         }
     }
@@ -86,19 +91,19 @@ impl<N: Number> DiffuseCover<N> {
     /// Energy that remains for a direction and its cosine: below the layer, and the loss of white
     /// microfacets.
     fn left(&self, direction: N::Vec3, cosine: N) -> [N; 2] {
-        let albedo = Albedo::towards_either(
+        let albedo = Albedo::at_cosine_either(
             direction,
             cosine,
-            self.remainder.roughness,
+            self.energy_complement.roughness,
             &self.anisotropic,
         );
-        let [plain, lost] = self.remainder.left(albedo);
+        let [plain, lost] = self.energy_complement.remaining(albedo);
         let Some(curve) = &self.curve else {
             return [plain, lost];
         };
         let sent = || albedo.sent_by(|cosine| curve.reflectance.at(cosine).max_element());
         let read = if (curve.mask & !curve.tabled).any() {
-            self.remainder.left_of(sent(), lost)[0]
+            self.energy_complement.remaining_of(sent(), lost)[0]
         } else {
             plain
         };
@@ -113,7 +118,8 @@ impl<N: Number> DiffuseCover<N> {
     /// Energy that remains below microfacets that reflect by Fresnel's equations: for a cosine, or
     /// in the mean.
     fn tabled(&self, curve: &Curve<N>, albedo: Albedo<N>, cosine: Option<N>) -> N {
-        let (Some(index), roughness) = (curve.reflectance.exact, self.remainder.roughness) else {
+        let (Some(index), roughness) = (curve.reflectance.exact, self.energy_complement.roughness)
+        else {
             return N::ZERO;
         };
         let sent = |lane: usize| {
@@ -124,19 +130,25 @@ impl<N: Number> DiffuseCover<N> {
                 cosine.map(|cosine| cosine.lane(lane)),
             )
         };
-        let sent =
-            self.remainder
-                .sent_exactly(N::of_lanes(sent), curve.reflectance.at_normal(), albedo);
-        self.remainder.left_of(sent, albedo.lost)[0]
+        let scattered = self.energy_complement.sent_exactly(
+            N::of_lanes(sent),
+            curve.reflectance.at_normal(),
+            albedo,
+        );
+        self.energy_complement.remaining_of(scattered, albedo.lost)[0]
     }
 
     /// Factors of 1/π: of the reflection by a white base, and of the multiple scattering among
     /// white microfacets.
-    fn factors(&self, pair: &Pair<N>) -> [N; 2] {
-        let into = pair.into.max(-pair.into);
-        let ([base, lost], seen) = (self.left(pair.wi, into), self.remainder.seen);
-        let literal =
-            |[f0, f90]: [N; 2]| N::ONE - (f0 + (f90 - f0) * schlick_weight(pair.folded().tilt));
+    fn factors(&self, directions: &Directions<N>) -> [N; 2] {
+        let into = directions.into.max(-directions.into);
+        let ([base, lost], seen) = (
+            self.left(directions.wi, into),
+            self.energy_complement.view_factors,
+        );
+        let literal = |[f0, f90]: [N; 2]| {
+            N::ONE - (f0 + (f90 - f0) * schlick_weight(directions.folded().tilt))
+        };
         [self.literal.map_or(base * seen[0], literal), lost * seen[1]]
     }
 }
@@ -148,7 +160,7 @@ impl<N: Number> DiffuseBase<N> {
             (self.back + self.interreflected).max_element(),
             self.through.max_element(),
         );
-        let some = (back + through).above(N::ZERO);
+        let some = (back + through).greater_than(N::ZERO);
         if self.both {
             N::select(some, back / (back + through), N::ONE)
         } else {
@@ -159,7 +171,7 @@ impl<N: Number> DiffuseBase<N> {
 
 impl<N: Number> LobeKind<N> for DiffuseBase<N> {
     fn importance(&self, _: N) -> N {
-        let [base, lost] = self.top.remainder.shown;
+        let [base, lost] = self.top.energy_complement.shown;
         let base = if self.top.literal.is_some() {
             N::ONE
         } else {
@@ -168,41 +180,41 @@ impl<N: Number> LobeKind<N> for DiffuseBase<N> {
         ((self.back + self.through) * base + self.interreflected * lost).max_element()
     }
 
-    fn lets_through(&self) -> bool {
+    fn is_transmissive(&self) -> bool {
         self.both
     }
 
-    fn eval_and_pdf(&self, pair: &Pair<N>) -> (N::Vec3, N) {
-        let ([base, lost], pi) = (self.top.factors(pair), N::from_f64(PI));
+    fn eval_and_pdf(&self, directions: &Directions<N>) -> (N::Vec3, N) {
+        let ([base, lost], pi) = (self.top.factors(directions), N::from_f64(PI));
         (
             (self.back * base + self.interreflected * lost) / pi,
-            self.back_share() * pair.into / pi,
+            self.back_share() * directions.into / pi,
         )
     }
 
-    fn eval_diffuse(&self, pair: &Pair<N>) -> N::Vec3 {
-        self.back * (self.top.factors(pair)[0] / N::from_f64(PI))
+    fn eval_diffuse(&self, directions: &Directions<N>) -> N::Vec3 {
+        self.back * (self.top.factors(directions)[0] / N::from_f64(PI))
     }
 
-    fn eval_and_pdf_through(&self, pair: &Pair<N>) -> (N::Vec3, N) {
+    fn eval_and_pdf_through(&self, directions: &Directions<N>) -> (N::Vec3, N) {
         if !self.both {
             return (N::Vec3::ZERO, N::ZERO);
         }
         let pi = N::from_f64(PI);
         (
-            self.through * (self.top.factors(pair)[0] / pi),
-            (N::ONE - self.back_share()) * -pair.into / pi,
+            self.through * (self.top.factors(directions)[0] / pi),
+            (N::ONE - self.back_share()) * -directions.into / pi,
         )
     }
 
     fn sample(
         &self,
-        frame: &Frame<N>,
+        frame: &ShadingFrame<N>,
         _: N::Vec3,
         _: N::Vec3,
         choice: N,
         point: [N; 2],
     ) -> N::Vec3 {
-        cosine_sample_either::<N>(frame, self.back_share().above(choice), point)
+        cosine_sample_either::<N>(frame, self.back_share().greater_than(choice), point)
     }
 }

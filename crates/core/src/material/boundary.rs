@@ -5,7 +5,7 @@
 //! The tables depend on no scene, so they are constants: `boundary.table`, which a test computes
 //! anew and compares byte by byte. Each row ends with its cosine-weighted mean over the hemisphere.
 
-use super::albedo::between;
+use super::albedo::table_position;
 use super::fresnel::dielectric_in_air;
 use super::ggx::LEAST_ROUGHNESS;
 
@@ -59,15 +59,15 @@ const fn shares<const COUNT: usize>(bytes: &[u8], from: usize) -> [u16; COUNT] {
 /// Coordinate of an index, at least one, in [0, 1]: finer towards one, where reflection begins, and
 /// towards the greatest index, where it is total.
 fn place_of(index: f64) -> f64 {
-    let of = |index: f64| {
+    let value_of = |index: f64| {
         let root = (0.5 * (index - 1.0).max(0.0)).sqrt().sqrt();
         root / (1.0 + root)
     };
-    of(index) / of(MOST_INDEX)
+    value_of(index) / value_of(MOST_INDEX)
 }
 
 /// Cell of a table around an index, a roughness and a cosine.
-struct Cell {
+struct TableCell {
     /// Entry at the cell's least index, roughness and cosine.
     first: usize,
     /// Distance between entries of neighbouring roughnesses, and of neighbouring indices.
@@ -78,7 +78,7 @@ struct Cell {
     along: Option<f64>,
 }
 
-impl Cell {
+impl TableCell {
     /// The cell in a table of these steps; without a cosine, in its column of means.
     #[inline(always)]
     fn new(
@@ -87,12 +87,12 @@ impl Cell {
         roughness: f64,
         cosine: Option<f64>,
     ) -> Self {
-        let least = LEAST_ROUGHNESS.sqrt();
-        let (i, u) = between(place_of(index), indices);
-        let (j, v) = between((roughness.sqrt() - least) / (1.0 - least), roughnesses);
+        let minimum = LEAST_ROUGHNESS.sqrt();
+        let (i, u) = table_position(place_of(index), indices);
+        let (j, v) = table_position((roughness.sqrt() - minimum) / (1.0 - minimum), roughnesses);
         let stride = cosines + 1;
         let (k, along) = cosine.map_or((cosines, None), |cosine| {
-            let (k, w) = between(cosine.max(0.0).sqrt().sqrt(), cosines);
+            let (k, w) = table_position(cosine.max(0.0).sqrt().sqrt(), cosines);
             (k, Some(w))
         });
         Self {
@@ -106,14 +106,14 @@ impl Cell {
     /// Interpolated value of the table in the cell.
     #[inline(always)]
     fn value(&self, table: &[u16]) -> f64 {
-        let entry = |place: usize| f64::from(table[place]) / UNIT;
+        let entry = |index: usize| f64::from(table[index]) / UNIT;
         let mix = |a: f64, b: f64, share: f64| a + (b - a) * share;
-        let row = |place: usize| {
+        let row = |index: usize| {
             self.along
-                .map_or_else(|| entry(place), |w| mix(entry(place), entry(place + 1), w))
+                .map_or_else(|| entry(index), |w| mix(entry(index), entry(index + 1), w))
         };
         let ([u, v], [rougher, denser]) = (self.shares, self.strides);
-        let column = |place: usize| mix(row(place), row(place + rougher), v);
+        let column = |index: usize| mix(row(index), row(index + rougher), v);
         mix(column(self.first), column(self.first + denser), u)
     }
 }
@@ -127,16 +127,16 @@ pub(super) fn reflected(index: f64, roughness: f64, cosine: Option<f64>) -> f64 
             |cosine| dielectric_in_air(cosine, index),
         );
     }
-    Cell::new(REFLECTED, index, roughness, cosine).value(&TABLE.reflected)
+    TableCell::new(REFLECTED, index, roughness, cosine).value(&TABLE.reflected)
 }
 
 /// Shares that microfacets lose: with Fresnel's equations, and where they refract all light that
 /// they can. `eta` is the index on the incident side over the other.
 pub(super) fn lost(eta: f64, roughness: f64, cosine: Option<f64>) -> [f64; 2] {
     let (side, index) = if eta > 1.0 { (1, eta) } else { (0, 1.0 / eta) };
-    let cell = Cell::new(LOST, index, roughness, cosine);
+    let cell = TableCell::new(LOST, index, roughness, cosine);
     let (tables, _) = TABLE.lost.as_chunks::<{ places(LOST) }>();
-    [0, 1].map(|which| cell.value(&tables[2 * side + which]))
+    [0, 1].map(|selected| cell.value(&tables[2 * side + selected]))
 }
 
 /// Cosine-weighted mean reflectance of a smooth boundary of an index, at least one, over the

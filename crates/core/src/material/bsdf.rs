@@ -2,9 +2,9 @@
 //! family of lobe kinds is a parameter, so that surfaces of common kinds carry no code of the
 //! others.
 
-use super::frame::Frame;
+use super::frame::ShadingFrame;
 use super::lobe::Lobe;
-use super::lobe_kind::{LobeFamily, Pair};
+use super::lobe_kind::{Directions, LobeFamily};
 use crate::number::{Mask, Number, Vector3};
 
 /// Most lobes of a surface of the common kinds.
@@ -63,7 +63,7 @@ impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
     /// Returns the BSDF with one more lobe: see [`Self::add`].
     #[inline(always)]
     #[must_use]
-    pub fn with(mut self, lobe: L) -> Self {
+    pub fn with_lobe(mut self, lobe: L) -> Self {
         self.add(lobe);
         self
     }
@@ -90,13 +90,13 @@ impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
     #[inline(always)]
     fn sum(
         &self,
-        pair: &Pair<N>,
+        directions: &Directions<N>,
         importances: &[N; MOST],
-        of: impl Fn(&L, &Pair<N>) -> (N::Vec3, N),
+        value_of: impl Fn(&L, &Directions<N>) -> (N::Vec3, N),
     ) -> (N::Vec3, N) {
         let (mut value, mut sum) = (N::Vec3::ZERO, N::ZERO);
         for (lobe, &importance) in self.lobes().iter().zip(importances) {
-            let (own, density) = of(lobe, pair);
+            let (own, density) = value_of(lobe, directions);
             value += own;
             sum = sum + importance * density;
         }
@@ -107,7 +107,7 @@ impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
     #[inline(always)]
     pub fn eval(&self, wo: N::Vec3, wi: N::Vec3) -> N::Vec3 {
         self.sum(
-            &Pair::new(self.normal, wo, wi),
+            &Directions::new(self.normal, wo, wi),
             &[N::ZERO; MOST],
             L::eval_and_pdf,
         )
@@ -116,16 +116,21 @@ impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
 
     /// Whether a non-delta lobe transmits light.
     #[inline(always)]
-    pub fn lets_through(&self) -> bool {
-        self.lobes().iter().any(L::lets_through)
+    pub fn is_transmissive(&self) -> bool {
+        self.lobes().iter().any(L::is_transmissive)
     }
 
     /// [`Self::eval`] of the diffuse part alone, for a light without highlights.
     #[inline(always)]
     pub fn eval_diffuse(&self, wo: N::Vec3, wi: N::Vec3) -> N::Vec3 {
-        let diffuse = |lobe: &L, pair: &Pair<N>| (lobe.eval_diffuse(pair), N::ZERO);
-        self.sum(&Pair::new(self.normal, wo, wi), &[N::ZERO; MOST], diffuse)
-            .0
+        let diffuse =
+            |lobe: &L, directions: &Directions<N>| (lobe.eval_diffuse(directions), N::ZERO);
+        self.sum(
+            &Directions::new(self.normal, wo, wi),
+            &[N::ZERO; MOST],
+            diffuse,
+        )
+        .0
     }
 
     /// The importance of each lobe, by which lobes are chosen, and their sum.
@@ -162,18 +167,18 @@ impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
         wo: N::Vec3,
         wi: N::Vec3,
     ) -> (N::Vec3, N) {
-        let (pair, zero) = (Pair::new(self.normal, wo, wi), N::ZERO);
-        let (value, sum) = self.sum(&pair, importances, L::eval_and_pdf);
+        let (directions, zero) = (Directions::new(self.normal, wo, wi), N::ZERO);
+        let (value, sum) = self.sum(&directions, importances, L::eval_and_pdf);
         let (able, above) = (
-            cosine.above(zero) & total.above(zero),
-            self.normal.dot(wi).above(zero),
+            cosine.greater_than(zero) & total.greater_than(zero),
+            self.normal.dot(wi).greater_than(zero),
         );
         let over = N::select(able & above, sum / *total, zero);
-        if !self.lets_through() {
+        if !self.is_transmissive() {
             return (value, over);
         }
-        let (through, sum) = self.sum(&pair, importances, L::eval_and_pdf_through);
-        let below = zero.above(self.normal.dot(wi));
+        let (through, sum) = self.sum(&directions, importances, L::eval_and_pdf_through);
+        let below = zero.greater_than(self.normal.dot(wi));
         (
             N::Vec3::select(below, through, value),
             N::select(able & below, sum / *total, over),
@@ -183,11 +188,16 @@ impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
     /// Samples a direction by three numbers in [0, 1), in a frame about the normal. The first
     /// number chooses the lobe.
     #[inline(always)]
-    pub fn sample(&self, frame: &Frame<N>, wo: N::Vec3, [choice, u, v]: [N; 3]) -> BsdfSample<N> {
+    pub fn sample(
+        &self,
+        frame: &ShadingFrame<N>,
+        wo: N::Vec3,
+        [choice, u, v]: [N; 3],
+    ) -> BsdfSample<N> {
         let cosine = self.normal.dot(wo);
         let importances = self.importances(cosine);
         let (each, total) = importances;
-        let able = cosine.above(N::ZERO) & total.above(N::ZERO);
+        let able = cosine.greater_than(N::ZERO) & total.greater_than(N::ZERO);
         let (mut direction, mut weight, mut delta) =
             (N::Vec3::ZERO, N::Vec3::ZERO, N::Mask::default());
         let local = frame.to_local(wo);
@@ -221,10 +231,10 @@ impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
         let (value, density) = self.eval_and_pdf_by(&importances, cosine, wo, direction);
         let facing = self.normal.dot(direction);
         // False for NaN and for a failed sample too.
-        let mut sent = density.above(N::ZERO) & facing.above(N::ZERO) & !delta;
+        let mut sent = density.greater_than(N::ZERO) & facing.greater_than(N::ZERO) & !delta;
         let mut drawn = value * (facing / density);
-        if self.lets_through() {
-            let below = density.above(N::ZERO) & N::ZERO.above(facing) & !delta;
+        if self.is_transmissive() {
+            let below = density.greater_than(N::ZERO) & N::ZERO.greater_than(facing) & !delta;
             drawn = N::Vec3::select(below, -drawn, drawn);
             sent = sent | below;
         }
@@ -249,7 +259,8 @@ impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
             before[i] = before[i - 1] + importances[i - 1];
         }
         for i in (0..self.lobes().len()).rev() {
-            chosen[i] = left & importances[i].above(N::ZERO) & !before[i].above(target);
+            chosen[i] =
+                left & importances[i].greater_than(N::ZERO) & !before[i].greater_than(target);
             left = left & !chosen[i];
         }
         chosen

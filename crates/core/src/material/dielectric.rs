@@ -5,10 +5,10 @@
 //! Paths carry power across smooth and rough boundaries alike: radiance is not scaled by the square
 //! of the index, since a path that leaves the glass undoes that factor.
 
-use super::frame::Frame;
+use super::frame::ShadingFrame;
 use super::ggx::{Ggx, alpha, mirrored, sample_wm};
 use super::interface::Interface;
-use super::lobe_kind::{LobeKind, Pair, on_disk};
+use super::lobe_kind::{Directions, LobeKind, on_disk};
 use crate::number::{Mask, Number, Vector3};
 
 /// The boundary from the side of the view.
@@ -41,7 +41,7 @@ pub(super) fn fresnel<N: Number>(cosine: N, eta: N) -> (N, N) {
     let half = N::from_f64(0.5);
     let part = half * (perpendicular * perpendicular + parallel * parallel);
     (
-        N::select(beyond2.above(N::ZERO), part.min(N::ONE), N::ONE),
+        N::select(beyond2.greater_than(N::ZERO), part.min(N::ONE), N::ONE),
         beyond,
     )
 }
@@ -50,14 +50,20 @@ impl<N: Number> Dielectric<N> {
     /// The microfacet normal that refracts between the two directions, its cosines to them (that to
     /// the light is negative), and whether it exists.
     #[inline(always)]
-    pub(super) fn between(&self, pair: &Pair<N>) -> (N::Vec3, [N; 2], N::Mask) {
-        let along = pair.wo * self.facet_eta + pair.wi;
+    pub(super) fn refracting_half(&self, directions: &Directions<N>) -> (N::Vec3, [N; 2], N::Mask) {
+        let along = directions.wo * self.facet_eta + directions.wi;
         let length = along.dot(along).sqrt();
         let facet = along / length;
-        let facet = N::Vec3::select(pair.normal.dot(facet).above(N::ZERO), facet, -facet);
-        let (out, into) = (facet.dot(pair.wo), facet.dot(pair.wi));
+        let facet = N::Vec3::select(
+            directions.normal.dot(facet).greater_than(N::ZERO),
+            facet,
+            -facet,
+        );
+        let (out, into) = (facet.dot(directions.wo), facet.dot(directions.wi));
         // Equal indices bend no light and determine no microfacet.
-        let able = out.above(N::ZERO) & N::ZERO.above(into) & length.above(N::from_f64(1e-6));
+        let able = out.greater_than(N::ZERO)
+            & N::ZERO.greater_than(into)
+            & length.greater_than(N::from_f64(1e-6));
         (facet, [out, into], able)
     }
 }
@@ -74,45 +80,49 @@ impl<N: Number> LobeKind<N> for Dielectric<N> {
     }
 
     #[inline(always)]
-    fn lets_through(&self) -> bool {
+    fn is_transmissive(&self) -> bool {
         self.roughness.is_some()
     }
 
     /// Reflection by the microfacets.
     #[inline(always)]
-    fn eval_and_pdf(&self, pair: &Pair<N>) -> (N::Vec3, N) {
+    fn eval_and_pdf(&self, directions: &Directions<N>) -> (N::Vec3, N) {
         let Some(roughness) = self.roughness else {
             return (N::Vec3::ZERO, N::ZERO);
         };
-        let (reflectance, _) = fresnel(pair.tilt, self.facet_eta);
-        let facets = Ggx::isotropic(pair.normal, roughness);
-        let (value, density) = facets.reflected(pair, self.reflected * (self.share * reflectance));
+        let (reflectance, _) = fresnel(directions.tilt, self.facet_eta);
+        let ggx = Ggx::isotropic(directions.normal, roughness);
+        let (value, density) =
+            ggx.reflected(directions, self.reflected * (self.share * reflectance));
         (
-            N::Vec3::select(self.share.above(N::ZERO), value, N::Vec3::ZERO),
+            N::Vec3::select(self.share.greater_than(N::ZERO), value, N::Vec3::ZERO),
             reflectance * density,
         )
     }
 
     /// Transmission by the microfacets.
     #[inline(always)]
-    fn eval_and_pdf_through(&self, pair: &Pair<N>) -> (N::Vec3, N) {
+    fn eval_and_pdf_through(&self, directions: &Directions<N>) -> (N::Vec3, N) {
         let Some(roughness) = self.roughness else {
             return (N::Vec3::ZERO, N::ZERO);
         };
-        let (facets, (facet, [out, into], able)) =
-            (Ggx::isotropic(pair.normal, roughness), self.between(pair));
+        let (ggx, (facet, [out, into], able)) = (
+            Ggx::isotropic(directions.normal, roughness),
+            self.refracting_half(directions),
+        );
         // The density of visible normals, times the Jacobian of refraction, times the transmitted
         // share.
-        let seen = N::from_f64(2.0) * out / (pair.out + facets.root(pair.wo, pair.out));
+        let seen =
+            N::from_f64(2.0) * out / (directions.out + ggx.root(directions.wo, directions.out));
         let denominator = self.facet_eta * out + into;
-        let spread = seen * -into / (facets.inverse_d(facet) * denominator * denominator);
+        let spread = seen * -into / (ggx.inverse_d(facet) * denominator * denominator);
         let density = (N::ONE - fresnel(out, self.facet_eta).0) * spread;
-        let below = -pair.into;
+        let below = -directions.into;
         // Smith's G₁ of the far side, over the cosine: masking on one side is independent of
         // masking on the other.
         let value = self.transmitted
-            * (self.share * density * N::from_f64(2.0) / (below + facets.root(pair.wi, below)));
-        let lit = able & pair.out.above(N::ZERO) & below.above(N::ZERO);
+            * (self.share * density * N::from_f64(2.0) / (below + ggx.root(directions.wi, below)));
+        let lit = able & directions.out.greater_than(N::ZERO) & below.greater_than(N::ZERO);
         (
             N::Vec3::select(lit, value, N::Vec3::ZERO),
             N::select(able, density, N::ZERO),
@@ -123,7 +133,7 @@ impl<N: Number> LobeKind<N> for Dielectric<N> {
     #[inline(always)]
     fn sample(
         &self,
-        frame: &Frame<N>,
+        frame: &ShadingFrame<N>,
         _: N::Vec3,
         wo: N::Vec3,
         choice: N,
@@ -141,12 +151,12 @@ impl<N: Number> LobeKind<N> for Dielectric<N> {
         let mirrored = mirrored::<N>(wo, facet);
         let refracted = facet * (eta * cosine - beyond) - wo * eta;
         // Light on the wrong side would hit another microfacet; it is lost here.
-        let above = mirrored.z().above(N::ZERO);
+        let above = mirrored.z().greater_than(N::ZERO);
         let mirrored = N::Vec3::select(above, mirrored, N::Vec3::ZERO);
-        let below = N::ZERO.above(refracted.z());
+        let below = N::ZERO.greater_than(refracted.z());
         let refracted = N::Vec3::select(below, refracted.normalize(), N::Vec3::ZERO);
         frame.to_world(N::Vec3::select(
-            reflectance.above(choice),
+            reflectance.greater_than(choice),
             mirrored,
             refracted,
         ))
@@ -201,14 +211,14 @@ mod tests {
                 let sine2 = eta * eta * (1.0 - cosine * cosine);
                 let beyond = (sine2 < 1.0).then(|| (1.0 - sine2).sqrt());
                 let found = fresnel(cosine, eta);
-                let wanted = (exact(cosine, beyond, eta), beyond.unwrap_or(0.0));
+                let requested = (exact(cosine, beyond, eta), beyond.unwrap_or(0.0));
                 assert!(
-                    (found.0 - wanted.0).abs() < 1e-12,
-                    "{found:?}, not {wanted:?} at {cosine}, {eta}"
+                    (found.0 - requested.0).abs() < 1e-12,
+                    "{found:?}, not {requested:?} at {cosine}, {eta}"
                 );
                 assert!(
-                    (found.1 - wanted.1).abs() < 1e-12,
-                    "{found:?}, not {wanted:?} at {cosine}, {eta}"
+                    (found.1 - requested.1).abs() < 1e-12,
+                    "{found:?}, not {requested:?} at {cosine}, {eta}"
                 );
             }
         }

@@ -16,7 +16,7 @@ use crate::number::{Mask, Number, Vector3};
 
 /// Directional albedo of microfacets with Schlick's reflectance from `f0` to 1.
 pub(super) fn directional_albedo(f0: f64, roughness: f64, cosine: f64) -> f64 {
-    Albedo::<f64>::towards(cosine, roughness)
+    Albedo::<f64>::at_cosine(cosine, roughness)
         .sent(f0, 1.0)
         .clamp(0.0, 1.0)
 }
@@ -51,7 +51,7 @@ pub(super) fn interreflections<N: Number>(
 
 /// Cosine-weighted mean over the hemisphere of a function of the cosine: Gauss's rule in the
 /// cosine's square.
-pub(super) fn mean_of<N: Number>(of: impl Fn(N) -> N) -> N {
+pub(super) fn mean_of<N: Number>(value_of: impl Fn(N) -> N) -> N {
     const RULE: [[f64; 2]; 4] = [
         [0.069_431_844_202_973_7, 0.173_927_422_568_726_9],
         [0.330_009_478_207_571_9, 0.326_072_577_431_273_1],
@@ -59,21 +59,21 @@ pub(super) fn mean_of<N: Number>(of: impl Fn(N) -> N) -> N {
         [0.930_568_155_797_026_3, 0.173_927_422_568_726_9],
     ];
     RULE.iter().fold(N::ZERO, |sum, [square, weight]| {
-        sum + of(N::from_f64(square.sqrt())) * N::from_f64(*weight)
+        sum + value_of(N::from_f64(square.sqrt())) * N::from_f64(*weight)
     })
 }
 
 /// Energy that a microfacet layer leaves to the base below, and energy that white microfacets leave
 /// to multiple scattering, for one viewing direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Remainder<N: Number> {
+pub struct EnergyComplement<N: Number> {
     /// Reflectance of the layer at normal and at grazing incidence, and its factor on the multiple
     /// scattering of white microfacets.
     layer: [N; 3],
     /// Perceptual roughness.
     pub(super) roughness: N,
     /// Remaining energy towards the view over its mean: of the layer, and of white microfacets.
-    pub(super) seen: [N; 2],
+    pub(super) view_factors: [N; 2],
     /// Remaining energy towards the view: the albedo of a white base there, and of the multiple
     /// scattering of white microfacets. Importance for choosing a lobe.
     pub(super) shown: [N; 2],
@@ -82,24 +82,24 @@ pub struct Remainder<N: Number> {
 /// Least mean that counts as above zero.
 const LEAST_MEAN: f64 = 1e-6;
 
-impl<N: Number> Remainder<N> {
+impl<N: Number> EnergyComplement<N> {
     /// The remainder of a layer, before a viewing direction is set.
     #[inline(always)]
     pub(super) fn new(layer: [N; 3], roughness: N) -> Self {
         Self {
             layer,
             roughness,
-            seen: [N::ONE; 2],
+            view_factors: [N::ONE; 2],
             shown: [N::ONE; 2],
         }
     }
 
     /// Sets the viewing direction by its remaining energy and the mean.
     #[inline(always)]
-    pub(super) fn seen(self, left: [N; 2], mean: [N; 2]) -> Self {
+    pub(super) fn seen_with(self, left: [N; 2], mean: [N; 2]) -> Self {
         let over = |k: usize| left[k] / mean[k].max(N::from_f64(LEAST_MEAN));
         Self {
-            seen: [over(0), over(1)],
+            view_factors: [over(0), over(1)],
             shown: left,
             ..self
         }
@@ -108,30 +108,34 @@ impl<N: Number> Remainder<N> {
     /// Sets the viewing direction by its cosine.
     #[inline(always)]
     pub(super) fn seen_at(self, cosine: N, mean: Albedo<N>) -> Self {
-        self.seen(
-            self.left(Albedo::towards(cosine, self.roughness)),
-            self.left(mean),
+        self.seen_with(
+            self.remaining(Albedo::at_cosine(cosine, self.roughness)),
+            self.remaining(mean),
         )
     }
 
     /// Remaining energy: below the layer, and of white microfacets.
     #[inline(always)]
-    pub(super) fn left(&self, albedo: Albedo<N>) -> [N; 2] {
-        self.left_of(albedo.sent(self.layer[0], self.layer[1]), albedo.lost)
+    pub(super) fn remaining(&self, albedo: Albedo<N>) -> [N; 2] {
+        self.remaining_of(albedo.sent(self.layer[0], self.layer[1]), albedo.lost)
     }
 
     /// Remaining energy for a layer with the given single-scattering albedo.
     #[inline(always)]
-    pub(super) fn left_of(&self, sent: N, lost: N) -> [N; 2] {
-        [(N::ONE - (sent + self.layer[2] * lost)).max(N::ZERO), lost]
+    pub(super) fn remaining_of(&self, scattered: N, lost: N) -> [N; 2] {
+        [
+            (N::ONE - (scattered + self.layer[2] * lost)).max(N::ZERO),
+            lost,
+        ]
     }
 
     /// Single-scattering albedo of a layer by Fresnel's equations, from the albedo of the bare
     /// index and its reflectance at normal incidence. A colour's addition at normal incidence falls
     /// as Schlick's weight rises.
-    pub(super) fn sent_exactly(&self, sent: N, normal: N, albedo: Albedo<N>) -> N {
+    pub(super) fn sent_exactly(&self, scattered: N, normal: N, albedo: Albedo<N>) -> N {
         let falling = (N::ONE - albedo.lost - albedo.grazing).max(N::ZERO);
-        (self.layer[1] * sent + (self.layer[0] - self.layer[1] * normal) * falling).max(N::ZERO)
+        (self.layer[1] * scattered + (self.layer[0] - self.layer[1] * normal) * falling)
+            .max(N::ZERO)
     }
 
     /// Whether the layer reflects in any lane.
@@ -140,15 +144,18 @@ impl<N: Number> Remainder<N> {
         self.layer[0]
             .max(self.layer[1])
             .max(self.layer[2])
-            .above(N::ZERO)
+            .greater_than(N::ZERO)
             .any()
     }
 
     /// Factors of 1/π for light from a direction: of the reflection by a white base, and of the
     /// multiple scattering of white microfacets.
     #[inline(always)]
-    pub(super) fn towards(&self, cosine: N) -> [N; 2] {
-        let left = self.left(Albedo::towards(cosine, self.roughness));
-        [left[0] * self.seen[0], left[1] * self.seen[1]]
+    pub(super) fn factors(&self, cosine: N) -> [N; 2] {
+        let left = self.remaining(Albedo::at_cosine(cosine, self.roughness));
+        [
+            left[0] * self.view_factors[0],
+            left[1] * self.view_factors[1],
+        ]
     }
 }

@@ -12,7 +12,7 @@ use crate::number::{Number, Vector3};
 
 layer! {
     /// A thin film.
-    Film
+    ThinFilm
     /// Share of the surface under the film.
     share: Share by share;
     /// Index of refraction.
@@ -25,7 +25,7 @@ layer! {
 const TERMS: usize = 64;
 const LEAST: f64 = 1e-5;
 
-impl<N: Number> Film<N> {
+impl<N: Number> ThinFilm<N> {
     /// Reflectance of microfacets under the film at this cosine of incidence outside. `bare` is
     /// their reflectance without the film, `f0` the bare reflectance at normal incidence.
     pub(super) fn over(&self, bare: N::Vec3, f0: N::Vec3, cosine: N) -> N::Vec3 {
@@ -112,7 +112,7 @@ mod tests {
         let (inside, below) = (within(ior), within(base(f0)));
         let phase = core::f64::consts::TAU * 2.0 * ior * thickness * inside / nanometres;
         let (re, im) = (phase.cos(), phase.sin());
-        let of = |a: f64, b: f64| {
+        let value_of = |a: f64, b: f64| {
             // (a + b·e)/(1 + a·b·e)
             let (nr, ni, dr, di) = (a + b * re, b * im, 1.0 + a * b * re, a * b * im);
             (nr * nr + ni * ni) / (dr * dr + di * di)
@@ -120,10 +120,10 @@ mod tests {
         let across = |n: f64, ci: f64, m: f64, ct: f64| (n * ci - m * ct) / (n * ci + m * ct);
         let along = |n: f64, ci: f64, m: f64, ct: f64| (m * ci - n * ct) / (m * ci + n * ct);
         let b = base(f0);
-        0.5 * (of(
+        0.5 * (value_of(
             across(1.0, cosine, ior, inside),
             across(ior, inside, b, below),
-        ) + of(
+        ) + value_of(
             along(1.0, cosine, ior, inside),
             along(ior, inside, b, below),
         ))
@@ -138,16 +138,16 @@ mod tests {
             for f0 in [0.0204, 0.04, 0.25, 0.9] {
                 for thickness in [0.0, 5.0, 100.0, 280.0, 400.0, 650.0, 1200.0] {
                     for cosine in [1.0, 0.9, 0.6, 0.3, 0.1, 0.02] {
-                        let wanted =
+                        let requested =
                             direct(|nanometres| [airy(cosine, ior, thickness, f0, nanometres); 3]);
                         let found = reflectance(cosine, ior, thickness, [f0; 3]);
                         let off = (0..3)
-                            .map(|k| (found[k] - wanted[k].clamp(0.0, 1.0)).abs())
+                            .map(|k| (found[k] - requested[k].clamp(0.0, 1.0)).abs())
                             .fold(0.0, f64::max);
                         worst = worst.max(off);
                         assert!(
                             off <= 2e-3,
-                            "{ior}, {f0}, {thickness} nm at {cosine}: {found:?}, not {wanted:?}"
+                            "{ior}, {f0}, {thickness} nm at {cosine}: {found:?}, not {requested:?}"
                         );
                     }
                 }
@@ -164,11 +164,11 @@ mod tests {
             for (f0, cosine) in [(0.04, 1.0), (0.04, 0.3), (0.5, 0.1), (0.2, 0.7)] {
                 let b = base(f0);
                 let below = (1.0 - (1.0 - cosine * cosine) / (b * b)).sqrt();
-                let wanted = dielectric(cosine, Some(below), 1.0 / b);
+                let requested = dielectric(cosine, Some(below), 1.0 / b);
                 let found = reflectance(cosine, ior, 0.0, [f0; 3]);
                 assert!(
-                    found.iter().all(|r| (r - wanted).abs() < 1e-4),
-                    "{ior}, {f0} at {cosine}: {found:?}, not {wanted}"
+                    found.iter().all(|r| (r - requested).abs() < 1e-4),
+                    "{ior}, {f0} at {cosine}: {found:?}, not {requested}"
                 );
             }
         }

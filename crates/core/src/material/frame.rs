@@ -5,7 +5,7 @@ use crate::number::{Number, Vector3};
 /// An orthonormal frame. Right-handed (tangent × bitangent = normal), or left-handed where a
 /// texture appears mirrored.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Frame<N: Number> {
+pub struct ShadingFrame<N: Number> {
     /// Unit, perpendicular to the normal.
     pub tangent: N::Vec3,
     /// Unit, perpendicular to both.
@@ -14,11 +14,11 @@ pub struct Frame<N: Number> {
     pub normal: N::Vec3,
 }
 
-impl<N: Number> Frame<N> {
+impl<N: Number> ShadingFrame<N> {
     /// Any frame about a unit normal ("Building an Orthonormal Basis, Revisited", Duff et al.
     /// 2017).
     #[inline(always)]
-    pub fn about(normal: N::Vec3) -> Self {
+    pub fn from_normal(normal: N::Vec3) -> Self {
         let n = normal;
         let sign = N::ONE.copysign(n.z());
         let a = -N::ONE / (sign + n.z());
@@ -32,19 +32,19 @@ impl<N: Number> Frame<N> {
 
     /// The frame about a unit normal with its tangent as close as possible to a direction, such as
     /// the direction of a texture's columns. The bitangent is then up in the texture; `mirrored`
-    /// flips it where the normal's side sees the texture mirrored. Falls back to [`Self::about`] if
+    /// flips it where the normal's side sees the texture mirrored. Falls back to [`Self::from_normal`] if
     /// the direction is zero, along the normal, or too long or short to be squared.
     #[inline(always)]
-    pub fn along(normal: N::Vec3, direction: N::Vec3, mirrored: N::Mask) -> Self {
+    pub fn from_tangent(normal: N::Vec3, direction: N::Vec3, mirrored: N::Mask) -> Self {
         let across = |v: N::Vec3| v - normal * normal.dot(v);
         let first = across(direction);
         let squared = first.dot(first);
         // Below this threshold, rounding dominates the remainder of the direction.
-        let given = squared.above(direction.dot(direction) * N::from_f64(1e-10));
+        let given = squared.greater_than(direction.dot(direction) * N::from_f64(1e-10));
         // A direction nearly along the normal still leans after one projection; two suffice
         // (Kahan).
         let tangent = across(first * (N::ONE / squared.sqrt())).normalize();
-        let tangent = N::Vec3::select(given, tangent, Self::about(normal).tangent);
+        let tangent = N::Vec3::select(given, tangent, Self::from_normal(normal).tangent);
         let up = normal.cross(tangent);
         Self {
             tangent,

@@ -5,8 +5,8 @@
 
 use core::f64::consts::PI;
 
-use super::frame::Frame;
-use super::lobe_kind::{Pair, on_disk};
+use super::frame::ShadingFrame;
+use super::lobe_kind::{Directions, on_disk};
 use crate::number::{Number, Vector3};
 
 /// Least perceptual roughness of a glossy lobe: below it, the highlight of a delta light is a
@@ -44,9 +44,9 @@ impl<N: Number> Ggx<N> {
     /// in glTF's KHR_materials_anisotropy: α along the tangent rises from the roughness's α to one
     /// with the square of the strength.
     #[inline]
-    pub fn anisotropic(frame: Frame<N>, roughness: N, strength: N) -> Self {
+    pub fn anisotropic(frame: ShadingFrame<N>, roughness: N, strength: N) -> Self {
         let alpha = alpha(roughness);
-        let Frame {
+        let ShadingFrame {
             tangent,
             bitangent,
             normal,
@@ -65,13 +65,14 @@ impl<N: Number> Ggx<N> {
     }
 
     /// The frame of the axes; any frame for isotropic microfacets.
-    pub(super) fn frame(&self) -> Frame<N> {
-        let of = |[tangent, bitangent]: [N::Vec3; 2]| Frame {
+    pub(super) fn frame(&self) -> ShadingFrame<N> {
+        let value_of = |[tangent, bitangent]: [N::Vec3; 2]| ShadingFrame {
             tangent,
             bitangent,
             normal: self.normal,
         };
-        self.axes.map_or_else(|| Frame::about(self.normal), of)
+        self.axes
+            .map_or_else(|| ShadingFrame::from_normal(self.normal), value_of)
     }
 
     /// Inverse of the density D at a microfacet normal. The isotropic form (hx² + hy²)/α² + hz²
@@ -113,22 +114,33 @@ impl<N: Number> Ggx<N> {
     /// BRDF of white microfacets, D·G₂/(4·cosₒ·cosᵢ), and the density by solid angle of directions
     /// mirrored at visible normals, D·G₁/(4·cosₒ).
     #[inline(always)]
-    pub(super) fn eval_and_pdf(&self, pair: &Pair<N>) -> (N, N) {
+    pub(super) fn eval_and_pdf(&self, directions: &Directions<N>) -> (N, N) {
         let (d, root) = (
-            N::ONE / self.inverse_d(pair.half),
-            self.root(pair.wo, pair.out),
+            N::ONE / self.inverse_d(directions.half),
+            self.root(directions.wo, directions.out),
         );
-        let visibility =
-            N::from_f64(0.5) / (pair.into * root + pair.out * self.root(pair.wi, pair.into));
-        (d * visibility, d / (N::from_f64(2.0) * (pair.out + root)))
+        let visibility = N::from_f64(0.5)
+            / (directions.into * root + directions.out * self.root(directions.wi, directions.into));
+        (
+            d * visibility,
+            d / (N::from_f64(2.0) * (directions.out + root)),
+        )
     }
 
     /// BRDF of microfacets with this reflectance, and the density of its sampling.
     #[inline(always)]
-    pub(super) fn reflected(&self, pair: &Pair<N>, reflectance: N::Vec3) -> (N::Vec3, N) {
-        let (value, density) = self.eval_and_pdf(pair);
+    pub(super) fn reflected(
+        &self,
+        directions: &Directions<N>,
+        reflectance: N::Vec3,
+    ) -> (N::Vec3, N) {
+        let (value, density) = self.eval_and_pdf(directions);
         (
-            N::Vec3::select(pair.out.above(N::ZERO), reflectance * value, N::Vec3::ZERO),
+            N::Vec3::select(
+                directions.out.greater_than(N::ZERO),
+                reflectance * value,
+                N::Vec3::ZERO,
+            ),
             density,
         )
     }
@@ -152,7 +164,7 @@ impl<N: Number> Ggx<N> {
         (
             facet,
             N::Vec3::select(
-                normal.dot(direction).above(N::ZERO),
+                normal.dot(direction).greater_than(N::ZERO),
                 direction,
                 N::Vec3::ZERO,
             ),
@@ -175,7 +187,7 @@ pub(super) fn sample_wm<N: Number>(wo: N::Vec3, [ax, ay]: [N; 2], [a, b]: [N; 2]
     let across = (seen.x() * seen.x() + seen.y() * seen.y()).sqrt();
     let slanted = N::Vec3::new(-seen.y() / across, seen.x() / across, N::ZERO);
     let first = N::Vec3::select(
-        across.above(N::ZERO),
+        across.greater_than(N::ZERO),
         slanted,
         N::Vec3::new(N::ONE, N::ZERO, N::ZERO),
     );

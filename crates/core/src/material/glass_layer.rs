@@ -4,29 +4,29 @@
 use glam::DVec3;
 
 use super::dielectric::{Dielectric, fresnel as facet_fresnel};
-use super::film::Film;
-use super::frame::Frame;
+use super::film::ThinFilm;
+use super::frame::ShadingFrame;
 use super::fresnel::{self, FresnelRule, schlick_weight};
 use super::ggx::Ggx;
 use super::interface::Interface;
 use super::interreflected::{Interreflected, mean_reflectance};
-use super::lobe_kind::{LobeKind, Pair, kept_unit};
+use super::lobe_kind::{Directions, LobeKind, kept_unit};
 use crate::number::{Mask, Number, Vector3};
 
 /// Changes to the Fresnel reflectance of a boundary.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Tinted<N: Number> {
+pub struct TintedFresnel<N: Number> {
     /// Factor of the reflectance; the rest is transmitted.
     pub reflected: N::Vec3,
     /// Thin film on the boundary.
-    pub film: Option<Film<N>>,
+    pub film: Option<ThinFilm<N>>,
     /// Reflectance formula.
     pub rule: FresnelRule,
     /// Index of the inside over the outside.
     pub ior: N::Exact,
 }
 
-impl<N: Number> Tinted<N> {
+impl<N: Number> TintedFresnel<N> {
     /// Reflectance of a lane by the cosines outside and inside; `None` under total reflection.
     fn reflectance(&self, lane: usize, cosines: Option<[f64; 2]>) -> [f64; 3] {
         let Some([outside, inside]) = cosines else {
@@ -60,7 +60,7 @@ impl<N: Number> Tinted<N> {
 /// Cosines on the thin side at which a filmed boundary is compared with a bare boundary.
 const COMPARED: [f64; 5] = [1.0, 0.8, 0.5, 0.25, 0.1];
 
-impl<N: Number> Tinted<N> {
+impl<N: Number> TintedFresnel<N> {
     /// Least and greatest ratio of the reflectance to the Fresnel reflectance over the angles.
     pub(super) fn of_fresnel(&self) -> [N::Vec3; 2] {
         if self.film.is_none() && self.rule != FresnelRule::Schlick {
@@ -92,7 +92,7 @@ impl<N: Number> Tinted<N> {
 /// The boundary of a solid body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LayeredDielectric<N: Number> {
-    pub(super) tinted: Tinted<N>,
+    pub(super) tinted_fresnel: TintedFresnel<N>,
     /// The untinted boundary.
     pub(super) boundary: Dielectric<N>,
     /// Lanes with a ray from outside.
@@ -109,7 +109,7 @@ impl<N: Number> LayeredDielectric<N> {
         } else {
             [beyond, own]
         });
-        (self.tinted.reflectance(lane, cosines).into(), exact)
+        (self.tinted_fresnel.reflectance(lane, cosines).into(), exact)
     }
 
     /// Scales a value of the untinted boundary by `of` its tinted and its Fresnel reflectance.
@@ -119,12 +119,12 @@ impl<N: Number> LayeredDielectric<N> {
         cosine: N,
         of: fn(f64, f64) -> f64,
     ) -> (N::Vec3, N) {
-        let Tinted {
+        let TintedFresnel {
             reflected,
             film,
             rule,
             ..
-        } = self.tinted;
+        } = self.tinted_fresnel;
         if film.is_none() && reflected == N::Vec3::ONE && rule != FresnelRule::Schlick {
             return (own, density);
         }
@@ -140,7 +140,7 @@ impl<N: Number> LobeKind<N> for LayeredDielectric<N> {
     fn importance(&self, _: N) -> N {
         self.boundary.share
             * self
-                .tinted
+                .tinted_fresnel
                 .reflected
                 .max(self.boundary.transmitted)
                 .max_element()
@@ -150,16 +150,20 @@ impl<N: Number> LobeKind<N> for LayeredDielectric<N> {
         self.boundary.is_delta()
     }
 
-    fn lets_through(&self) -> bool {
-        self.boundary.lets_through()
+    fn is_transmissive(&self) -> bool {
+        self.boundary.is_transmissive()
     }
 
-    fn eval_and_pdf(&self, pair: &Pair<N>) -> (N::Vec3, N) {
+    fn eval_and_pdf(&self, directions: &Directions<N>) -> (N::Vec3, N) {
         let factor = |found: f64, exact: f64| if exact > 0.0 { found / exact } else { 0.0 };
-        self.tint(self.boundary.eval_and_pdf(pair), pair.tilt, factor)
+        self.tint(
+            self.boundary.eval_and_pdf(directions),
+            directions.tilt,
+            factor,
+        )
     }
 
-    fn eval_and_pdf_through(&self, pair: &Pair<N>) -> (N::Vec3, N) {
+    fn eval_and_pdf_through(&self, directions: &Directions<N>) -> (N::Vec3, N) {
         let factor = |found: f64, exact: f64| {
             if exact < 1.0 {
                 (1.0 - found) / (1.0 - exact)
@@ -168,15 +172,15 @@ impl<N: Number> LobeKind<N> for LayeredDielectric<N> {
             }
         };
         self.tint(
-            self.boundary.eval_and_pdf_through(pair),
-            self.boundary.between(pair).1[0],
+            self.boundary.eval_and_pdf_through(directions),
+            self.boundary.refracting_half(directions).1[0],
             factor,
         )
     }
 
     fn sample(
         &self,
-        frame: &Frame<N>,
+        frame: &ShadingFrame<N>,
         wo: N::Vec3,
         local: N::Vec3,
         choice: N,
@@ -223,21 +227,24 @@ impl<N: Number> LobeKind<N> for LayeredDielectric<N> {
 /// it is smooth, along the microfacets' mirror direction flipped below where it is rough.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ThinDielectric<N: Number> {
-    pub(super) tinted: Tinted<N>,
+    pub(super) tinted_fresnel: TintedFresnel<N>,
     /// Share of the surface that is a thin wall.
     pub(super) share: N,
     /// Factor of the transmission.
     pub(super) transmitted: N::Vec3,
     /// The microfacets; `None` for a smooth wall.
-    pub(super) facets: Option<Ggx<N>>,
+    pub(super) ggx: Option<Ggx<N>>,
 }
 
 impl<N: Number> ThinDielectric<N> {
     /// Reflectance of the wall in a lane at a cosine of incidence, in each channel.
     fn at(&self, lane: usize, cosine: f64) -> [f64; 3] {
-        let (ior, c) = (N::exact_lane(self.tinted.ior, lane), cosine.clamp(0.0, 1.0));
+        let (ior, c) = (
+            N::exact_lane(self.tinted_fresnel.ior, lane),
+            cosine.clamp(0.0, 1.0),
+        );
         let inside = (1.0 - (1.0 - c * c) / (ior * ior)).max(0.0).sqrt();
-        self.tinted
+        self.tinted_fresnel
             .reflectance(lane, Some([c, inside]))
             .map(|r| 2.0 * r / (1.0 + r))
     }
@@ -265,7 +272,7 @@ impl<N: Number> ThinDielectric<N> {
 
     /// Straight transmission of a smooth wall, by the cosine of incidence.
     pub(super) fn straight(&self, cosine: N) -> N::Vec3 {
-        if self.facets.is_some() {
+        if self.ggx.is_some() {
             return N::Vec3::ZERO;
         }
         self.transmitted * (N::Vec3::ONE - self.reflectance(cosine)) * self.share
@@ -274,34 +281,39 @@ impl<N: Number> ThinDielectric<N> {
 
 impl<N: Number> LobeKind<N> for ThinDielectric<N> {
     fn importance(&self, _: N) -> N {
-        self.share * self.tinted.reflected.max(self.transmitted).max_element()
+        self.share
+            * self
+                .tinted_fresnel
+                .reflected
+                .max(self.transmitted)
+                .max_element()
     }
 
     fn is_delta(&self) -> bool {
-        self.facets.is_none()
+        self.ggx.is_none()
     }
 
-    fn lets_through(&self) -> bool {
-        self.facets.is_some()
+    fn is_transmissive(&self) -> bool {
+        self.ggx.is_some()
     }
 
-    fn eval_and_pdf(&self, pair: &Pair<N>) -> (N::Vec3, N) {
-        let Some(facets) = &self.facets else {
+    fn eval_and_pdf(&self, directions: &Directions<N>) -> (N::Vec3, N) {
+        let Some(ggx) = &self.ggx else {
             return (N::Vec3::ZERO, N::ZERO);
         };
-        let found = self.reflectance(pair.tilt);
-        let (value, density) = facets.reflected(pair, found * self.share);
+        let found = self.reflectance(directions.tilt);
+        let (value, density) = ggx.reflected(directions, found * self.share);
         (value, found.max_element() * density)
     }
 
     /// As [`Self::eval_and_pdf`] for the light mirrored above the surface.
-    fn eval_and_pdf_through(&self, pair: &Pair<N>) -> (N::Vec3, N) {
-        let Some(facets) = &self.facets else {
+    fn eval_and_pdf_through(&self, directions: &Directions<N>) -> (N::Vec3, N) {
+        let Some(ggx) = &self.ggx else {
             return (N::Vec3::ZERO, N::ZERO);
         };
-        let folded = pair.folded();
+        let folded = directions.folded();
         let found = self.reflectance(folded.tilt);
-        let (value, density) = facets.reflected(
+        let (value, density) = ggx.reflected(
             &folded,
             self.transmitted * (N::Vec3::ONE - found) * self.share,
         );
@@ -310,19 +322,19 @@ impl<N: Number> LobeKind<N> for ThinDielectric<N> {
 
     fn sample(
         &self,
-        frame: &Frame<N>,
+        frame: &ShadingFrame<N>,
         wo: N::Vec3,
         _: N::Vec3,
         choice: N,
         point: [N; 2],
     ) -> N::Vec3 {
-        let Some(facets) = &self.facets else {
+        let Some(ggx) = &self.ggx else {
             return N::Vec3::ZERO;
         };
-        let (facet, up) = facets.sample_mirrored(frame.normal, wo, point);
+        let (facet, up) = ggx.sample_mirrored(frame.normal, wo, point);
         let down = up - frame.normal * (N::from_f64(2.0) * frame.normal.dot(up));
         let chance = self.reflectance(facet.dot(wo)).max_element();
-        N::Vec3::select(chance.above(choice), up, down)
+        N::Vec3::select(chance.greater_than(choice), up, down)
     }
 
     fn sample_delta(&self, normal: N::Vec3, wo: N::Vec3, u: N) -> (N::Vec3, N::Vec3) {
@@ -331,7 +343,7 @@ impl<N: Number> LobeKind<N> for ThinDielectric<N> {
         let chance = found.max_element();
         let mirror = kept_unit::<N>(normal * (N::from_f64(2.0) * cosine) - wo);
         let on = self.transmitted * (N::Vec3::ONE - found) / (N::ONE - chance);
-        let reflects = chance.above(u);
+        let reflects = chance.greater_than(u);
         let weight = N::Vec3::select(reflects, found / chance, on);
         (N::Vec3::select(reflects, mirror, -wo), weight * self.share)
     }

@@ -148,7 +148,7 @@ mod tests {
                             interface.reflected.distance(mirrored) <= U,
                             "reflected at {degrees}°, {eta}"
                         );
-                        let (Some(found), Some(wanted)) =
+                        let (Some(found), Some(requested)) =
                             (interface.refracted, snell_by_sines(d, n, eta))
                         else {
                             // Rounding of the stored direction may take it past the critical angle;
@@ -161,7 +161,7 @@ mod tests {
                             continue;
                         };
                         let stored = found.as_vec3().as_dvec3();
-                        let off = (stored - wanted).abs().max_element();
+                        let off = (stored - requested).abs().max_element();
                         assert!(off <= 4.0 * U, "{off:e} off at {degrees}°, index {eta}");
                         assert!(
                             (found.length() - 1.0).abs() <= 1e-12,
@@ -191,7 +191,7 @@ mod tests {
             size: [1, 1],
             precision,
             max_depth: 8,
-            ..Settings::of(&scene)
+            ..Settings::from_scene(&scene)
         };
         let rendered = prepare(&scene, &settings, &())
             .expect("it can be prepared")
@@ -218,8 +218,8 @@ mod tests {
             for degrees in [45.0, 89.0, 89.9, 89.99_f64] {
                 let (sine, cosine) = degrees.to_radians().sin_cos();
                 let d = turned * DVec3::new(sine * 0.6, -cosine, sine * 0.8);
-                let (wanted, found) = (shown("", d, precision), shown(slab, d, precision));
-                let off = (found - wanted.normalize()).abs().max_element();
+                let (requested, found) = (shown("", d, precision), shown(slab, d, precision));
+                let off = (found - requested.normalize()).abs().max_element();
                 assert!(off <= 4.0 * U, "{precision:?}, {degrees}°: {off:e} off");
             }
         }

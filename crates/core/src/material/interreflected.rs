@@ -12,9 +12,9 @@ use core::f64::consts::PI;
 use super::albedo::Albedo;
 use super::boundary;
 use super::energy::mean_of;
-use super::frame::Frame;
+use super::frame::ShadingFrame;
 use super::ggx::Ggx;
-use super::lobe_kind::{LobeKind, Pair, cosine_sample_either};
+use super::lobe_kind::{Directions, LobeKind, cosine_sample_either};
 use crate::number::{Number, Vector3};
 
 /// Least mean that counts as above zero.
@@ -22,7 +22,7 @@ const LEAST_MEAN: f64 = 1e-6;
 
 /// The microfacets.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Losing<N: Number> {
+enum LossyGgx<N: Number> {
     /// Microfacets of a boundary: the index on the view's side over the other, and the least and
     /// the greatest ratio to the Fresnel reflectance.
     Boundary { eta: N, tint: [N::Vec3; 2] },
@@ -36,7 +36,7 @@ enum Losing<N: Number> {
 /// Multiple scattering for one viewing direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interreflected<N: Number> {
-    facets: Losing<N>,
+    lossy_ggx: LossyGgx<N>,
     roughness: N,
     /// Factors on the loss for the direction of light: of reflection, and of transmission.
     back: N::Vec3,
@@ -55,9 +55,9 @@ impl<N: Number> Interreflected<N> {
         transmitted: N::Vec3,
     ) -> Self {
         let one = N::Vec3::ONE;
-        let facets = Losing::Boundary { eta, tint };
+        let lossy_ggx = LossyGgx::Boundary { eta, tint };
         let bare = Self {
-            facets,
+            lossy_ggx,
             roughness,
             back: one,
             on: one,
@@ -98,7 +98,7 @@ impl<N: Number> Interreflected<N> {
     ) -> Self {
         let one = N::Vec3::ONE;
         let bare = Self {
-            facets: Losing::Wall { anisotropic },
+            lossy_ggx: LossyGgx::Wall { anisotropic },
             roughness,
             back: one,
             on: one,
@@ -106,7 +106,7 @@ impl<N: Number> Interreflected<N> {
         };
         let lost = Albedo::mean_of_either(roughness, &anisotropic).lost;
         let [wo, normal] = wo;
-        let seen = bare.towards(wo, normal.dot(wo), false) * share;
+        let seen = bare.lost_towards(wo, normal.dot(wo), false) * share;
         bare.seen(
             seen,
             [mean, (one - mean) * transmitted],
@@ -143,15 +143,15 @@ impl<N: Number> Interreflected<N> {
     }
 
     /// Lost share of light from a direction of this cosine, on the view's side or beyond.
-    fn towards(&self, direction: N::Vec3, cosine: N, beyond: bool) -> N::Vec3 {
-        match &self.facets {
-            Losing::Boundary { eta, tint } => self.of_boundary_towards(
+    fn lost_towards(&self, direction: N::Vec3, cosine: N, beyond: bool) -> N::Vec3 {
+        match &self.lossy_ggx {
+            LossyGgx::Boundary { eta, tint } => self.of_boundary_towards(
                 if beyond { N::ONE / *eta } else { *eta },
                 *tint,
                 Some(cosine),
             ),
-            Losing::Wall { anisotropic } => N::Vec3::splat(
-                Albedo::towards_either(direction, cosine, self.roughness, anisotropic).lost,
+            LossyGgx::Wall { anisotropic } => N::Vec3::splat(
+                Albedo::at_cosine_either(direction, cosine, self.roughness, anisotropic).lost,
             ),
         }
     }
@@ -159,7 +159,7 @@ impl<N: Number> Interreflected<N> {
     /// Probability of sampling the view's side.
     fn back_share(&self) -> N {
         let sum = self.shown[0] + self.shown[1];
-        N::select(sum.above(N::ZERO), self.shown[0] / sum, N::ONE)
+        N::select(sum.greater_than(N::ZERO), self.shown[0] / sum, N::ONE)
     }
 }
 
@@ -170,8 +170,8 @@ pub(super) fn inverse<N: Number>(of: N::Vec3) -> N::Vec3 {
 }
 
 /// Cosine-weighted mean over the hemisphere of a reflectance by cosine.
-pub(super) fn mean_reflectance<N: Number>(of: impl Fn(N) -> N::Vec3) -> N::Vec3 {
-    let channel = |k: fn(N::Vec3) -> N| mean_of(|cosine| k(of(cosine)));
+pub(super) fn mean_reflectance<N: Number>(value_of: impl Fn(N) -> N::Vec3) -> N::Vec3 {
+    let channel = |k: fn(N::Vec3) -> N| mean_of(|cosine| k(value_of(cosine)));
     N::Vec3::new(channel(|v| v.x()), channel(|v| v.y()), channel(|v| v.z()))
 }
 
@@ -180,33 +180,33 @@ impl<N: Number> LobeKind<N> for Interreflected<N> {
         self.shown[0] + self.shown[1]
     }
 
-    fn lets_through(&self) -> bool {
+    fn is_transmissive(&self) -> bool {
         true
     }
 
-    fn eval_and_pdf(&self, pair: &Pair<N>) -> (N::Vec3, N) {
+    fn eval_and_pdf(&self, directions: &Directions<N>) -> (N::Vec3, N) {
         (
-            self.back * self.towards(pair.wi, pair.into, false),
-            self.back_share() * pair.into / N::from_f64(PI),
+            self.back * self.lost_towards(directions.wi, directions.into, false),
+            self.back_share() * directions.into / N::from_f64(PI),
         )
     }
 
-    fn eval_and_pdf_through(&self, pair: &Pair<N>) -> (N::Vec3, N) {
-        let below = -pair.into;
+    fn eval_and_pdf_through(&self, directions: &Directions<N>) -> (N::Vec3, N) {
+        let below = -directions.into;
         (
-            self.on * self.towards(pair.wi, below, true),
+            self.on * self.lost_towards(directions.wi, below, true),
             (N::ONE - self.back_share()) * below / N::from_f64(PI),
         )
     }
 
     fn sample(
         &self,
-        frame: &Frame<N>,
+        frame: &ShadingFrame<N>,
         _: N::Vec3,
         _: N::Vec3,
         choice: N,
         point: [N; 2],
     ) -> N::Vec3 {
-        cosine_sample_either::<N>(frame, self.back_share().above(choice), point)
+        cosine_sample_either::<N>(frame, self.back_share().greater_than(choice), point)
     }
 }

@@ -3,8 +3,8 @@
 
 use core::f64::consts::PI;
 
-use super::frame::Frame;
-use super::lobe_kind::{LobeFamily, LobeKind, Pair, cosine_sample};
+use super::frame::ShadingFrame;
+use super::lobe_kind::{Directions, LobeFamily, LobeKind, cosine_sample};
 use crate::number::{Number, Vector3};
 
 /// Lambert's lobe: the same radiance in every direction.
@@ -27,17 +27,27 @@ impl<N: Number> LobeKind<N> for Lambert<N> {
     }
 
     #[inline(always)]
-    fn eval_and_pdf(&self, pair: &Pair<N>) -> (N::Vec3, N) {
-        (self.albedo / N::from_f64(PI), pair.into / N::from_f64(PI))
+    fn eval_and_pdf(&self, directions: &Directions<N>) -> (N::Vec3, N) {
+        (
+            self.albedo / N::from_f64(PI),
+            directions.into / N::from_f64(PI),
+        )
     }
 
     #[inline(always)]
-    fn eval_diffuse(&self, _: &Pair<N>) -> N::Vec3 {
+    fn eval_diffuse(&self, _: &Directions<N>) -> N::Vec3 {
         self.albedo / N::from_f64(PI)
     }
 
     #[inline(always)]
-    fn sample(&self, frame: &Frame<N>, _: N::Vec3, _: N::Vec3, _: N, point: [N; 2]) -> N::Vec3 {
+    fn sample(
+        &self,
+        frame: &ShadingFrame<N>,
+        _: N::Vec3,
+        _: N::Vec3,
+        _: N,
+        point: [N; 2],
+    ) -> N::Vec3 {
         frame.to_world(cosine_sample::<N>(point))
     }
 }

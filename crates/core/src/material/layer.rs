@@ -8,11 +8,11 @@
 
 use super::base::DiffuseBase;
 use super::energy::directional_albedo;
-use super::frame::Frame;
+use super::frame::ShadingFrame;
 use super::ggx::{Ggx, mirrored};
 use super::glass_layer::{LayeredDielectric, ThinDielectric};
 use super::interreflected::Interreflected;
-use super::lobe_kind::{LobeFamily, LobeKind, Pair};
+use super::lobe_kind::{Directions, LobeFamily, LobeKind};
 use super::reflectance::Reflectance;
 use super::sheen::Sheen;
 use super::stage::layer;
@@ -34,8 +34,8 @@ layer! {
 
 impl<N: Number> Coat<N> {
     /// Directional albedo of the coat.
-    fn sent(&self, towards: N::Vec3) -> N {
-        let cosine = self.normal.dot(towards).max(N::ZERO);
+    fn reflected_share(&self, direction: N::Vec3) -> N {
+        let cosine = self.normal.dot(direction).max(N::ZERO);
         self.weight
             * N::of_lanes(|lane| {
                 directional_albedo(COAT, self.roughness.lane(lane), cosine.lane(lane))
@@ -59,20 +59,22 @@ impl<N: Number> Coating<N> {
 
     /// Share of light that passes the layers on its way in or out, in a direction above the
     /// surface.
-    pub(super) fn once(&self, normal: N::Vec3, towards: N::Vec3) -> N {
-        let coat = self.coat.map_or(N::ONE, |coat| N::ONE - coat.sent(towards));
+    pub(super) fn pass_once(&self, normal: N::Vec3, direction: N::Vec3) -> N {
+        let coat = self
+            .coat
+            .map_or(N::ONE, |coat| N::ONE - coat.reflected_share(direction));
         self.sheen.map_or(coat, |sheen| {
-            coat * (N::ONE - sheen.sent(normal.dot(towards).max(N::ZERO)))
+            coat * (N::ONE - sheen.sent(normal.dot(direction).max(N::ZERO)))
         })
     }
 
     /// Factor of the layers on a lobe's value for the two directions. Transmitted light passes them
     /// once.
-    fn passes(&self, pair: &Pair<N>) -> N {
-        let out = self.once(pair.normal, pair.wo);
+    fn pass_both(&self, directions: &Directions<N>) -> N {
+        let out = self.pass_once(directions.normal, directions.wo);
         N::select(
-            pair.into.above(N::ZERO),
-            out.min(self.once(pair.normal, pair.wi)),
+            directions.into.greater_than(N::ZERO),
+            out.min(self.pass_once(directions.normal, directions.wi)),
             out,
         )
     }
@@ -82,7 +84,7 @@ impl<N: Number> Coating<N> {
 /// surface's.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct GgxLobe<N: Number> {
-    pub(super) facets: Ggx<N>,
+    pub(super) ggx: Ggx<N>,
     pub(super) smooth: bool,
     pub(super) reflectance: Reflectance<N>,
 }
@@ -96,29 +98,45 @@ impl<N: Number> LobeKind<N> for GgxLobe<N> {
         self.smooth
     }
 
-    fn eval_and_pdf(&self, pair: &Pair<N>) -> (N::Vec3, N) {
+    fn eval_and_pdf(&self, directions: &Directions<N>) -> (N::Vec3, N) {
         if self.smooth {
             return (N::Vec3::ZERO, N::ZERO);
         }
         // The lobe's cosine differs from the surface's.
-        let own = pair.about(self.facets.normal);
-        let (sent, density) = self.facets.reflected(&own, self.reflectance.at(pair.tilt));
-        let (out, into) = (own.out.above(N::ZERO), own.into.above(N::ZERO));
+        let own_directions = directions.about(self.ggx.normal);
+        let (scattered, density) = self
+            .ggx
+            .reflected(&own_directions, self.reflectance.at(directions.tilt));
+        let (out, into) = (
+            own_directions.out.greater_than(N::ZERO),
+            own_directions.into.greater_than(N::ZERO),
+        );
         (
-            N::Vec3::select(into, sent * (own.into / pair.into), N::Vec3::ZERO),
+            N::Vec3::select(
+                into,
+                scattered * (own_directions.into / directions.into),
+                N::Vec3::ZERO,
+            ),
             N::select(out & into, density, N::ZERO),
         )
     }
 
-    fn sample(&self, frame: &Frame<N>, wo: N::Vec3, _: N::Vec3, _: N, point: [N; 2]) -> N::Vec3 {
-        self.facets.sample_mirrored(frame.normal, wo, point).1
+    fn sample(
+        &self,
+        frame: &ShadingFrame<N>,
+        wo: N::Vec3,
+        _: N::Vec3,
+        _: N,
+        point: [N; 2],
+    ) -> N::Vec3 {
+        self.ggx.sample_mirrored(frame.normal, wo, point).1
     }
 
     fn sample_delta(&self, normal: N::Vec3, wo: N::Vec3, _: N) -> (N::Vec3, N::Vec3) {
-        let own = self.facets.normal;
+        let own = self.ggx.normal;
         let direction = mirrored::<N>(wo, own);
         // A coat's normal may mirror the direction into the surface, where the light is lost.
-        let above = normal.dot(direction).above(N::ZERO);
+        let above = normal.dot(direction).greater_than(N::ZERO);
         (
             direction,
             N::Vec3::select(above, self.reflectance.at(own.dot(wo)), N::Vec3::ZERO),
@@ -175,27 +193,27 @@ impl<N: Number> CoatedLobe<N> {
         wo: N::Vec3,
     ) -> Self {
         let cosine = match lobe {
-            LayerLobe::Ggx(ggx) => ggx.facets.normal.dot(wo),
+            LayerLobe::Ggx(ggx) => ggx.ggx.normal.dot(wo),
             _ => normal.dot(wo).max(N::ZERO),
         };
         let own = ask!(lobe, lobe => lobe.importance(cosine));
         Self {
             lobe,
             coating,
-            importance: own * coating.once(normal, wo),
+            importance: own * coating.pass_once(normal, wo),
         }
     }
 
     /// The bare lobe's value under its coating; zero where the lobe is zero, also for opposite
     /// directions without a half vector.
-    fn coated(&self, pair: &Pair<N>, (own, density): (N::Vec3, N)) -> (N::Vec3, N) {
-        let (some, none) = (self.importance.above(N::ZERO), N::Vec3::ZERO);
-        let sent = if own == none {
+    fn coated(&self, directions: &Directions<N>, (own, density): (N::Vec3, N)) -> (N::Vec3, N) {
+        let (some, none) = (self.importance.greater_than(N::ZERO), N::Vec3::ZERO);
+        let scattered = if own == none {
             own
         } else {
-            N::Vec3::select(some, own * self.coating.passes(pair), none)
+            N::Vec3::select(some, own * self.coating.pass_both(directions), none)
         };
-        (sent, density)
+        (scattered, density)
     }
 
     /// Straight transmission of light from −`wo`; non-zero for smooth thin walls alone.
@@ -203,7 +221,7 @@ impl<N: Number> CoatedLobe<N> {
         let LayerLobe::ThinDielectric(wall) = &self.lobe else {
             return N::Vec3::ZERO;
         };
-        wall.straight(normal.dot(wo)) * self.coating.passes(&Pair::new(normal, wo, -wo))
+        wall.straight(normal.dot(wo)) * self.coating.pass_both(&Directions::new(normal, wo, -wo))
     }
 }
 
@@ -228,32 +246,38 @@ impl<N: Number> LobeKind<N> for CoatedLobe<N> {
         ask!(self.lobe, lobe => lobe.is_delta())
     }
 
-    fn lets_through(&self) -> bool {
-        ask!(self.lobe, lobe => lobe.lets_through())
+    fn is_transmissive(&self) -> bool {
+        ask!(self.lobe, lobe => lobe.is_transmissive())
     }
 
-    fn eval_and_pdf(&self, pair: &Pair<N>) -> (N::Vec3, N) {
-        self.coated(pair, ask!(self.lobe, lobe => lobe.eval_and_pdf(pair)))
-    }
-
-    fn eval_diffuse(&self, pair: &Pair<N>) -> N::Vec3 {
+    fn eval_and_pdf(&self, directions: &Directions<N>) -> (N::Vec3, N) {
         self.coated(
-            pair,
-            (ask!(self.lobe, lobe => lobe.eval_diffuse(pair)), N::ZERO),
+            directions,
+            ask!(self.lobe, lobe => lobe.eval_and_pdf(directions)),
+        )
+    }
+
+    fn eval_diffuse(&self, directions: &Directions<N>) -> N::Vec3 {
+        self.coated(
+            directions,
+            (
+                ask!(self.lobe, lobe => lobe.eval_diffuse(directions)),
+                N::ZERO,
+            ),
         )
         .0
     }
 
-    fn eval_and_pdf_through(&self, pair: &Pair<N>) -> (N::Vec3, N) {
+    fn eval_and_pdf_through(&self, directions: &Directions<N>) -> (N::Vec3, N) {
         self.coated(
-            pair,
-            ask!(self.lobe, lobe => lobe.eval_and_pdf_through(pair)),
+            directions,
+            ask!(self.lobe, lobe => lobe.eval_and_pdf_through(directions)),
         )
     }
 
     fn sample(
         &self,
-        frame: &Frame<N>,
+        frame: &ShadingFrame<N>,
         wo: N::Vec3,
         local: N::Vec3,
         choice: N,
@@ -266,7 +290,10 @@ impl<N: Number> LobeKind<N> for CoatedLobe<N> {
         let (direction, weight) = ask!(self.lobe, lobe => lobe.sample_delta(normal, wo, u));
         (
             direction,
-            weight * self.coating.passes(&Pair::new(normal, wo, direction)),
+            weight
+                * self
+                    .coating
+                    .pass_both(&Directions::new(normal, wo, direction)),
         )
     }
 }

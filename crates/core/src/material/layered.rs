@@ -3,11 +3,11 @@
 use super::albedo::Albedo;
 use super::base::{Curve, DiffuseBase, DiffuseCover};
 use super::bsdf::Bsdf;
-use super::energy::{Remainder, interreflections};
-use super::film::Film;
+use super::energy::{EnergyComplement, interreflections};
+use super::film::ThinFilm;
 use super::fresnel::FresnelRule;
 use super::ggx::{Ggx, LEAST_ROUGHNESS};
-use super::glass_layer::{LayeredDielectric, ThinDielectric, Tinted};
+use super::glass_layer::{LayeredDielectric, ThinDielectric, TintedFresnel};
 use super::layer::{COAT, Coat, CoatedLobe, Coating, GgxLobe, LayerLobe};
 use super::metallic_roughness::{Glass, MetallicRoughness};
 use super::reflectance::{Reflectance, of_conductor};
@@ -57,9 +57,9 @@ pub struct Layered<S: LayerStage> {
     /// Diffuse transmission.
     pub diffused: Option<Diffused<S>>,
     /// Anisotropy of the microfacets.
-    pub combed: Option<Anisotropy<S>>,
+    pub anisotropy: Option<Anisotropy<S>>,
     /// A thin film on the microfacets.
-    pub film: Option<Film<S>>,
+    pub film: Option<ThinFilm<S>>,
     /// Sheen over all layers but the coat.
     pub sheen: Option<Sheen<S>>,
     /// A clear coat over everything.
@@ -89,7 +89,7 @@ impl<S: LayerStage> Layered<S> {
                 .map(|index| index.each_ref().map(|part| here.spectrum(part))),
             thin: self.thin,
             diffused: self.diffused.as_ref().map(|layer| layer.at(here)),
-            combed: self.combed.as_ref().map(|layer| layer.at(here)),
+            anisotropy: self.anisotropy.as_ref().map(|layer| layer.at(here)),
             film: self.film.as_ref().map(|layer| layer.at(here)),
             sheen: self.sheen.as_ref().map(|layer| layer.at(here)),
             coat: self.coat.as_ref().map(|layer| layer.at(here)),
@@ -110,7 +110,7 @@ impl<N: Number> LayeredBsdf<N> {
 
 impl<N: Number> Layered<N> {
     /// A surface without any layers.
-    pub fn of(base: MetallicRoughness<N>, ior: N::Exact) -> Self {
+    pub fn from_base(base: MetallicRoughness<N>, ior: N::Exact) -> Self {
         Self {
             base,
             ior,
@@ -119,7 +119,7 @@ impl<N: Number> Layered<N> {
             conductor: None,
             thin: false,
             diffused: None,
-            combed: None,
+            anisotropy: None,
             film: None,
             sheen: None,
             coat: None,
@@ -153,17 +153,17 @@ impl<N: Number> Layered<N> {
 
     /// Lanes of anisotropic microfacets, and those microfacets; `None` if no lane has any.
     fn anisotropic(&self) -> Option<(N::Mask, Ggx<N>)> {
-        let Anisotropy { strength, frame } = self.combed?;
-        let mask = strength.above(N::ZERO);
+        let Anisotropy { strength, frame } = self.anisotropy?;
+        let mask = strength.greater_than(N::ZERO);
         mask.any()
             .then(|| (mask, Ggx::anisotropic(frame, self.base.roughness, strength)))
     }
 
     /// The microfacets about a normal.
-    fn facets(&self, normal: N::Vec3) -> Ggx<N> {
+    fn ggx(&self, normal: N::Vec3) -> Ggx<N> {
         self.anisotropic().map_or_else(
             || Ggx::isotropic(normal, self.base.roughness),
-            |(_, facets)| facets,
+            |(_, ggx)| ggx,
         )
     }
 
@@ -182,7 +182,7 @@ impl<N: Number> Layered<N> {
         } else {
             N::select(outside, N::ONE, N::ZERO)
         };
-        let is_over = over.above(N::ZERO).any();
+        let is_over = over.greater_than(N::ZERO).any();
         let coat = self.coat.filter(|_| is_over);
         if let Some(coat) = coat {
             let reflectance = Reflectance {
@@ -193,7 +193,7 @@ impl<N: Number> Layered<N> {
                 conductor: None,
                 film: None,
             };
-            list.facets(
+            list.add_ggx(
                 Ggx::isotropic(coat.normal, coat.roughness),
                 reflectance,
                 coat.roughness,
@@ -208,16 +208,16 @@ impl<N: Number> Layered<N> {
         self.diffuse(&mut list, &reflectance, over);
         if reflectance.is_some() {
             let own = self.base.roughness;
-            let roughness = self.anisotropic().map_or(own, |(mask, facets)| {
-                N::select(mask, facets.roughness(), own)
-            });
-            list.facets(self.facets(normal), reflectance, roughness);
+            let roughness = self
+                .anisotropic()
+                .map_or(own, |(mask, ggx)| N::select(mask, ggx.roughness(), own));
+            list.add_ggx(self.ggx(normal), reflectance, roughness);
         }
         self.glass(&mut list, through, outside);
     }
 
     /// Adds the diffuse base below the microfacets, and the multiple scattering among them.
-    fn diffuse(&self, list: &mut LayeredBuilder<'_, N>, facets: &Reflectance<N>, over: N) {
+    fn diffuse(&self, list: &mut LayeredBuilder<'_, N>, reflectance: &Reflectance<N>, over: N) {
         let (albedo, zero) = (self.base.albedo(), N::Vec3::ZERO);
         let (back, through) = self
             .diffused
@@ -231,30 +231,30 @@ impl<N: Number> Layered<N> {
         // Anisotropic microfacets count as rough even where the smoother axis is smooth.
         let (anisotropic, mut rough) = (
             self.anisotropic(),
-            roughness.above(N::from_f64(LEAST_ROUGHNESS)),
+            roughness.greater_than(N::from_f64(LEAST_ROUGHNESS)),
         );
         let mean = Albedo::mean_of_either(roughness, &anisotropic);
-        if let Some((combed, _)) = anisotropic {
-            rough = combed | rough;
+        if let Some((anisotropy, _)) = anisotropic {
+            rough = anisotropy | rough;
         }
-        let (mut sent, mut own) = (zero, N::ZERO);
+        let (mut scattered, mut own) = (zero, N::ZERO);
         let layer = [
-            facets.dielectric[0].max_element() * over,
-            facets.dielectric[1].max_element() * over,
+            reflectance.dielectric[0].max_element() * over,
+            reflectance.dielectric[1].max_element() * over,
         ];
         if self.compensated && rough.any() {
             let (dielectric, all) =
-                interreflections::<N>(layer, facets.metal, facets.shares, mean.lost);
-            (own, sent) = (
+                interreflections::<N>(layer, reflectance.metal, reflectance.shares, mean.lost);
+            (own, scattered) = (
                 N::select(rough, dielectric, N::ZERO),
                 N::Vec3::select(rough, all, zero),
             );
         }
         if !back
             .max(through)
-            .max(sent)
+            .max(scattered)
             .max_element()
-            .above(N::ZERO)
+            .greater_than(N::ZERO)
             .any()
         {
             return;
@@ -263,21 +263,23 @@ impl<N: Number> Layered<N> {
         // takes no light from the base.
         let alone = Reflectance {
             shares: [over, N::ZERO],
-            ..*facets
+            ..*reflectance
         };
         let literal = (self.rule == FresnelRule::Model).then(|| {
             let mixed = Reflectance {
                 shares: [N::ONE - self.base.metallic, self.base.metallic],
-                ..*facets
+                ..*reflectance
             };
             [N::ONE, N::ZERO].map(|cosine| mixed.at(cosine).max_element() * over)
         });
-        let filmed = facets
+        let filmed = reflectance
             .film
-            .map_or(N::Mask::default(), |film| film.share.above(N::ZERO));
+            .map_or(N::Mask::default(), |film| film.share.greater_than(N::ZERO));
         let none = N::Mask::default();
-        let (exact, combed) = (
-            facets.exact.filter(|_| over.above(N::ZERO).any()),
+        let (exact, anisotropy) = (
+            reflectance
+                .exact
+                .filter(|_| over.greater_than(N::ZERO).any()),
             anisotropic.map_or(none, |(mask, _)| mask),
         );
         let indexed = exact.map_or(none, |ior| {
@@ -288,9 +290,9 @@ impl<N: Number> Layered<N> {
                     0.0
                 }
             };
-            N::of_lanes(beyond_air).above(N::ZERO)
+            N::of_lanes(beyond_air).greater_than(N::ZERO)
         });
-        let mask = if facets.exact.is_some() {
+        let mask = if reflectance.exact.is_some() {
             !none
         } else {
             filmed
@@ -298,21 +300,21 @@ impl<N: Number> Layered<N> {
         let curve = mask.any().then_some(Curve {
             mask,
             reflectance: alone,
-            tabled: indexed & !combed & !filmed,
+            tabled: indexed & !anisotropy & !filmed,
         });
-        let remainder = Remainder::new([layer[0], layer[1], own], roughness);
+        let energy_complement = EnergyComplement::new([layer[0], layer[1], own], roughness);
         let top = DiffuseCover {
-            remainder,
+            energy_complement,
             anisotropic,
             curve,
             literal,
         }
         .seen(list.wo, list.bsdf.normal().dot(list.wo));
-        let both = through.max_element().above(N::ZERO).any();
+        let both = through.max_element().greater_than(N::ZERO).any();
         list.push(LayerLobe::Diffuse(DiffuseBase {
             back,
             through,
-            interreflected: sent,
+            interreflected: scattered,
             both,
             top,
         }));
@@ -320,11 +322,15 @@ impl<N: Number> Layered<N> {
 
     /// Adds the boundary of glass in its share.
     fn glass(&self, list: &mut LayeredBuilder<'_, N>, share: N, outside: N::Mask) {
-        let Some(glass) = self.base.glass.filter(|_| share.above(N::ZERO).any()) else {
+        let Some(glass) = self
+            .base
+            .glass
+            .filter(|_| share.greater_than(N::ZERO).any())
+        else {
             return;
         };
         let reflected = self.specular_colour.min(N::Vec3::ONE) * self.specular;
-        let tinted = Tinted {
+        let tinted_fresnel = TintedFresnel {
             reflected,
             film: self.film,
             rule: self.rule,
@@ -332,7 +338,7 @@ impl<N: Number> Layered<N> {
         };
         let (roughness, transmitted) = (self.base.roughness, glass.transmitted);
         let (rough, bare) = (
-            roughness.above(N::from_f64(LEAST_ROUGHNESS)),
+            roughness.greater_than(N::from_f64(LEAST_ROUGHNESS)),
             Glass {
                 reflected: N::Vec3::ONE,
                 ..glass
@@ -346,12 +352,12 @@ impl<N: Number> Layered<N> {
         for (of, is_rough) in [(rough, true), (!rough, false)] {
             let share = N::select(of, share, N::ZERO);
             if of.any() && self.thin {
-                let facets = is_rough.then(|| self.facets(list.bsdf.normal()));
+                let ggx = is_rough.then(|| self.ggx(list.bsdf.normal()));
                 let wall = ThinDielectric {
-                    tinted,
+                    tinted_fresnel,
                     share,
                     transmitted,
-                    facets,
+                    ggx,
                 };
                 list.push(LayerLobe::ThinDielectric(wall));
                 if is_rough && self.compensated {
@@ -365,7 +371,7 @@ impl<N: Number> Layered<N> {
             } else if of.any() {
                 let boundary = bare.boundary(outside, share, is_rough.then_some(roughness));
                 list.push(LayerLobe::Dielectric(LayeredDielectric {
-                    tinted,
+                    tinted_fresnel,
                     boundary,
                     outside,
                 }));
@@ -375,7 +381,7 @@ impl<N: Number> Layered<N> {
                         outside,
                         roughness,
                         seen,
-                        tinted.of_fresnel(),
+                        tinted_fresnel.of_fresnel(),
                     )));
                 }
             }
@@ -401,15 +407,15 @@ impl<N: Number> LayeredBuilder<'_, N> {
     }
 
     /// Adds microfacets in rough lanes and a mirror in smooth lanes.
-    fn facets(&mut self, facets: Ggx<N>, reflectance: Reflectance<N>, roughness: N) {
-        let rough = roughness.above(N::from_f64(LEAST_ROUGHNESS));
+    fn add_ggx(&mut self, ggx: Ggx<N>, reflectance: Reflectance<N>, roughness: N) {
+        let rough = roughness.greater_than(N::from_f64(LEAST_ROUGHNESS));
         for (of, smooth) in [(rough, false), (!rough, true)] {
             if of.any() {
                 let shares = reflectance
                     .shares
                     .map(|share| N::select(of, share, N::ZERO));
                 self.push(LayerLobe::Ggx(GgxLobe {
-                    facets,
+                    ggx,
                     smooth,
                     reflectance: Reflectance {
                         shares,

@@ -3,13 +3,13 @@
 use core::f64::consts::PI;
 
 use super::dielectric::Dielectric;
-use super::energy::Remainder;
-use super::frame::Frame;
+use super::energy::EnergyComplement;
+use super::frame::ShadingFrame;
 use super::fresnel::schlick_weight;
 use super::ggx::{Ggx, alpha, mirrored, sample_wm};
 use super::interreflected::Interreflected;
 use super::lambert::Lambert;
-use super::lobe_kind::{LobeFamily, LobeKind, Pair, cosine_sample, kept_unit, on_disk};
+use super::lobe_kind::{Directions, LobeFamily, LobeKind, cosine_sample, kept_unit, on_disk};
 use crate::number::{Mask, Number, Vector3};
 
 /// One component of a BSDF.
@@ -23,7 +23,7 @@ pub enum Lobe<N: Number> {
         /// Factor of the multiple scattering among white microfacets.
         interreflected: N::Vec3,
         /// Energy that the microfacets leave.
-        remainder: Remainder<N>,
+        energy_complement: EnergyComplement<N>,
     },
     /// Lambert's lobe: the same radiance in every direction.
     Lambert(Lambert<N>),
@@ -70,7 +70,7 @@ impl<N: Number> LobeKind<N> for Lobe<N> {
     }
 
     #[inline(always)]
-    fn lets_through(&self) -> bool {
+    fn is_transmissive(&self) -> bool {
         matches!(
             self,
             Self::Dielectric(Dielectric {
@@ -81,60 +81,70 @@ impl<N: Number> LobeKind<N> for Lobe<N> {
     }
 
     #[inline(always)]
-    fn eval_and_pdf(&self, pair: &Pair<N>) -> (N::Vec3, N) {
-        let by_cosine =
-            |diffused: N::Vec3| (diffused / N::from_f64(PI), pair.into / N::from_f64(PI));
+    fn eval_and_pdf(&self, directions: &Directions<N>) -> (N::Vec3, N) {
+        let by_cosine = |diffused: N::Vec3| {
+            (
+                diffused / N::from_f64(PI),
+                directions.into / N::from_f64(PI),
+            )
+        };
         match *self {
             Self::Diffuse {
                 albedo,
                 interreflected,
-                remainder,
+                energy_complement,
             } => {
                 // Matte surfaces of the classic model have no layer and need no table.
-                if !remainder.is_covered() && !interreflected.max_element().above(N::ZERO).any() {
+                if !energy_complement.is_covered()
+                    && !interreflected.max_element().greater_than(N::ZERO).any()
+                {
                     return by_cosine(albedo);
                 }
-                let [base, lost] = remainder.towards(pair.into);
+                let [base, lost] = energy_complement.factors(directions.into);
                 by_cosine(albedo * base + interreflected * lost)
             }
-            Self::Lambert(lambert) => lambert.eval_and_pdf(pair),
+            Self::Lambert(lambert) => lambert.eval_and_pdf(directions),
             Self::Rough { f0, f90, roughness } => {
-                let reflectance = f0 + (f90 - f0) * schlick_weight(pair.tilt);
+                let reflectance = f0 + (f90 - f0) * schlick_weight(directions.tilt);
                 let (value, density) =
-                    Ggx::isotropic(pair.normal, roughness).reflected(pair, reflectance);
+                    Ggx::isotropic(directions.normal, roughness).reflected(directions, reflectance);
                 // Zero for opposite directions too, which have no half vector.
-                let some = f0.max(f90).max_element().above(N::ZERO);
+                let some = f0.max(f90).max_element().greater_than(N::ZERO);
                 (N::Vec3::select(some, value, N::Vec3::ZERO), density)
             }
-            Self::Dielectric(boundary) => boundary.eval_and_pdf(pair),
-            Self::Interreflected(facets) => facets.eval_and_pdf(pair),
+            Self::Dielectric(boundary) => boundary.eval_and_pdf(directions),
+            Self::Interreflected(bare_interreflected) => {
+                bare_interreflected.eval_and_pdf(directions)
+            }
             Self::Mirror { .. } => (N::Vec3::ZERO, N::ZERO),
         }
     }
 
     #[inline(always)]
-    fn eval_diffuse(&self, pair: &Pair<N>) -> N::Vec3 {
+    fn eval_diffuse(&self, directions: &Directions<N>) -> N::Vec3 {
         match *self {
             Self::Diffuse {
-                albedo, remainder, ..
+                albedo,
+                energy_complement,
+                ..
             } => {
-                let base = if remainder.is_covered() {
-                    remainder.towards(pair.into)[0]
+                let base = if energy_complement.is_covered() {
+                    energy_complement.factors(directions.into)[0]
                 } else {
                     N::ONE
                 };
                 albedo * base / N::from_f64(PI)
             }
-            Self::Lambert(lambert) => lambert.eval_diffuse(pair),
+            Self::Lambert(lambert) => lambert.eval_diffuse(directions),
             _ => N::Vec3::ZERO,
         }
     }
 
     #[inline(always)]
-    fn eval_and_pdf_through(&self, pair: &Pair<N>) -> (N::Vec3, N) {
+    fn eval_and_pdf_through(&self, directions: &Directions<N>) -> (N::Vec3, N) {
         match self {
-            Self::Dielectric(boundary) => boundary.eval_and_pdf_through(pair),
-            Self::Interreflected(facets) => facets.eval_and_pdf_through(pair),
+            Self::Dielectric(boundary) => boundary.eval_and_pdf_through(directions),
+            Self::Interreflected(interreflected) => interreflected.eval_and_pdf_through(directions),
             _ => (N::Vec3::ZERO, N::ZERO),
         }
     }
@@ -142,7 +152,7 @@ impl<N: Number> LobeKind<N> for Lobe<N> {
     #[inline(always)]
     fn sample(
         &self,
-        frame: &Frame<N>,
+        frame: &ShadingFrame<N>,
         wo: N::Vec3,
         local: N::Vec3,
         choice: N,
@@ -150,13 +160,15 @@ impl<N: Number> LobeKind<N> for Lobe<N> {
     ) -> N::Vec3 {
         frame.to_world(match *self {
             Self::Dielectric(boundary) => return boundary.sample(frame, wo, local, choice, [u, v]),
-            Self::Interreflected(facets) => return facets.sample(frame, wo, local, choice, [u, v]),
+            Self::Interreflected(interreflected) => {
+                return interreflected.sample(frame, wo, local, choice, [u, v]);
+            }
             Self::Rough { roughness, .. } => {
                 let facet = sample_wm::<N>(local, [alpha(roughness); 2], on_disk([u, v]));
                 let mirrored = mirrored::<N>(local, facet);
                 // Light mirrored below the surface would hit another microfacet and is lost; no
                 // other lobe may take it for transmission.
-                N::Vec3::select(mirrored.z().above(N::ZERO), mirrored, N::Vec3::ZERO)
+                N::Vec3::select(mirrored.z().greater_than(N::ZERO), mirrored, N::Vec3::ZERO)
             }
             _ => cosine_sample::<N>([u, v]),
         })
@@ -180,12 +192,14 @@ impl<N: Number> LobeKind<N> for Lobe<N> {
             Self::Diffuse {
                 albedo,
                 interreflected,
-                remainder,
-            } => (albedo * remainder.shown[0] + interreflected * remainder.shown[1]).max_element(),
+                energy_complement,
+            } => (albedo * energy_complement.shown[0]
+                + interreflected * energy_complement.shown[1])
+                .max_element(),
             Self::Lambert(lambert) => lambert.importance(cosine),
             Self::Rough { .. } | Self::Mirror { .. } => self.reflectance(cosine).max_element(),
             Self::Dielectric(boundary) => boundary.importance(cosine),
-            Self::Interreflected(facets) => facets.importance(cosine),
+            Self::Interreflected(bare_interreflected) => bare_interreflected.importance(cosine),
         }
     }
 }

@@ -1,11 +1,11 @@
 //! The interface of all kinds of lobes, and the pair of directions that they evaluate.
 
-use super::frame::Frame;
+use super::frame::ShadingFrame;
 use crate::number::{Number, Vector3};
 
 /// Two unit directions away from a surface, with the quantities that lobes share.
 #[derive(Clone, Copy, Debug)]
-pub struct Pair<N: Number> {
+pub struct Directions<N: Number> {
     pub(super) normal: N::Vec3,
     pub(super) wo: N::Vec3,
     pub(super) wi: N::Vec3,
@@ -18,7 +18,7 @@ pub struct Pair<N: Number> {
     pub(super) tilt: N,
 }
 
-impl<N: Number> Pair<N> {
+impl<N: Number> Directions<N> {
     #[inline(always)]
     pub(super) fn new(normal: N::Vec3, wo: N::Vec3, wi: N::Vec3) -> Self {
         let half = (wi + wo).normalize();
@@ -39,7 +39,7 @@ impl<N: Number> Pair<N> {
         Self::new(
             self.normal,
             self.wo,
-            N::Vec3::select(self.into.above(N::ZERO), self.wi, up),
+            N::Vec3::select(self.into.greater_than(N::ZERO), self.wi, up),
         )
     }
 
@@ -71,25 +71,25 @@ pub trait LobeKind<N: Number> {
         false
     }
     /// Whether the lobe transmits, other than as a delta.
-    fn lets_through(&self) -> bool {
+    fn is_transmissive(&self) -> bool {
         false
     }
     /// BRDF for a light above the surface, and the density by solid angle with which
     /// [`Self::sample`] returns the light's direction.
-    fn eval_and_pdf(&self, pair: &Pair<N>) -> (N::Vec3, N);
+    fn eval_and_pdf(&self, directions: &Directions<N>) -> (N::Vec3, N);
     /// Diffuse part of the BRDF, for lights that make no highlights.
-    fn eval_diffuse(&self, _pair: &Pair<N>) -> N::Vec3 {
+    fn eval_diffuse(&self, _pair: &Directions<N>) -> N::Vec3 {
         N::Vec3::ZERO
     }
     /// BTDF for a light below the surface, and the density of that light's direction.
-    fn eval_and_pdf_through(&self, _pair: &Pair<N>) -> (N::Vec3, N) {
+    fn eval_and_pdf_through(&self, _pair: &Directions<N>) -> (N::Vec3, N) {
         (N::Vec3::ZERO, N::ZERO)
     }
     /// Samples `wi` for `wo`, given in the world and in the frame about the surface's normal, by
     /// three numbers in [0, 1). For non-delta lobes.
     fn sample(
         &self,
-        _frame: &Frame<N>,
+        _frame: &ShadingFrame<N>,
         _wo: N::Vec3,
         _local: N::Vec3,
         _choice: N,
@@ -110,7 +110,7 @@ pub trait LobeKind<N: Number> {
 #[inline(always)]
 pub(super) fn kept_unit<N: Number>(direction: N::Vec3) -> N::Vec3 {
     let off = N::ONE - direction.dot(direction);
-    let has_strayed = off.max(-off).above(N::from_f64(8e-6));
+    let has_strayed = off.max(-off).greater_than(N::from_f64(8e-6));
     N::Vec3::select(
         has_strayed,
         direction * (N::ONE + N::from_f64(0.5) * off),
@@ -121,7 +121,7 @@ pub(super) fn kept_unit<N: Number>(direction: N::Vec3) -> N::Vec3 {
 /// Uniform point of the unit disk for two numbers in [0, 1).
 #[inline(always)]
 pub(super) fn on_disk<N: Number>([u, v]: [N; 2]) -> [N; 2] {
-    let [cos, sin] = v.turned();
+    let [cos, sin] = v.sin_cos_turns();
     [u.sqrt() * cos, u.sqrt() * sin]
 }
 
@@ -135,7 +135,7 @@ pub(crate) fn cosine_sample<N: Number>([u, v]: [N; 2]) -> N::Vec3 {
 
 /// Cosine-weighted direction in a frame: above where the mask is set, below elsewhere.
 pub(super) fn cosine_sample_either<N: Number>(
-    frame: &Frame<N>,
+    frame: &ShadingFrame<N>,
     above: N::Mask,
     point: [N; 2],
 ) -> N::Vec3 {

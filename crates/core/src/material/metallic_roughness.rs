@@ -3,7 +3,7 @@
 use super::albedo::Albedo;
 use super::bsdf::Bsdf;
 use super::dielectric::Dielectric;
-use super::energy::{Remainder, interreflections};
+use super::energy::{EnergyComplement, interreflections};
 use super::ggx::LEAST_ROUGHNESS;
 use super::interreflected::Interreflected;
 use super::lobe::Lobe;
@@ -47,7 +47,7 @@ impl<N: Number> Glass<N> {
     #[inline(always)]
     pub(super) fn bends(&self) -> N::Mask {
         N::of_lanes(|lane| (N::exact_lane(self.ior, lane) - 1.0).abs())
-            .above(N::from_f64(LEAST_BEND))
+            .greater_than(N::from_f64(LEAST_BEND))
     }
 
     /// Multiple scattering among the microfacets of a rough boundary. `seen` is the boundary's
@@ -134,12 +134,12 @@ impl<N: Number> MetallicRoughness<N> {
     /// Reflectance at normal incidence.
     #[inline(always)]
     pub fn f0(&self) -> N::Vec3 {
-        self.facets(N::ONE - self.metallic).0
+        self.facet_reflectance(N::ONE - self.metallic).0
     }
 
     /// Reflectances at normal and at grazing incidence of microfacets with this dielectric share.
     #[inline(always)]
-    fn facets(&self, dielectric: N) -> (N::Vec3, N) {
+    fn facet_reflectance(&self, dielectric: N) -> (N::Vec3, N) {
         (
             N::Vec3::splat(self.dielectric) * dielectric + self.base * self.metallic,
             self.grazing * dielectric + self.metallic,
@@ -162,45 +162,45 @@ impl<N: Number> MetallicRoughness<N> {
     ) -> (Lobe<N>, N::Mask) {
         let (albedo, zero) = (self.albedo(), N::Vec3::ZERO);
         let layer = [self.dielectric * over, self.grazing * over];
-        let bare = Remainder::new([layer[0], layer[1], N::ZERO], self.roughness);
-        if !bare.is_covered() && !self.metallic.above(N::ZERO).any() {
+        let bare = EnergyComplement::new([layer[0], layer[1], N::ZERO], self.roughness);
+        if !bare.is_covered() && !self.metallic.greater_than(N::ZERO).any() {
             return (
                 Lobe::Diffuse {
                     albedo,
                     interreflected: zero,
-                    remainder: bare,
+                    energy_complement: bare,
                 },
-                albedo.max_element().above(N::ZERO),
+                albedo.max_element().greater_than(N::ZERO),
             );
         }
         let mean = Albedo::mean(self.roughness);
-        let (mut sent, mut own) = (zero, N::ZERO);
+        let (mut scattered, mut own) = (zero, N::ZERO);
         if compensated {
             let all;
             (own, all) =
                 interreflections::<N>(layer, self.base, [dielectric, self.metallic], mean.lost);
-            sent = N::Vec3::select(
-                self.roughness.above(N::from_f64(LEAST_ROUGHNESS)),
+            scattered = N::Vec3::select(
+                self.roughness.greater_than(N::from_f64(LEAST_ROUGHNESS)),
                 all,
                 zero,
             );
         }
-        let remainder =
-            Remainder::new([layer[0], layer[1], own], self.roughness).seen_at(cosine, mean);
+        let energy_complement =
+            EnergyComplement::new([layer[0], layer[1], own], self.roughness).seen_at(cosine, mean);
         (
             Lobe::Diffuse {
                 albedo,
-                interreflected: sent,
-                remainder,
+                interreflected: scattered,
+                energy_complement,
             },
-            albedo.max(sent).max_element().above(N::ZERO),
+            albedo.max(scattered).max_element().greater_than(N::ZERO),
         )
     }
 
     /// The glossy lobe of a surface of nearly no roughness: a mirror.
     #[inline(always)]
     pub fn mirror(&self) -> Lobe<N> {
-        let (f0, f90) = self.facets(N::ONE - self.metallic);
+        let (f0, f90) = self.facet_reflectance(N::ONE - self.metallic);
         Lobe::Mirror {
             f0,
             f90: N::Vec3::splat(f90),
@@ -213,7 +213,7 @@ impl<N: Number> MetallicRoughness<N> {
     pub fn local_bsdf(&self, normal: N::Vec3, wo: N::Vec3) -> Bsdf<N> {
         let f0 = self.f0();
         let (diffuse, _) = self.diffuse([N::ONE - self.metallic, N::ONE], normal.dot(wo), false);
-        Bsdf::new(normal).with(diffuse).with(Lobe::Rough {
+        Bsdf::new(normal).with_lobe(diffuse).with_lobe(Lobe::Rough {
             f0,
             f90: N::Vec3::ONE,
             roughness: self.roughness,
@@ -234,7 +234,7 @@ impl<N: Number> MetallicRoughness<N> {
     ) -> Bsdf<N> {
         let zero = N::Vec3::ZERO;
         let through = self.through();
-        let glassy = through.above(N::ZERO);
+        let glassy = through.greater_than(N::ZERO);
         // From inside a body, the back of its paint has no boundary.
         let over = if self.glass.is_some() {
             N::select(outside, N::ONE, N::ZERO)
@@ -242,19 +242,19 @@ impl<N: Number> MetallicRoughness<N> {
             N::ONE
         };
         let painted = self.painted() * over;
-        let (f0, f90) = self.facets(painted);
+        let (f0, f90) = self.facet_reflectance(painted);
         let (diffuse, some) = self.diffuse([painted, over], normal.dot(wo), compensated);
         let mut bsdf = if some.any() {
-            Bsdf::new(normal).with(diffuse)
+            Bsdf::new(normal).with_lobe(diffuse)
         } else {
             Bsdf::new(normal)
         };
         let f90 = N::Vec3::splat(f90);
-        let rough = self.roughness.above(N::from_f64(LEAST_ROUGHNESS));
-        if f90.max_element().above(N::ZERO).any() {
+        let rough = self.roughness.greater_than(N::from_f64(LEAST_ROUGHNESS));
+        if f90.max_element().greater_than(N::ZERO).any() {
             if rough.any() {
                 let [f0, f90] = [f0, f90].map(|f| N::Vec3::select(rough, f, zero));
-                bsdf = bsdf.with(Lobe::Rough {
+                bsdf = bsdf.with_lobe(Lobe::Rough {
                     f0,
                     f90,
                     roughness: self.roughness,
@@ -262,7 +262,7 @@ impl<N: Number> MetallicRoughness<N> {
             }
             if (!rough).any() {
                 let [f0, f90] = [f0, f90].map(|f| N::Vec3::select(rough, zero, f));
-                bsdf = bsdf.with(Lobe::Mirror { f0, f90 });
+                bsdf = bsdf.with_lobe(Lobe::Mirror { f0, f90 });
             }
         }
         let Some(glass) = self.glass.filter(|_| glassy.any()) else {
@@ -271,7 +271,7 @@ impl<N: Number> MetallicRoughness<N> {
         let rough = rough & glass.bends();
         for (of, roughness) in [(!rough, None), (rough, Some(self.roughness))] {
             if of.any() {
-                bsdf = bsdf.with(Lobe::Dielectric(glass.boundary(
+                bsdf = bsdf.with_lobe(Lobe::Dielectric(glass.boundary(
                     outside,
                     N::select(of, through, N::ZERO),
                     roughness,
@@ -295,9 +295,9 @@ impl<N: Number> MetallicRoughness<N> {
     #[inline(always)]
     pub fn rough(&self, normal: N::Vec3, wo: N::Vec3, compensated: bool) -> Bsdf<N, Lobe<N>, 2> {
         let dielectric = N::ONE - self.metallic;
-        let (f0, f90) = self.facets(dielectric);
+        let (f0, f90) = self.facet_reflectance(dielectric);
         let (diffuse, _) = self.diffuse([dielectric, N::ONE], normal.dot(wo), compensated);
-        Bsdf::new(normal).with(diffuse).with(Lobe::Rough {
+        Bsdf::new(normal).with_lobe(diffuse).with_lobe(Lobe::Rough {
             f0,
             f90: N::Vec3::splat(f90),
             roughness: self.roughness,
@@ -307,15 +307,15 @@ impl<N: Number> MetallicRoughness<N> {
     /// Whether the surface has no specular reflection, so that the diffuse lobe is its whole BSDF.
     #[inline(always)]
     pub fn is_matte(&self) -> N::Mask {
-        !(self.metallic.above(N::ZERO)
-            | self.dielectric.above(N::ZERO)
-            | self.grazing.above(N::ZERO))
+        !(self.metallic.greater_than(N::ZERO)
+            | self.dielectric.greater_than(N::ZERO)
+            | self.grazing.greater_than(N::ZERO))
     }
 
     /// Whether [`Self::rough`] applies, by lane.
     #[inline(always)]
     pub fn is_rough(&self) -> N::Mask {
-        let rough = self.roughness.above(N::from_f64(LEAST_ROUGHNESS));
+        let rough = self.roughness.greater_than(N::from_f64(LEAST_ROUGHNESS));
         if self.glass.is_some() {
             N::Mask::default()
         } else {

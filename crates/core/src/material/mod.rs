@@ -48,8 +48,8 @@ mod tests;
 
 pub use bsdf::{Bsdf, BsdfSample, MOST_LOBES};
 pub use dielectric::Dielectric;
-pub use film::Film;
-pub use frame::Frame;
+pub use film::ThinFilm;
+pub use frame::ShadingFrame;
 pub use fresnel::{
     FresnelRule, conductor, dielectric, environment_reflectance, schlick, schlick_weight,
 };
@@ -60,11 +60,11 @@ pub use layer::*;
 pub use layered::*;
 pub use lobe::Lobe;
 pub(crate) use lobe_kind::cosine_sample;
-pub use lobe_kind::{LobeFamily, LobeKind, Pair};
+pub use lobe_kind::{Directions, LobeFamily, LobeKind};
 pub use metallic_roughness::{Glass, MetallicRoughness};
 pub use normal_map::{NormalMap, reflecting_above};
 pub use sheen::Sheen;
-pub(crate) use spectrum::{Hero, index_at};
+pub(crate) use spectrum::{HeroWavelength, index_at};
 pub use stage::{LayerStage, ReadAt};
 
 /// Tables that materials need; they depend on no scene.

@@ -1,7 +1,7 @@
 //! Normal maps, with shading normals bent so that no mirror direction points below the surface, as
 //! textures and interpolation alone would allow.
 
-use super::frame::Frame;
+use super::frame::ShadingFrame;
 use crate::number::{Mask, Number, Vector3};
 
 /// The normal map's value at a hit.
@@ -11,7 +11,7 @@ pub struct NormalMap<N: Number> {
     pub normal: N::Vec3,
     /// Direction of the image's columns on the surface, unit.
     pub along: N::Vec3,
-    /// Whether the image appears mirrored: see [`Frame::along`].
+    /// Whether the image appears mirrored: see [`ShadingFrame::from_tangent`].
     pub mirrored: N::Mask,
     /// The image's normal along tangent, bitangent and normal; of any length.
     pub code: N::Vec3,
@@ -28,12 +28,12 @@ impl<N: Number> NormalMap<N> {
     /// none.
     #[inline(always)]
     pub fn perturbed_normal(&self) -> N::Vec3 {
-        let bent = Frame::<N>::along(self.normal, self.along, self.mirrored)
+        let perturbed = ShadingFrame::<N>::from_tangent(self.normal, self.along, self.mirrored)
             .to_world(self.code)
             .normalize();
-        let turned = reflecting_above::<N>(bent, self.geometric, self.outside, self.direction);
+        let turned = reflecting_above::<N>(perturbed, self.geometric, self.outside, self.direction);
         // Invalid texels, such as zero, leave the normal unperturbed.
-        N::Vec3::select(is_unit::<N>(bent), turned, self.normal)
+        N::Vec3::select(is_unit::<N>(perturbed), turned, self.normal)
     }
 }
 
@@ -41,7 +41,7 @@ impl<N: Number> NormalMap<N> {
 #[inline(always)]
 fn is_unit<N: Number>(v: N::Vec3) -> N::Mask {
     let squared = v.dot(v);
-    N::from_f64(1.0 + 1e-5).above(squared) & squared.above(N::from_f64(1.0 - 1e-5))
+    N::from_f64(1.0 + 1e-5).greater_than(squared) & squared.greater_than(N::from_f64(1.0 - 1e-5))
 }
 
 /// Height above the surface, as a cosine, below which the mirror direction is lifted, to half of
@@ -68,22 +68,26 @@ pub fn reflecting_above<N: Number>(
     let facing = N::Vec3::select(outside, geometric, -geometric);
     let (rise, own) = (n.dot(facing), -d.dot(facing));
     let height = N::from_f64(-2.0) * d.dot(n) * rise - own;
-    let least = (own * N::from_f64(0.9)).min(N::from_f64(LEAST_HEIGHT));
-    let kept = !least.above(height) & rise.above(N::ZERO);
+    let minimum = (own * N::from_f64(0.9)).min(N::from_f64(LEAST_HEIGHT));
+    let kept = !minimum.greater_than(height) & rise.greater_than(N::ZERO);
     // Nearly every normal is kept, and the rest of this function is a chain of dependent square
     // roots.
     if !(!kept).any() {
         return n;
     }
-    let half = least * N::from_f64(0.5);
-    let lifted = half + half * half / (half + least - height.min(least));
+    let half = minimum * N::from_f64(0.5);
+    let lifted = half + half * half / (half + minimum - height.min(minimum));
     // From the mirror direction along the normal to that height, then along the surface; scaled by
     // the rise, which may be zero.
     let (up, behind) = (rise.max(N::ZERO), (-rise).max(N::ZERO));
     let across = n * (own + lifted) + d * up;
     let along = (across - facing * facing.dot(across)).normalize();
     let mirrored = along * (N::ONE - lifted * lifted).sqrt() + facing * lifted;
-    let bent = (mirrored - d).normalize();
-    let bent = (bent * (N::ONE - behind) + facing * behind).normalize();
-    N::Vec3::select(kept, n, N::Vec3::select(is_unit::<N>(bent), bent, facing))
+    let perturbed = (mirrored - d).normalize();
+    let perturbed = (perturbed * (N::ONE - behind) + facing * behind).normalize();
+    N::Vec3::select(
+        kept,
+        n,
+        N::Vec3::select(is_unit::<N>(perturbed), perturbed, facing),
+    )
 }

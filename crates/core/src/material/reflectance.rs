@@ -1,7 +1,7 @@
 //! Reflectance of the microfacets of a layered surface: shares of a dielectric and a metal, by
 //! Schlick's formula or the exact ones, with or without a thin film.
 
-use super::film::Film;
+use super::film::ThinFilm;
 use super::fresnel::{conductor, dielectric_in_air, schlick, schlick_weight};
 use crate::number::{Mask, Number, Vector3};
 
@@ -19,7 +19,7 @@ pub struct Reflectance<N: Number> {
     /// Complex index of the metal, n and k, for Fresnel's equations in place of Schlick's formula.
     pub conductor: Option<[N::Vec3; 2]>,
     /// A thin film over both parts.
-    pub film: Option<Film<N>>,
+    pub film: Option<ThinFilm<N>>,
 }
 
 impl<N: Number> Reflectance<N> {
@@ -28,7 +28,7 @@ impl<N: Number> Reflectance<N> {
         let cosine = cosine.max(N::ZERO).min(N::ONE);
         let mut sum = N::Vec3::ZERO;
         for (k, &share) in self.shares.iter().enumerate() {
-            if share.above(N::ZERO).any() {
+            if share.greater_than(N::ZERO).any() {
                 let by_colour = || schlick(self.metal, cosine);
                 let (bare, f0) = match k {
                     0 => (self.of_dielectric(cosine), self.dielectric[0]),
@@ -52,14 +52,14 @@ impl<N: Number> Reflectance<N> {
             return normal + (grazing - normal) * schlick;
         };
         // An index of zero stands for total reflection at every angle.
-        let of = |ior: f64, cosine: f64| {
+        let value_of = |ior: f64, cosine: f64| {
             if ior > 0.0 {
                 dielectric_in_air(cosine, ior)
             } else {
                 1.0
             }
         };
-        let exact = N::of_lanes(|lane| of(N::exact_lane(ior, lane), cosine.lane(lane)));
+        let exact = N::of_lanes(|lane| value_of(N::exact_lane(ior, lane), cosine.lane(lane)));
         // A colour's addition at normal incidence falls as Schlick's weight rises.
         let added = (normal - grazing * self.at_normal()) * (N::ONE - schlick);
         (grazing * exact + added)
@@ -76,7 +76,7 @@ impl<N: Number> Reflectance<N> {
     /// Whether any lane reflects.
     pub fn is_some(&self) -> bool {
         let dielectric = self.dielectric[0].max(self.dielectric[1]).max_element() * self.shares[0];
-        dielectric.max(self.shares[1]).above(N::ZERO).any()
+        dielectric.max(self.shares[1]).greater_than(N::ZERO).any()
     }
 }
 
@@ -84,7 +84,7 @@ impl<N: Number> Reflectance<N> {
 pub(super) fn of_conductor<N: Number>(cosine: N, [n, k]: [N::Vec3; 2]) -> N::Vec3 {
     N::Vec3::of_lanes(|lane| {
         let (n, k) = (n.lane(lane), k.lane(lane));
-        let of = |n: f64, k: f64| conductor(cosine.lane(lane), [n, k]);
-        glam::DVec3::new(of(n.x, k.x), of(n.y, k.y), of(n.z, k.z))
+        let value_of = |n: f64, k: f64| conductor(cosine.lane(lane), [n, k]);
+        glam::DVec3::new(value_of(n.x, k.x), value_of(n.y, k.y), value_of(n.z, k.z))
     })
 }

@@ -4,9 +4,9 @@
 use core::f64::consts::{PI, TAU};
 use std::sync::LazyLock;
 
-use super::albedo::between;
-use super::frame::Frame;
-use super::lobe_kind::{LobeKind, Pair, on_disk};
+use super::albedo::table_position;
+use super::frame::ShadingFrame;
+use super::lobe_kind::{Directions, LobeKind, on_disk};
 use super::stage::layer;
 use crate::number::{Number, Vector3};
 
@@ -37,19 +37,35 @@ impl<N: Number> LobeKind<N> for Sheen<N> {
         self.sent(cosine)
     }
 
-    fn eval_and_pdf(&self, pair: &Pair<N>) -> (N::Vec3, N) {
-        let half = pair.normal.dot((pair.wo + pair.wi).normalize()).min(N::ONE);
-        let cosines = |lane: usize| [pair.out.lane(lane), pair.into.lane(lane), half.lane(lane)];
+    fn eval_and_pdf(&self, directions: &Directions<N>) -> (N::Vec3, N) {
+        let half = directions
+            .normal
+            .dot((directions.wo + directions.wi).normalize())
+            .min(N::ONE);
+        let cosines = |lane: usize| {
+            [
+                directions.out.lane(lane),
+                directions.into.lane(lane),
+                half.lane(lane),
+            ]
+        };
         let value =
             self.colour * N::of_lanes(|lane| charlie(self.roughness.lane(lane), cosines(lane)));
         (value, N::from_f64(0.5 / PI))
     }
 
-    fn eval_diffuse(&self, pair: &Pair<N>) -> N::Vec3 {
-        self.eval_and_pdf(pair).0
+    fn eval_diffuse(&self, directions: &Directions<N>) -> N::Vec3 {
+        self.eval_and_pdf(directions).0
     }
 
-    fn sample(&self, frame: &Frame<N>, _: N::Vec3, _: N::Vec3, _: N, point: [N; 2]) -> N::Vec3 {
+    fn sample(
+        &self,
+        frame: &ShadingFrame<N>,
+        _: N::Vec3,
+        _: N::Vec3,
+        _: N,
+        point: [N; 2],
+    ) -> N::Vec3 {
         // Uniform over the hemisphere: equal heights have equal areas (Archimedes).
         let [x, y] = on_disk([N::ONE, point[1]]);
         let height = N::ONE - point[0];
@@ -62,10 +78,10 @@ impl<N: Number> LobeKind<N> for Sheen<N> {
 /// views of smooth fibres; the excess over one is scaled away, symmetrically in both directions.
 fn charlie(roughness: f64, [out, into, half]: [f64; 3]) -> f64 {
     // The margin of a fiftieth covers the error of the table.
-    let most = (1.02
+    let maximum = (1.02
         * looked_up(&PUBLISHED, out, roughness).max(looked_up(&PUBLISHED, into, roughness)))
     .max(1.0);
-    published(roughness, [out, into, half]) / most
+    published(roughness, [out, into, half]) / maximum
 }
 
 /// D·V as published.
@@ -101,13 +117,13 @@ fn hidden(cosine: f64, alpha: f64) -> f64 {
 const STEPS: usize = 24;
 const POINTS: [usize; 2] = [48, 24];
 
-type Lobe = fn(f64, [f64; 3]) -> f64;
+type SheenLobe = fn(f64, [f64; 3]) -> f64;
 
 /// Directional albedos of the published lobe, and of the limited lobe.
 static PUBLISHED: LazyLock<Vec<f64>> = LazyLock::new(|| table(published));
 pub(super) static SENT: LazyLock<Vec<f64>> = LazyLock::new(|| table(charlie));
 
-fn table(lobe: Lobe) -> Vec<f64> {
+fn table(lobe: SheenLobe) -> Vec<f64> {
     let share = |i: usize| i as f64 / (STEPS - 1) as f64;
     let entry = |i: usize| {
         summed(
@@ -126,7 +142,7 @@ fn cosine_of(share: f64) -> f64 {
 }
 
 /// Directional albedo of a lobe by a midpoint rule over the hemisphere.
-fn summed(lobe: Lobe, cosine: f64, roughness: f64, [heights, turns]: [usize; 2]) -> f64 {
+fn summed(lobe: SheenLobe, cosine: f64, roughness: f64, [heights, turns]: [usize; 2]) -> f64 {
     let sine = (1.0 - cosine * cosine).sqrt();
     let mut sum = 0.0;
     for i in 0..heights {
@@ -147,8 +163,8 @@ fn summed(lobe: Lobe, cosine: f64, roughness: f64, [heights, turns]: [usize; 2])
 /// Interpolated entry of a table for a cosine and a roughness.
 fn looked_up(table: &[f64], cosine: f64, roughness: f64) -> f64 {
     let ((i, u), (j, v)) = (
-        between(cosine.max(0.0).sqrt(), STEPS),
-        between((roughness - LEAST) / (1.0 - LEAST), STEPS),
+        table_position(cosine.max(0.0).sqrt(), STEPS),
+        table_position((roughness - LEAST) / (1.0 - LEAST), STEPS),
     );
     let row =
         |j: usize| table[j * STEPS + i] + (table[j * STEPS + i + 1] - table[j * STEPS + i]) * u;
@@ -166,10 +182,10 @@ mod tests {
         let mut worst = 0.0_f64;
         for roughness in [0.07, 0.15, 0.3, 0.42, 0.6, 0.77, 0.9, 1.0] {
             for cosine in [0.01, 0.03, 0.1, 0.22, 0.4, 0.63, 0.81, 1.0] {
-                let wanted = summed(charlie, cosine, roughness, [400, 120]);
-                assert!(wanted <= 1.005, "{roughness} at {cosine}: {wanted}");
-                worst =
-                    worst.max((looked_up(&SENT, cosine, roughness).clamp(0.0, 1.0) - wanted).abs());
+                let requested = summed(charlie, cosine, roughness, [400, 120]);
+                assert!(requested <= 1.005, "{roughness} at {cosine}: {requested}");
+                worst = worst
+                    .max((looked_up(&SENT, cosine, roughness).clamp(0.0, 1.0) - requested).abs());
             }
         }
         assert!(worst < 0.02, "{worst}");

@@ -45,8 +45,8 @@ static SHARES: LazyLock<Vec<[f64; 3]>> =
 static WITHIN: LazyLock<Vec<[f64; 3]>> =
     LazyLock::new(|| normalised(|step| observed(middle(step)).map(|c| c.max(0.0))));
 
-fn normalised(of: impl Fn(usize) -> [f64; 3]) -> Vec<[f64; 3]> {
-    let all: Vec<[f64; 3]> = (0..STEPS).map(of).collect();
+fn normalised(value_of: impl Fn(usize) -> [f64; 3]) -> Vec<[f64; 3]> {
+    let all: Vec<[f64; 3]> = (0..STEPS).map(value_of).collect();
     let sums = [0, 1, 2].map(|k| all.iter().map(|c| c[k]).sum::<f64>());
     all.into_iter()
         .map(|c| [0, 1, 2].map(|k| c[k] / sums[k]))
@@ -66,13 +66,13 @@ pub(super) static CHANCES: LazyLock<Vec<f64>> = LazyLock::new(|| {
 
 /// The single wavelength of a path after dispersion.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Hero {
+pub(crate) struct HeroWavelength {
     pub nanometres: f64,
     /// Factor on the path's throughput; white in the mean over all wavelengths.
     pub weight: [f64; 3],
 }
 
-impl Hero {
+impl HeroWavelength {
     /// Samples a wavelength for a number in [0, 1): the probability follows visibility, and the
     /// weight is its inverse.
     pub fn drawn(u: f64) -> Self {
@@ -138,10 +138,10 @@ pub(super) mod tests {
     use super::*;
 
     /// Mean over white light of a quantity by wavelength, summed directly.
-    pub fn direct(of: impl Fn(f64) -> [f64; 3]) -> [f64; 3] {
+    pub fn direct(value_of: impl Fn(f64) -> [f64; 3]) -> [f64; 3] {
         let mut sum = [0.0; 3];
         for (step, shares) in SHARES.iter().enumerate() {
-            let found = of(middle(step));
+            let found = value_of(middle(step));
             (0..3).for_each(|k| sum[k] += shares[k] * found[k]);
         }
         sum
@@ -152,27 +152,27 @@ pub(super) mod tests {
     #[test]
     fn wavelengths_together_are_white() {
         const COUNT: usize = 200_000;
-        let (mut sum, mut least, mut most) = ([0.0; 3], f64::INFINITY, 0.0_f64);
+        let (mut sum, mut minimum, mut maximum) = ([0.0; 3], f64::INFINITY, 0.0_f64);
         for i in 0..COUNT {
-            let hero = Hero::drawn((i as f64 + 0.5) / COUNT as f64);
+            let hero = HeroWavelength::drawn((i as f64 + 0.5) / COUNT as f64);
             assert!(
                 hero.weight.iter().all(|w| (0.0..=3.0 + 1e-12).contains(w)),
                 "{hero:?}"
             );
             (0..3).for_each(|k| sum[k] += hero.weight[k] / COUNT as f64);
-            (least, most) = (least.min(hero.nanometres), most.max(hero.nanometres));
+            (minimum, maximum) = (minimum.min(hero.nanometres), maximum.max(hero.nanometres));
         }
         assert!(sum.iter().all(|mean| (mean - 1.0).abs() < 1e-3), "{sum:?}");
         assert!(
-            (380.0..400.0).contains(&least) && (680.0..=730.0).contains(&most),
-            "{least} to {most}"
+            (380.0..400.0).contains(&minimum) && (680.0..=730.0).contains(&maximum),
+            "{minimum} to {maximum}"
         );
         for end in [0.0, 1.0 - f64::EPSILON / 2.0] {
-            assert!((380.0..=730.0).contains(&Hero::drawn(end).nanometres));
+            assert!((380.0..=730.0).contains(&HeroWavelength::drawn(end).nanometres));
         }
         // Violet and blue, green, and red have their colours.
         let strongest = |u: f64| {
-            let Hero { weight, .. } = Hero::drawn(u);
+            let HeroWavelength { weight, .. } = HeroWavelength::drawn(u);
             (0..3)
                 .max_by(|&a, &b| weight[a].total_cmp(&weight[b]))
                 .expect("three")
@@ -202,12 +202,12 @@ pub(super) mod tests {
         assert!(coherence(0.0).iter().all(|c| (c - 1.0).abs() < 1e-9));
         assert_eq!((coherence(1e9), coherence(f64::NAN)), ([0.0; 3], [0.0; 3]));
         for path in [1.0, 37.0, 250.0, 551.3, 999.0, 2750.5, 5000.0, 11_000.0] {
-            let wanted =
+            let requested =
                 direct(|nanometres| [libm::cos(core::f64::consts::TAU * path / nanometres); 3]);
             let found = coherence(path);
             assert!(
-                (0..3).all(|k| (found[k] - wanted[k]).abs() < 1e-3),
-                "{path}: {found:?}, not {wanted:?}"
+                (0..3).all(|k| (found[k] - requested[k]).abs() < 1e-3),
+                "{path}: {found:?}, not {requested:?}"
             );
         }
     }

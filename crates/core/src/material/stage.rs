@@ -3,7 +3,7 @@
 
 use core::fmt::Debug;
 
-use super::Frame;
+use super::ShadingFrame;
 use super::metallic_roughness::MetallicRoughness;
 use crate::number::Number;
 
@@ -38,7 +38,7 @@ impl<N: Number> LayerStage for N {
     type Constant = N::Exact;
     type Spectrum = N::Vec3;
     type Normal = N::Vec3;
-    type Frame = Frame<N>;
+    type Frame = ShadingFrame<N>;
     type Base = MetallicRoughness<N>;
 }
 
@@ -59,7 +59,7 @@ pub trait ReadAt<S: LayerStage, N: Number> {
     /// A unit normal on the side of the surface's.
     fn normal(&self, input: &S::Normal) -> N::Vec3;
     /// A frame about the surface's normal.
-    fn frame(&self, input: &S::Frame) -> Frame<N>;
+    fn frame(&self, input: &S::Frame) -> ShadingFrame<N>;
 }
 
 /// Defines a layer's struct from a list of fields: `field: Kind by reader;`.

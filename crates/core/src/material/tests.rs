@@ -10,7 +10,7 @@ mod normals;
 mod pictures;
 
 use super::albedo::Albedo;
-use super::energy::Remainder;
+use super::energy::EnergyComplement;
 use super::*;
 use glam::DVec3;
 
@@ -39,9 +39,13 @@ fn hold_table(name: &str, kept: &[u8], computed: &[u8]) {
 }
 
 /// A direction by its cosine to `n` and its azimuth.
-fn towards(n: DVec3, height: f64, turn: f64) -> DVec3 {
+fn direction_at(n: DVec3, height: f64, turn: f64) -> DVec3 {
     let across = (1.0 - height * height).sqrt();
-    Frame::<f64>::about(n).to_world(DVec3::new(across * turn.cos(), across * turn.sin(), height))
+    ShadingFrame::<f64>::from_normal(n).to_world(DVec3::new(
+        across * turn.cos(),
+        across * turn.sin(),
+        height,
+    ))
 }
 
 const NORMAL: DVec3 = DVec3::new(0.48, -0.64, 0.6);
@@ -50,12 +54,12 @@ const WHITE: DVec3 = DVec3::ONE;
 /// The diffuse lobe below microfacets of index 1.5, viewed at a cosine; white microfacets return
 /// all that single scattering loses.
 fn diffuse(roughness: f64, interreflected: f64, height: f64) -> Lobe<f64> {
-    let remainder =
-        Remainder::new([0.04, 1.0, 0.0], roughness).seen_at(height, Albedo::mean(roughness));
+    let energy_complement =
+        EnergyComplement::new([0.04, 1.0, 0.0], roughness).seen_at(height, Albedo::mean(roughness));
     Lobe::Diffuse {
         albedo: WHITE,
         interreflected: WHITE * interreflected,
-        remainder,
+        energy_complement,
     }
 }
 
@@ -69,27 +73,33 @@ fn glossy(roughness: f64, f0: f64) -> Lobe<f64> {
 
 /// Each non-delta lobe alone, and a surface of all of them with a mirror, viewed along `wo`.
 fn surfaces(wo: DVec3) -> Vec<(&'static str, Bsdf<f64>)> {
-    let of = |lobe| Bsdf::<f64>::new(NORMAL).with(lobe);
+    let value_of = |lobe| Bsdf::<f64>::new(NORMAL).with_lobe(lobe);
     let mirror = Lobe::Mirror {
         f0: DVec3::splat(0.3),
         f90: WHITE,
     };
     vec![
-        ("diffuse", of(diffuse(0.5, 0.0, NORMAL.dot(wo)))),
-        ("below white facets", of(diffuse(0.9, 1.0, NORMAL.dot(wo)))),
-        ("glossy", of(glossy(0.5, 0.04))),
-        ("rough metal", of(glossy(0.9, 1.0))),
-        ("shiny metal", of(glossy(0.3, 1.0))),
+        ("diffuse", value_of(diffuse(0.5, 0.0, NORMAL.dot(wo)))),
+        (
+            "below white facets",
+            value_of(diffuse(0.9, 1.0, NORMAL.dot(wo))),
+        ),
+        ("glossy", value_of(glossy(0.5, 0.04))),
+        ("rough metal", value_of(glossy(0.9, 1.0))),
+        ("shiny metal", value_of(glossy(0.3, 1.0))),
         (
             "all",
-            of(diffuse(0.6, 0.3, NORMAL.dot(wo)))
-                .with(glossy(0.6, 0.5))
-                .with(mirror),
+            value_of(diffuse(0.6, 0.3, NORMAL.dot(wo)))
+                .with_lobe(glossy(0.6, 0.5))
+                .with_lobe(mirror),
         ),
-        ("Lambert", of(Lobe::Lambert(Lambert { albedo: WHITE }))),
+        (
+            "Lambert",
+            value_of(Lobe::Lambert(Lambert { albedo: WHITE })),
+        ),
         (
             "rough",
-            of(Lobe::Rough {
+            value_of(Lobe::Rough {
                 f0: DVec3::splat(0.2),
                 f90: DVec3::splat(0.7),
                 roughness: 0.4,
@@ -99,7 +109,7 @@ fn surfaces(wo: DVec3) -> Vec<(&'static str, Bsdf<f64>)> {
 }
 
 fn frosted(eta: f64, roughness: f64) -> Bsdf<f64> {
-    Bsdf::new(NORMAL).with(Lobe::Dielectric(Dielectric {
+    Bsdf::new(NORMAL).with_lobe(Lobe::Dielectric(Dielectric {
         eta,
         facet_eta: eta,
         share: 1.0,
@@ -117,7 +127,7 @@ fn boundaries() -> Vec<(&'static str, Bsdf<f64>)> {
         ("out of diamond", frosted(2.42, 0.8)),
         (
             "metal and glass",
-            frosted(1.0 / 1.5, 0.6).with(Lobe::Rough {
+            frosted(1.0 / 1.5, 0.6).with_lobe(Lobe::Rough {
                 f0: WHITE * 0.5,
                 f90: WHITE,
                 roughness: 0.9,
@@ -125,7 +135,7 @@ fn boundaries() -> Vec<(&'static str, Bsdf<f64>)> {
         ),
         (
             "into water with paint",
-            frosted(1.0 / 1.33, 0.9).with(Lobe::Lambert(Lambert {
+            frosted(1.0 / 1.33, 0.9).with_lobe(Lobe::Lambert(Lambert {
                 albedo: WHITE * 0.5,
             })),
         ),
@@ -149,7 +159,7 @@ fn expected<L: LobeFamily<f64>, const MOST: usize>(
     let sum = |row: usize, column: usize| -> f64 {
         let steps = (0..count * count).map(|step| (step / count, step % count));
         let at = |(i, j)| {
-            towards(
+            direction_at(
                 NORMAL,
                 2.0 * part(row, i, rows) - 1.0,
                 part(column, j, columns) * core::f64::consts::TAU,
@@ -177,7 +187,7 @@ fn chi_squared<L: LobeFamily<f64>, const MOST: usize>(
         bsdf,
         wo,
         CELLS,
-        if bsdf.lets_through() && MOST == MOST_LOBES {
+        if bsdf.is_transmissive() && MOST == MOST_LOBES {
             40
         } else {
             12
@@ -189,7 +199,7 @@ fn chi_squared<L: LobeFamily<f64>, const MOST: usize>(
         "{name} at {height}: the density sums to {total}"
     );
     let mut found = vec![0.0; expected.len()];
-    let frame = Frame::<f64>::about(NORMAL);
+    let frame = ShadingFrame::<f64>::from_normal(NORMAL);
     let drawn = (0..COUNT).map(|i| bsdf.sample(&frame, wo, numbers(i)));
     for sampled in drawn.filter(|sampled| sampled.some && !sampled.delta) {
         let d = sampled.direction;
@@ -245,7 +255,7 @@ fn furnace_of<L: LobeFamily<f64>, const MOST: usize>(
     count: u64,
 ) -> (DVec3, f64) {
     let (mut sum, mut squares) = (DVec3::ZERO, DVec3::ZERO);
-    let frame = Frame::about(NORMAL);
+    let frame = ShadingFrame::from_normal(NORMAL);
     for weight in (0..count).map(|i| bsdf.sample(&frame, wo, numbers(i)).weight) {
         (sum, squares) = (sum + weight, squares + weight * weight);
     }
@@ -258,7 +268,7 @@ fn furnace_of<L: LobeFamily<f64>, const MOST: usize>(
 #[test]
 fn samples_follow_their_density() {
     for height in HEIGHTS {
-        let wo = towards(NORMAL, height, 0.4);
+        let wo = direction_at(NORMAL, height, 0.4);
         for (name, bsdf) in surfaces(wo).into_iter().chain(boundaries()) {
             chi_squared(name, &bsdf, wo);
         }
@@ -271,11 +281,11 @@ fn values_are_reciprocal() {
     for i in 0..200 {
         let ([a, b, c], [d, ..]) = (numbers(2 * i), numbers(2 * i + 1));
         let [wo, wi] = [
-            towards(NORMAL, 0.01 + 0.99 * a, core::f64::consts::TAU * b),
-            towards(NORMAL, 0.01 + 0.99 * c, core::f64::consts::TAU * d),
+            direction_at(NORMAL, 0.01 + 0.99 * a, core::f64::consts::TAU * b),
+            direction_at(NORMAL, 0.01 + 0.99 * c, core::f64::consts::TAU * d),
         ];
-        for ((name, there), (_, back)) in surfaces(wo).into_iter().zip(surfaces(wi)) {
-            let (there, back) = (there.eval(wo, wi), back.eval(wi, wo));
+        for ((name, bsdf), (_, back)) in surfaces(wo).into_iter().zip(surfaces(wi)) {
+            let (there, back) = (bsdf.eval(wo, wi), back.eval(wi, wo));
             assert!(
                 (there - back).length() <= 1e-9 * there.length(),
                 "{name}: {there} and {back}"
@@ -289,16 +299,16 @@ fn values_are_reciprocal() {
 #[test]
 fn rough_boundaries_are_reciprocal() {
     for eta in [1.5, 1.0 / 1.5, 2.42] {
-        let (there, back) = (frosted(eta, 0.7), frosted(1.0 / eta, 0.7));
+        let (bsdf, back) = (frosted(eta, 0.7), frosted(1.0 / eta, 0.7));
         let mut some = 0;
         for i in 0..2000 {
             let ([a, b, c], [d, ..]) = (numbers(2 * i), numbers(2 * i + 1));
-            let wo = towards(NORMAL, 0.01 + 0.99 * a, core::f64::consts::TAU * b);
-            let wi = towards(NORMAL, -0.01 - 0.99 * c, core::f64::consts::TAU * d);
+            let wo = direction_at(NORMAL, 0.01 + 0.99 * a, core::f64::consts::TAU * b);
+            let wi = direction_at(NORMAL, -0.01 - 0.99 * c, core::f64::consts::TAU * d);
             // The other side has the other normal: the same boundary upside down.
             let turned = |v: DVec3| -v;
             let (one, other) = (
-                there.eval_and_pdf(wo, wi).0.x,
+                bsdf.eval_and_pdf(wo, wi).0.x,
                 back.eval_and_pdf(turned(wi), turned(wo)).0.x,
             );
             assert!(
@@ -329,17 +339,18 @@ fn m08_white_metal_in_a_white_furnace() {
     };
     for roughness in [0.0, 0.02, 0.05, 0.1, 0.25, 0.4, 0.55, 0.7, 0.85, 1.0] {
         for height in [1.0, 0.8, 0.5, 0.3, 0.12, 0.05] {
-            let wo = towards(NORMAL, height, 0.4);
-            let (sent, deviation) = mean(&metal(roughness).transport(NORMAL, wo, true, true), wo);
+            let wo = direction_at(NORMAL, height, 0.4);
+            let (scattered, deviation) =
+                mean(&metal(roughness).transport(NORMAL, wo, true, true), wo);
             assert!(
-                (sent - 1.0).abs() <= 0.005 + 3.0 * deviation,
-                "roughness {roughness} at {height}: {sent} ± {deviation}"
+                (scattered - 1.0).abs() <= 0.005 + 3.0 * deviation,
+                "roughness {roughness} at {height}: {scattered} ± {deviation}"
             );
             for eta in [1.5, 1.0 / 1.5] {
-                let (sent, deviation) = mean(&frosted(eta, roughness.max(0.05)), wo);
+                let (scattered, deviation) = mean(&frosted(eta, roughness.max(0.05)), wo);
                 assert!(
-                    sent <= 1.0 + 3.0 * deviation && sent > 0.3,
-                    "glass {eta}, {roughness} at {height}: {sent} ± {deviation}"
+                    scattered <= 1.0 + 3.0 * deviation && scattered > 0.3,
+                    "glass {eta}, {roughness} at {height}: {scattered} ± {deviation}"
                 );
             }
         }
@@ -374,13 +385,15 @@ fn no_lobe_makes_light() {
             glass,
         ] {
             let (bsdf, wo) = (
-                Bsdf::<f64>::new(NORMAL).with(lobe),
-                towards(NORMAL, height, 0.4),
+                Bsdf::<f64>::new(NORMAL).with_lobe(lobe),
+                direction_at(NORMAL, height, 0.4),
             );
             let (mut sum, mut squares) = (0.0, 0.0);
-            for weight in
-                (0..COUNT).map(|i| bsdf.sample(&Frame::about(NORMAL), wo, numbers(i)).weight.x)
-            {
+            for weight in (0..COUNT).map(|i| {
+                bsdf.sample(&ShadingFrame::from_normal(NORMAL), wo, numbers(i))
+                    .weight
+                    .x
+            }) {
                 (sum, squares) = (sum + weight, squares + weight * weight);
             }
             let mean = sum / COUNT as f64;
@@ -400,7 +413,7 @@ fn no_lobe_makes_light() {
                 );
                 bsdf.eval(
                     wo,
-                    towards(
+                    direction_at(
                         NORMAL,
                         z,
                         turn / f64::from(columns) * core::f64::consts::TAU,
@@ -424,8 +437,8 @@ fn no_lobe_makes_light() {
 #[test]
 fn values_head_on() {
     let bsdf = Bsdf::<f64>::new(NORMAL)
-        .with(diffuse(0.0, 0.0, 1.0))
-        .with(glossy(0.5, 0.04));
+        .with_lobe(diffuse(0.0, 0.0, 1.0))
+        .with_lobe(glossy(0.5, 0.04));
     let pi = core::f64::consts::PI;
     let (below, above) = (
         0.96 * 0.96 / (1.0 - 0.04 - 0.96 / 21.0) / pi,
@@ -443,8 +456,8 @@ fn values_head_on() {
 #[test]
 fn lists_are_begun_anew() {
     let mut bsdf = Bsdf::<f64>::new(NORMAL)
-        .with(diffuse(0.5, 0.0, 1.0))
-        .with(glossy(0.5, 0.04));
+        .with_lobe(diffuse(0.5, 0.0, 1.0))
+        .with_lobe(glossy(0.5, 0.04));
     assert_eq!((bsdf.lobes().len(), bsdf.normal()), (2, NORMAL));
     bsdf.renew(-NORMAL);
     assert_eq!((bsdf.lobes().len(), bsdf.normal()), (0, -NORMAL));
@@ -455,9 +468,9 @@ fn lists_are_begun_anew() {
 /// and Snell's law, and glass divides light by the Fresnel reflectance.
 #[test]
 fn delta_lobes_are_kept_apart() {
-    let wo = towards(NORMAL, 0.6, 1.0);
+    let wo = direction_at(NORMAL, 0.6, 1.0);
     let mirrored = NORMAL * (2.0 * 0.6) - wo;
-    let mirror = Bsdf::<f64>::new(NORMAL).with(Lobe::Mirror {
+    let mirror = Bsdf::<f64>::new(NORMAL).with_lobe(Lobe::Mirror {
         f0: DVec3::splat(0.25),
         f90: WHITE,
     });
@@ -468,14 +481,14 @@ fn delta_lobes_are_kept_apart() {
         transmitted: WHITE * 0.5,
     }
     .boundary(true, 0.5, None);
-    let glass = Bsdf::<f64>::new(NORMAL).with(Lobe::Dielectric(glass));
+    let glass = Bsdf::<f64>::new(NORMAL).with_lobe(Lobe::Dielectric(glass));
     for bsdf in [&mirror, &glass] {
         assert_eq!(
             (bsdf.eval(wo, mirrored), bsdf.pdf(wo, mirrored)),
             (DVec3::ZERO, 0.0)
         );
     }
-    let sampled = mirror.sample(&Frame::about(NORMAL), wo, [0.3; 3]);
+    let sampled = mirror.sample(&ShadingFrame::from_normal(NORMAL), wo, [0.3; 3]);
     assert!(
         sampled.some
             && sampled.delta
@@ -486,7 +499,7 @@ fn delta_lobes_are_kept_apart() {
     assert!((sampled.weight.x - schlick).abs() < 1e-12);
     let share = dielectric(0.6, Some((1.0 - 0.64 / 2.25_f64).sqrt()), 1.0 / 1.5);
     for (u, factor, upwards) in [(share - 1e-9, 1.0, true), (share + 1e-9, 0.5, false)] {
-        let sampled = glass.sample(&Frame::about(NORMAL), wo, [0.0, u, 0.0]);
+        let sampled = glass.sample(&ShadingFrame::from_normal(NORMAL), wo, [0.0, u, 0.0]);
         assert!(
             sampled.some && sampled.delta && (sampled.weight.x - 0.5 * factor).abs() < 1e-12,
             "{sampled:?}"
@@ -503,15 +516,18 @@ fn delta_lobes_are_kept_apart() {
 /// Protects: a lobe of reflectance zero has the value zero, also for opposite directions, which
 /// have no half vector.
 #[test]
-fn nothing_is_sent_of_no_reflectance() {
-    let bsdf = Bsdf::<f64>::new(NORMAL).with(Lobe::Rough {
+fn zero_reflectance_reflects_nothing() {
+    let bsdf = Bsdf::<f64>::new(NORMAL).with_lobe(Lobe::Rough {
         f0: DVec3::ZERO,
         f90: DVec3::ZERO,
         roughness: 0.5,
     });
-    let wo = towards(NORMAL, 0.6, 1.0);
+    let wo = direction_at(NORMAL, 0.6, 1.0);
     assert_eq!(
-        [bsdf.eval(wo, -wo), bsdf.eval(wo, towards(NORMAL, 0.3, 2.0))],
+        [
+            bsdf.eval(wo, -wo),
+            bsdf.eval(wo, direction_at(NORMAL, 0.3, 2.0))
+        ],
         [DVec3::ZERO; 2]
     );
 }
@@ -521,7 +537,7 @@ fn nothing_is_sent_of_no_reflectance() {
 #[test]
 fn lobes_of_the_metallic_roughness_model() {
     let base = DVec3::new(0.8, 0.4, 0.2);
-    let of = |metallic, glass| MetallicRoughness {
+    let value_of = |metallic, glass| MetallicRoughness {
         base,
         metallic,
         roughness: 0.5,
@@ -529,7 +545,7 @@ fn lobes_of_the_metallic_roughness_model() {
         grazing: 1.0,
         glass,
     };
-    let (metal, matte) = (of(1.0, None), of(0.0, None));
+    let (metal, matte) = (value_of(1.0, None), value_of(0.0, None));
     assert_eq!(
         (metal.albedo(), metal.f0(), matte.albedo(), matte.f0()),
         (DVec3::ZERO, base, base, DVec3::splat(0.04))
@@ -540,14 +556,14 @@ fn lobes_of_the_metallic_roughness_model() {
         reflected: WHITE,
         transmitted: base,
     });
-    let half = of(0.5, glass);
+    let half = value_of(0.5, glass);
     assert_eq!(
         (half.through(), half.painted(), half.albedo()),
         (0.125, 0.375, base * 0.375)
     );
     assert_eq!(half.transport(NORMAL, NORMAL, true, true).lobes().len(), 4);
     assert_eq!(
-        of(1.0, glass)
+        value_of(1.0, glass)
             .transport(NORMAL, NORMAL, true, true)
             .lobes()
             .len(),

@@ -3,8 +3,8 @@
 use serde::Serialize;
 
 use super::{
-    DEFAULT_PIXELS_PER_DEGREE, Errors, MetricsError, Statistics, check, differences, errors, flip,
-    share_beyond, statistics,
+    DEFAULT_PIXELS_PER_DEGREE, MetricsError, PictureErrors, Statistics, check, differences, errors,
+    flip, share_beyond, statistics,
 };
 use crate::display::Display;
 use crate::picture::{Encoding, Picture};
@@ -14,7 +14,7 @@ const THRESHOLDS: [u32; 5] = [0, 1, 2, 8, 32];
 
 /// A picture of a comparison with its encoding.
 #[derive(Clone, Copy, Debug)]
-pub struct Side<'a> {
+pub struct ComparedPicture<'a> {
     /// The picture.
     pub picture: &'a Picture,
     /// Meaning of its numbers.
@@ -34,9 +34,9 @@ pub struct Comparison {
     /// display values.
     pub encoding: Encoding,
     /// Errors of the colours.
-    pub errors: Errors,
+    pub errors: PictureErrors,
     /// Shares of the pixels whose display values differ by more than each threshold.
-    pub beyond: Vec<Beyond>,
+    pub beyond: Vec<ExceedingPixels>,
     /// FLIP of the display values at [`DEFAULT_PIXELS_PER_DEGREE`].
     pub flip: Statistics,
     /// Largest difference of coverage (1 for a picture without coverage); `None` where neither
@@ -52,15 +52,15 @@ pub struct Comparison {
 /// Errors of two coverages, taken as grey pictures.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct CoverageErrors {
-    /// As in [`Errors`].
+    /// As in [`PictureErrors`].
     pub non_finite: usize,
-    /// As in [`Errors`].
+    /// As in [`PictureErrors`].
     pub rmse: f64,
-    /// As in [`Errors`].
+    /// As in [`PictureErrors`].
     pub relmse: f64,
-    /// As in [`Errors`].
+    /// As in [`PictureErrors`].
     pub relmse_trimmed: f64,
-    /// As in [`Errors`].
+    /// As in [`PictureErrors`].
     pub psnr: Option<f64>,
     /// Mean FLIP.
     pub flip: f64,
@@ -69,7 +69,7 @@ pub struct CoverageErrors {
 /// Share of the pixels of which a channel differs by more than a threshold. A pixel that is not
 /// finite always counts.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Beyond {
+pub struct ExceedingPixels {
     /// Threshold in 255ths of the display range.
     pub codes: u32,
     /// Share of all pixels, 0 to 1.
@@ -84,8 +84,8 @@ pub struct Beyond {
 /// [`MetricsError::Size`] for different sizes, [`MetricsError::Pixels`] for an empty or inconsistent
 /// picture.
 pub fn compare(
-    picture: Side<'_>,
-    reference: Side<'_>,
+    picture: ComparedPicture<'_>,
+    reference: ComparedPicture<'_>,
     display: Display,
 ) -> Result<Comparison, MetricsError> {
     check(picture.picture, reference.picture)?;
@@ -106,7 +106,7 @@ pub fn compare(
     };
     let flip_map = flip(values[0], values[1], DEFAULT_PIXELS_PER_DEGREE)?;
     let differences = differences(values[0], values[1])?;
-    let beyond = THRESHOLDS.map(|codes| Beyond {
+    let beyond = THRESHOLDS.map(|codes| ExceedingPixels {
         codes,
         share: share_beyond(&differences, threshold(codes)),
     });
@@ -185,7 +185,7 @@ fn coverage_errors(a: &Picture, b: &Picture, largest: f64) -> Result<CoverageErr
         ..Picture::new(picture.width, picture.height)
     };
     let (a, b) = (grey(a), grey(b));
-    let Errors {
+    let PictureErrors {
         non_finite,
         rmse,
         relmse,
@@ -217,8 +217,8 @@ mod tests {
         picture
     }
 
-    fn linear(picture: &Picture) -> Side<'_> {
-        Side {
+    fn linear(picture: &Picture) -> ComparedPicture<'_> {
+        ComparedPicture {
             picture,
             encoding: Encoding::Linear,
         }
@@ -248,7 +248,7 @@ mod tests {
             ..Display::default()
         };
         let shown = display.to_values(&picture);
-        let side = Side {
+        let side = ComparedPicture {
             picture: &shown,
             encoding: Encoding::Display,
         };
@@ -271,7 +271,7 @@ mod tests {
                 rgb: vec![[code(k + step), 0.5, 0.5]],
                 ..Picture::new(1, 1)
             });
-            let side = |i: usize| Side {
+            let side = |i: usize| ComparedPicture {
                 picture: &pictures[i],
                 encoding: Encoding::Display,
             };
@@ -284,12 +284,12 @@ mod tests {
                 rgb: vec![[0.5, code(k), 0.5]],
                 ..Picture::new(1, 1)
             });
-            let side = |picture| Side {
+            let side = |picture| ComparedPicture {
                 picture,
                 encoding: Encoding::Display,
             };
             let beyond = compare(side(&a), side(&b), Display::PLAIN).unwrap().beyond;
-            let expected = [0, 1, 2, 8, 32].map(|codes| Beyond {
+            let expected = [0, 1, 2, 8, 32].map(|codes| ExceedingPixels {
                 codes,
                 share: if apart > codes { 1.0 } else { 0.0 },
             });

@@ -15,7 +15,7 @@ const TRIM: usize = 1000;
 /// Errors over all pixels and the three channels, in the pictures' own numbers. Pixels that are not
 /// finite in either picture are left out and counted.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Errors {
+pub struct PictureErrors {
     /// Pixels compared.
     pub pixels: usize,
     /// Pixels left out because a channel is NaN or infinite.
@@ -55,7 +55,7 @@ pub struct WorstPixel {
 /// # Errors
 /// [`MetricsError::Size`] for different sizes, [`MetricsError::Pixels`] for an empty or inconsistent
 /// picture.
-pub fn errors(picture: &Picture, reference: &Picture) -> Result<Errors, MetricsError> {
+pub fn errors(picture: &Picture, reference: &Picture) -> Result<PictureErrors, MetricsError> {
     check(picture, reference)?;
     let (mut squares, mut absolutes, mut max_abs, mut worst) = (0.0, 0.0, 0.0_f64, None);
     let mut relative = Vec::with_capacity(picture.pixels());
@@ -86,7 +86,7 @@ pub fn errors(picture: &Picture, reference: &Picture) -> Result<Errors, MetricsE
     };
     let mse = per_channel(squares);
     relative.sort_unstable_by(f64::total_cmp);
-    Ok(Errors {
+    Ok(PictureErrors {
         pixels,
         non_finite: picture.pixels() - pixels,
         rmse: mse.sqrt(),
@@ -173,12 +173,18 @@ mod tests {
     #[test]
     fn a_picture_equals_itself() {
         let picture = grey(3, 2, 0.7);
-        let own = errors(&picture, &picture).unwrap();
+        let own_errors = errors(&picture, &picture).unwrap();
         assert_eq!(
-            (own.rmse, own.relmse, own.max_abs, own.psnr, own.worst),
+            (
+                own_errors.rmse,
+                own_errors.relmse,
+                own_errors.max_abs,
+                own_errors.psnr,
+                own_errors.worst
+            ),
             (0.0, 0.0, 0.0, None, None)
         );
-        assert_eq!((own.pixels, own.non_finite), (6, 0));
+        assert_eq!((own_errors.pixels, own_errors.non_finite), (6, 0));
     }
 
     /// Protects: every figure by hand, for one wrong channel in a 2 × 2 picture.

@@ -7,9 +7,9 @@ mod heat;
 mod noise;
 mod statistics;
 
-pub use comparison::{Beyond, Comparison, CoverageErrors, Side, compare};
+pub use comparison::{ComparedPicture, Comparison, CoverageErrors, ExceedingPixels, compare};
 pub(crate) use errors::RELATIVE_FLOOR;
-pub use errors::{Errors, WorstPixel, differences, errors, share_beyond};
+pub use errors::{PictureErrors, WorstPixel, differences, errors, share_beyond};
 pub use flip::{DEFAULT_PIXELS_PER_DEGREE, flip};
 pub use heat::heat_map;
 pub use noise::{NoiseBlock, NoiseVerdict, NoisyPicture, judge_noise};

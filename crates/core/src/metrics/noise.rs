@@ -227,7 +227,7 @@ pub fn judge_noise(
         })
         .collect();
     let untested = cells.iter().map(|(_, untested)| untested).sum();
-    let mut found = Found {
+    let mut found = NoiseSums {
         level,
         blocks: 0,
         beyond: 0,
@@ -291,14 +291,14 @@ fn sums(
 }
 
 /// Results so far.
-struct Found {
+struct NoiseSums {
     level: f64,
     blocks: usize,
     beyond: usize,
     clearest: Option<NoiseBlock>,
 }
 
-impl Found {
+impl NoiseSums {
     /// Tests all blocks of an edge; `edges` is the number of edges.
     fn test_edge(
         &mut self,
@@ -310,10 +310,10 @@ impl Found {
         let step = SMALLEST / 2;
         let (across, stride) = (edge / step, edge / SMALLEST);
         // The last block is the first that reaches the end.
-        let starts = |of: u32| {
-            (0..of)
+        let starts = |total: u32| {
+            (0..total)
                 .step_by(stride as usize)
-                .take_while(move |start| *start == 0 || start + across < of + stride)
+                .take_while(move |start| *start == 0 || start + across < total + stride)
                 .collect::<Vec<u32>>()
         };
         let (left, top) = (starts(columns), starts(rows));

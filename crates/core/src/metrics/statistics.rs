@@ -155,8 +155,8 @@ mod tests {
             } else {
                 core::f64::consts::PI.sqrt() / 2.0
             };
-            let least = if freedom % 2 == 1 { 1 } else { 2 };
-            let ratio = (least..freedom)
+            let minimum = if freedom % 2 == 1 { 1 } else { 2 };
+            let ratio = (minimum..freedom)
                 .step_by(2)
                 .fold(start, |ratio, m| ratio * f64::from(m + 1) / f64::from(m));
             let density = |x: f64| {

@@ -142,8 +142,8 @@ fn sine_and_cosine(angle: f64) -> [f64; 2] {
     let r = z * (COSINE[0] + z * (COSINE[1] + z * COSINE[2]))
         + w * w * (COSINE[3] + z * (COSINE[4] + z * COSINE[5]));
     let half = 0.5 * z;
-    let most = 1.0 - half;
-    let cosine = most + (((1.0 - most) - half) + (z * r - x * y));
+    let maximum = 1.0 - half;
+    let cosine = maximum + (((1.0 - maximum) - half) + (z * r - x * y));
     // From quarter to quarter sine and cosine swap, and one of them changes its sign.
     let (is_odd, is_behind) = (
         (quarters == 1.0) | (quarters == 3.0),

@@ -157,7 +157,7 @@ impl<const N: usize> Number for Lanes<N> {
         exact[index]
     }
     #[inline(always)]
-    fn above(self, other: Self) -> LaneMask<N> {
+    fn greater_than(self, other: Self) -> LaneMask<N> {
         LaneMask::of(|i| self.0[i] > other.0[i])
     }
     #[inline(always)]
@@ -207,7 +207,7 @@ impl<const N: usize> Number for Lanes<N> {
         result
     }
     #[inline(always)]
-    fn turned(self) -> [Self; 2] {
+    fn sin_cos_turns(self) -> [Self; 2] {
         let mut out = [self; 2];
         each_lane!(
             N,

@@ -76,7 +76,7 @@ pub trait Number:
     /// The value of one lane.
     fn exact_lane(exact: Self::Exact, index: usize) -> f64;
     /// Whether this number is greater than another; false for NaN.
-    fn above(self, other: Self) -> Self::Mask;
+    fn greater_than(self, other: Self) -> Self::Mask;
     /// One number where the mask is set, the other elsewhere.
     fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
     /// Maximum; the other number if one is NaN.
@@ -90,7 +90,7 @@ pub trait Number:
     /// Power with an integer exponent, by repeated squaring.
     fn powi(self, exponent: u32) -> Self;
     /// Cosine and sine of an angle in turns, from 0 to 1.
-    fn turned(self) -> [Self; 2];
+    fn sin_cos_turns(self) -> [Self; 2];
     /// Natural exponential.
     fn exp(self) -> Self;
 }
@@ -194,7 +194,7 @@ impl<R: Real> Number for R {
         exact
     }
     #[inline(always)]
-    fn above(self, other: Self) -> bool {
+    fn greater_than(self, other: Self) -> bool {
         self > other
     }
     #[inline(always)]
@@ -222,7 +222,7 @@ impl<R: Real> Number for R {
         Real::powi(self, exponent)
     }
     #[inline(always)]
-    fn turned(self) -> [Self; 2] {
+    fn sin_cos_turns(self) -> [Self; 2] {
         Real::sin_cos_turns(self)
     }
     #[inline(always)]

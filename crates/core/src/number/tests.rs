@@ -60,12 +60,12 @@ fn operations_are_those_of_one_lane() {
             ("max", N::max),
             ("min", N::min),
             ("copysign", N::copysign),
-            ("select", |a, b| N::select(a.above(b), a, b)),
+            ("select", |a, b| N::select(a.greater_than(b), a, b)),
             ("negation", |a, _| -a),
             ("sqrt", |a, _| a.sqrt()),
             ("powi", |a, _| a.powi(5)),
             ("functions", |a, b| {
-                let [cos, sin] = a.turned();
+                let [cos, sin] = a.sin_cos_turns();
                 sin + cos * b.exp()
             }),
         ]
@@ -98,7 +98,7 @@ fn vectors_are_those_of_one_lane() {
             ("max", Vector3::max),
             ("select", |a, b| {
                 N::Vec3::select(
-                    a.z().above(b.z()),
+                    a.z().greater_than(b.z()),
                     a,
                     N::Vec3::new(b.z(), b.max_element(), b.x()),
                 )
@@ -128,7 +128,7 @@ fn vectors_are_those_of_one_lane() {
 /// Protects: a mask holds the value of each lane, and lanes are read and written at their index.
 #[test]
 fn masks_and_lanes_keep_their_places() {
-    let above = Lanes([1.0, 5.0, 2.0, f32::NAN]).above(Lanes([0.0, 6.0, 1.0, 1.0]));
+    let above = Lanes([1.0, 5.0, 2.0, f32::NAN]).greater_than(Lanes([0.0, 6.0, 1.0, 1.0]));
     let lanes = |mask: LaneMask<4>| core::array::from_fn(|i| mask.lane(i));
     assert_eq!(lanes(above), [true, false, true, false]);
     assert_eq!(lanes(!above), [false, true, false, true]);

@@ -15,7 +15,7 @@ fn ball(centre: [f64; 3], radius: f64) -> Value {
 
 fn of(objects: &[Value]) -> StorageOrigin {
     let scene = scene(objects);
-    StorageOrigin::of::<f32>(&scene, &Lookup::new(&scene))
+    StorageOrigin::from_scene::<f32>(&scene, &SceneLookup::new(&scene))
 }
 
 /// Protects: a scene about or near zero is stored relative to zero, so that its pictures keep their
@@ -61,7 +61,7 @@ fn of_two_clusters_one_is_named() {
     );
     let scene = scene(&more_near);
     assert_eq!(
-        StorageOrigin::of::<f64>(&scene, &Lookup::new(&scene)).unresolved,
+        StorageOrigin::from_scene::<f64>(&scene, &SceneLookup::new(&scene)).unresolved,
         None
     );
 }

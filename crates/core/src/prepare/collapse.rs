@@ -7,7 +7,7 @@ use raywright_bvh::Real;
 
 use crate::affine::affine;
 use crate::generate::places;
-use crate::lookup::Lookup;
+use crate::lookup::SceneLookup;
 use crate::motion::ends;
 use crate::origin::StorageOrigin;
 use crate::scene::{Generator, Object, Scene, Shape};
@@ -15,11 +15,11 @@ use crate::shape::own_origin;
 use crate::validate::{MOST, Problem, list, no_area};
 
 /// The lost extent of a shape that would vanish.
-struct Loss {
+struct CollapseLoss {
     /// Path of the field within the shape.
     key: &'static str,
     /// Description of the lost extent.
-    what: &'static str,
+    label: &'static str,
     /// Whether the cause is the shape's distance from the origin.
     far: bool,
 }
@@ -29,13 +29,13 @@ pub(super) fn collapses(shape: &Shape, offset: DVec3, round: impl Fn(f64) -> f64
     loss(shape, offset, round).is_some()
 }
 
-fn loss(shape: &Shape, offset: DVec3, round: impl Fn(f64) -> f64) -> Option<Loss> {
+fn loss(shape: &Shape, offset: DVec3, round: impl Fn(f64) -> f64) -> Option<CollapseLoss> {
     let stored = |p: DVec3| (p + offset).to_array().map(&round).into();
     let flat = |[a, b, c]: [DVec3; 3]| a == b || b == c || c == a || no_area(b - a, c - a);
-    let far = |key, what| {
-        Some(Loss {
+    let far = |key, label| {
+        Some(CollapseLoss {
             key,
-            what,
+            label,
             far: true,
         })
     };
@@ -67,9 +67,9 @@ fn loss(shape: &Shape, offset: DVec3, round: impl Fn(f64) -> f64) -> Option<Loss
             major_radius,
             minor_radius,
             ..
-        } if round(minor_radius) >= round(major_radius) => Some(Loss {
+        } if round(minor_radius) >= round(major_radius) => Some(CollapseLoss {
             key: "torus.minor_radius",
-            what: "the difference of `minor_radius` from `major_radius`",
+            label: "the difference of `minor_radius` from `major_radius`",
             far: false,
         }),
         _ => None,
@@ -93,7 +93,7 @@ fn moved_by(object: &Object) -> Option<DVec3> {
 pub(crate) fn collapsed<R: Real>(scene: &Scene) -> Vec<Problem> {
     collapsed_about::<R>(
         scene,
-        StorageOrigin::of::<R>(scene, &Lookup::new(scene)).origin,
+        StorageOrigin::from_scene::<R>(scene, &SceneLookup::new(scene)).origin,
     )
 }
 
@@ -136,11 +136,17 @@ fn generated<R: Real>(path: &str, generator: &Generator, origin: DVec3) -> Optio
         return listed::<R>(path, object, origin);
     };
     let own = own - origin;
-    let lost = |(i, place)| Some((i, place, loss(&object.shape, place + own, rounded::<R>)?));
-    let (index, place, loss) = places(&generator.kind).enumerate().find_map(lost)?;
+    let lost = |(i, position)| {
+        Some((
+            i,
+            position,
+            loss(&object.shape, position + own, rounded::<R>)?,
+        ))
+    };
+    let (index, position, loss) = places(&generator.kind).enumerate().find_map(lost)?;
     let which = format!(
         " of the generator's object {index}, at {}",
-        list(&place.to_array())
+        list(&position.to_array())
     );
     let nearer = Some("make it larger, put the generator's places nearer to the rest of the scene");
     Some(problem::<R>(
@@ -148,14 +154,14 @@ fn generated<R: Real>(path: &str, generator: &Generator, origin: DVec3) -> Optio
         &loss,
         &which,
         nearer,
-        !collapses(&object.shape, place + own, |x| x),
+        !collapses(&object.shape, position + own, |x| x),
     ))
 }
 
 /// `kept`: whether the shape survives in double precision.
 fn problem<R: Real>(
     path: &str,
-    loss: &Loss,
+    loss: &CollapseLoss,
     which: &str,
     nearer: Option<&str>,
     kept: bool,
@@ -173,7 +179,7 @@ fn problem<R: Real>(
         path: format!("{path}.shape.{}", loss.key),
         message: format!(
             "{} is lost in {stored} precision, so there is nothing to see{which}",
-            loss.what
+            loss.label
         ),
         hint: (!hint.is_empty()).then_some(hint),
         within: None,

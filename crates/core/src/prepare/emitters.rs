@@ -5,20 +5,20 @@ use glam::{DAffine3, DMat3, DVec3};
 use raywright_bvh::shapes::{AnyShape, Quad, SampleArea, TransformedShape, Triangle};
 use raywright_bvh::{PrimitiveSet, Real, Side, Surface, Vector, Visibility};
 
-use super::error::{PrepareError, go_on};
+use super::error::{PrepareError, check_cancelled};
 use super::geometry::{BLOCK, side_of, triangles};
 use crate::generate::{all_about, counted};
 use crate::interaction::{Interaction, interpolate};
 use crate::light::{EmissionEstimate, EmitterList};
-use crate::lookup::Lookup;
+use crate::lookup::SceneLookup;
 use crate::observer::Observer;
 use crate::scene::{Colour, MOST_UV_SETS, Material as MaterialData, MeshData, Scene, Shape};
 use crate::shape::placed_shape;
-use crate::texture::Sources;
+use crate::texture::TextureTables;
 
 /// Selection of emitters.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Wanted {
+pub(super) struct EmitterFilter {
     /// Emitters of uniform emission.
     pub even: bool,
     /// Emitters of varying emission.
@@ -36,8 +36,8 @@ const OF_SHAPE: usize = 8;
 
 /// Points along each side of a triangle of varying emission, for a number of such triangles.
 pub(super) fn points_across(triangles: u64) -> u64 {
-    let [least, most] = EACH;
-    (POINTS / triangles.max(1)).isqrt().clamp(least, most)
+    let [minimum, maximum] = EACH;
+    (POINTS / triangles.max(1)).isqrt().clamp(minimum, maximum)
 }
 
 /// Emission of a material.
@@ -49,7 +49,7 @@ pub(super) enum Emission {
     Varied,
 }
 
-impl Wanted {
+impl EmitterFilter {
     /// Emission of a material that is selected; `None` without any.
     pub fn of(self, material: &MaterialData) -> Option<Emission> {
         match material.even_emission() {
@@ -64,21 +64,21 @@ impl Wanted {
 /// Number of triangles of varying emission.
 fn varied_triangles(
     scene: &Scene,
-    lookup: &Lookup<'_>,
-    wanted: Wanted,
+    lookup: &SceneLookup<'_>,
+    requested: EmitterFilter,
     observer: &dyn Observer,
 ) -> Result<u64, PrepareError> {
     let mut sum = 0_u64;
     for (index, (object, count)) in counted(scene).enumerate() {
         if index.is_multiple_of(BLOCK) {
-            go_on(observer)?;
+            check_cancelled(observer)?;
         }
         let Shape::Mesh(name) = &object.shape else {
             continue;
         };
         let varies = lookup
             .material(&object.material)
-            .is_some_and(|(_, material)| wanted.of(material) == Some(Emission::Varied));
+            .is_some_and(|(_, material)| requested.of(material) == Some(Emission::Varied));
         let triangles = lookup
             .mesh_data(name)
             .filter(|_| varies)
@@ -94,37 +94,39 @@ fn varied_triangles(
 /// [`PrepareError::Cancelled`].
 pub(super) fn emitters<R: Real>(
     (scene, origin): (&Scene, DVec3),
-    lookup: &Lookup<'_>,
-    (materials, sources): (&[super::Material<R>], &Sources<R>),
-    wanted: Wanted,
+    lookup: &SceneLookup<'_>,
+    (materials, texture_tables): (&[super::PreparedMaterial<R>], &TextureTables<R>),
+    requested: EmitterFilter,
     observer: &dyn Observer,
 ) -> Result<EmitterList<R>, PrepareError> {
     let mut list = EmitterList::default();
-    let varied = varied_triangles(scene, lookup, wanted, observer)?;
+    let varied = varied_triangles(scene, lookup, requested, observer)?;
     let across = points_across(varied);
     list.reserve_cells(varied, across);
     let across = across as usize;
     // A generator's objects differ only in position, which does not change the area.
     let mut last: Option<(&Shape, DMat3, f64)> = None;
-    for (index, shown) in all_about(scene, origin).enumerate() {
+    for (index, placed_object) in all_about(scene, origin).enumerate() {
         if index.is_multiple_of(BLOCK) {
-            go_on(observer)?;
+            check_cancelled(observer)?;
         }
         list.next_object();
-        let object = shown.object;
-        let Some((place, material)) = lookup.material(&object.material) else {
+        let object = placed_object.object;
+        let Some((position, material)) = lookup.material(&object.material) else {
             continue;
         };
-        let source = match wanted.of(material) {
-            Some(Emission::Even(radiance)) => Source::Even(Vector::from_f64(radiance.0.into())),
-            Some(Emission::Varied) => Source::Varied(Varied {
-                material: &materials[place],
-                sources,
+        let source = match requested.of(material) {
+            Some(Emission::Even(radiance)) => {
+                EmissionSource::Even(Vector::from_f64(radiance.0.into()))
+            }
+            Some(Emission::Varied) => EmissionSource::Varied(VaryingEmission {
+                material: &materials[position],
+                texture_tables,
                 cut: material.is_cut(),
             }),
             None => continue,
         };
-        let (side, map) = (side_of(object.side).seen(), shown.map());
+        let (side, map) = (side_of(object.side).seen(), placed_object.map());
         if let Shape::Mesh(name) = &object.shape {
             if let Some(data) = lookup.mesh_data(name) {
                 mesh(
@@ -147,26 +149,26 @@ pub(super) fn emitters<R: Real>(
 }
 
 /// Source of emission.
-enum Source<'a, R: Real> {
+enum EmissionSource<'a, R: Real> {
     /// Uniform radiance.
     Even(R::Vec3),
-    Varied(Varied<'a, R>),
+    Varied(VaryingEmission<'a, R>),
 }
 
 /// Varying emission.
-struct Varied<'a, R: Real> {
-    material: &'a super::Material<R>,
-    sources: &'a Sources<R>,
+struct VaryingEmission<'a, R: Real> {
+    material: &'a super::PreparedMaterial<R>,
+    texture_tables: &'a TextureTables<R>,
     /// Whether the surface is partly transparent.
     cut: bool,
 }
 
-impl<R: Real> Varied<'_, R> {
+impl<R: Real> VaryingEmission<'_, R> {
     /// Radiance at a point, times the surface's alpha. Inputs known only to meshes or rays are left
     /// out: the value serves means, by which emitters are chosen, and no picture's expectation
     /// depends on them.
     fn at(&self, surface: &Surface<R>, uv: [[R; 2]; MOST_UV_SETS], colour: [R; 4]) -> R::Vec3 {
-        let at = Interaction {
+        let interaction = Interaction {
             surface: *surface,
             normal: surface.normal,
             outside: true,
@@ -176,13 +178,13 @@ impl<R: Real> Varied<'_, R> {
             time: R::ZERO,
             uv,
             footprint: [R::ZERO; MOST_UV_SETS],
-            lies: None,
+            texel_footprint: None,
             colour,
             object: 0,
             material: 0,
         };
-        let here = self.sources.at(&at);
-        let emission = self.material.emission_at(&here) * self.material.alpha_at(&here);
+        let context = self.texture_tables.shading_context(&interaction);
+        let emission = self.material.emission_at(&context) * self.material.alpha_at(&context);
         let brightest = emission.max_element();
         // Leaves out NaN too.
         if brightest > R::ZERO && emission.is_finite() {
@@ -206,13 +208,13 @@ fn shape<R: Real>(
     list: &mut EmitterList<R>,
     shape: &Shape,
     map: DAffine3,
-    source: &Source<'_, R>,
+    source: &EmissionSource<'_, R>,
     side: Side,
     area: Option<f64>,
 ) -> Option<f64> {
     let glow = |drawn: &dyn Fn([R; 2]) -> Option<Surface<R>>| match source {
-        Source::Even(radiance) => EmissionEstimate::even(*radiance),
-        Source::Varied(varied) => {
+        EmissionSource::Even(radiance) => EmissionEstimate::even(*radiance),
+        EmissionSource::Varied(varied) => {
             let mut found = Vec::new();
             look(OF_SHAPE, &mut found, |uv| {
                 let surface = drawn(uv);
@@ -225,12 +227,12 @@ fn shape<R: Real>(
     };
     let (shape, map) = placed_shape(shape, map)?;
     let Some(map) = map else {
-        let glow = glow(&|[u, v]| Some(shape.sample_area(u, v)?.0.stored::<R>()));
-        return Some(list.plain(shape, glow, side, area));
+        let emission = glow(&|[u, v]| Some(shape.sample_area(u, v)?.0.to_scalar::<R>()));
+        return Some(list.add_constant(shape, emission, side, area));
     };
-    let placed = TransformedShape::new(shape, map)?;
-    let glow = glow(&|[u, v]| Some(placed.sample_area(u, v)?.0.stored::<R>()));
-    Some(list.placed(placed, glow, side, area))
+    let transformed_shape = TransformedShape::new(shape, map)?;
+    let emission = glow(&|[u, v]| Some(transformed_shape.sample_area(u, v)?.0.to_scalar::<R>()));
+    Some(list.add_transformed(transformed_shape, emission, side, area))
 }
 
 /// Adds the triangles of an object's transformed mesh.
@@ -238,7 +240,7 @@ fn mesh<R: Real>(
     list: &mut EmitterList<R>,
     (object, data): (usize, &MeshData),
     map: DAffine3,
-    (source, side, across): (&Source<'_, R>, Side, usize),
+    (source, side, across): (&EmissionSource<'_, R>, Side, usize),
     observer: &dyn Observer,
 ) -> Result<(), PrepareError> {
     let mut group = PrimitiveSet::<R>::default();
@@ -254,24 +256,24 @@ fn mesh<R: Real>(
     let (mut found, mut done) = (Vec::new(), 0);
     for (index, &triangle) in group.triangles().iter().enumerate() {
         if index.is_multiple_of(BLOCK) {
-            go_on(observer)?;
+            check_cancelled(observer)?;
         }
         match source {
             _ if index < done => {}
-            Source::Even(radiance) => {
+            EmissionSource::Even(radiance) => {
                 if let Some(quad) = quad(group.triangles(), (data, index, flipped)) {
-                    list.halves(quad, *radiance, side);
+                    list.add_halves(quad, *radiance, side);
                     done = index + 2;
                     continue;
                 }
-                list.plain(
+                list.add_constant(
                     AnyShape::Triangle(triangle),
                     EmissionEstimate::even(*radiance),
                     side,
                     None,
                 );
             }
-            Source::Varied(varied) => {
+            EmissionSource::Varied(varied) => {
                 look(across, &mut found, |uv| {
                     on_triangle(varied, &triangle, (data, index, flipped), uv)
                 });
@@ -319,7 +321,7 @@ fn quad<R: Real>(
 
 /// Radiance of a mesh's triangle at the point sampled by two numbers.
 fn on_triangle<R: Real>(
-    varied: &Varied<'_, R>,
+    varied: &VaryingEmission<'_, R>,
     triangle: &Triangle<R>,
     (data, index, flipped): (&MeshData, usize, bool),
     [u, v]: [R; 2],
@@ -330,13 +332,13 @@ fn on_triangle<R: Real>(
     let (b, c) = if flipped { (c, b) } else { (b, c) };
     // The weights of the sampled point.
     let weights = [root * (one - v), one - root, root * v];
-    let of = |values: [f32; 3]| interpolate(values.map(R::from_f32), weights);
+    let value_of = |values: [f32; 3]| interpolate(values.map(R::from_f32), weights);
     let uv = core::array::from_fn(|set| {
         let read = |k: usize| {
             data.uvs
                 .get(set)
                 .filter(|set| !set.is_empty())
-                .map_or(R::ZERO, |uvs| of([a, b, c].map(|i| uvs[i][k])))
+                .map_or(R::ZERO, |uvs| value_of([a, b, c].map(|i| uvs[i][k])))
         };
         [read(0), read(1)]
     });
@@ -344,11 +346,11 @@ fn on_triangle<R: Real>(
         if data.colours.is_empty() {
             one
         } else {
-            of([a, b, c].map(|i| data.colours[i][k]))
+            value_of([a, b, c].map(|i| data.colours[i][k]))
         }
     });
-    let (located, _) = triangle.sample_area(u, v);
-    varied.at(&located.stored::<R>(), uv, colour)
+    let (surface_point, _) = triangle.sample_area(u, v);
+    varied.at(&surface_point.to_scalar::<R>(), uv, colour)
 }
 
 #[cfg(test)]

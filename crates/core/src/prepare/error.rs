@@ -72,8 +72,8 @@ pub enum PrepareError {
 }
 
 /// Returns an error if the observer has cancelled preparation.
-pub(crate) fn go_on(observer: &dyn Observer) -> Result<(), PrepareError> {
-    if observer.cancelled() {
+pub(crate) fn check_cancelled(observer: &dyn Observer) -> Result<(), PrepareError> {
+    if observer.is_cancelled() {
         Err(PrepareError::Cancelled)
     } else {
         Ok(())

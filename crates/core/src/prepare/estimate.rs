@@ -8,39 +8,39 @@ use std::sync::Arc;
 use glam::{DMat3, DVec3};
 use raywright_bvh::{Geometry, GeometryMemory, Real};
 
-use super::emitters::{Emission, Wanted, points_across};
+use super::emitters::{Emission, EmitterFilter, points_across};
 use super::geometry::ObjectRecord;
-use super::material::{LayeredInputs, Material, count_layered};
+use super::material::{LayeredInputs, PreparedMaterial, count_layered};
 use super::tangents;
 use crate::affine::affine;
 use crate::effects::{Effect, RenderSetup};
-use crate::extent::Uses;
-use crate::film::Plan;
+use crate::extent::MeshUses;
+use crate::film::FilmPlan;
 use crate::generate::{count, counted};
 use crate::light::packed_bytes;
 use crate::light::{DeltaLight, EmitterList, LightChoice, LightUsage};
-use crate::lookup::Lookup;
+use crate::lookup::SceneLookup;
 use crate::memory::Memory;
 use crate::motion::{ends, simulated_scene};
 use crate::scene::{Filter, ImageData, Integrator, Projection, Scene, Shape, Sky};
 use crate::settings::Settings;
 use crate::shape::any_shape;
-use crate::texture::{TextureUse, pyramid};
+use crate::texture::{TextureBinding, pyramid};
 
 /// Upper estimate of the memory of a prepared scene: at most twice the actual use (more in a wide
 /// tree, see `crate::estimate`). It uses counts alone: only the number of a tree's nodes, and
 /// whether lamps have an area that can be sampled, are unknown beforehand.
-pub(crate) fn estimate<R: Real>(setup: &RenderSetup<'_>) -> Memory {
-    let (settings, simulated) = (&setup.settings, setup.effects.simulated());
-    let scene = &*simulated_scene(&setup.scene, settings.camera.as_ref(), simulated);
-    let lookup = Lookup::new(scene);
-    let paths = setup.integrator() == Integrator::Path;
-    let wanted = Wanted {
+pub(crate) fn estimate<R: Real>(render_setup: &RenderSetup<'_>) -> Memory {
+    let (settings, simulated) = (&render_setup.settings, render_setup.effects.simulated());
+    let scene = &*simulated_scene(&render_setup.scene, settings.camera.as_ref(), simulated);
+    let lookup = SceneLookup::new(scene);
+    let paths = render_setup.integrator() == Integrator::Path;
+    let requested = EmitterFilter {
         even: simulated.has(Effect::SoftShadows),
         varied: paths && simulated.has(Effect::TexturedEmitters),
         read: paths,
     };
-    let needs = Needs::of::<R>(scene, settings, &lookup, wanted);
+    let needs = MemoryNeeds::of::<R>(scene, settings, &lookup, requested);
     let lens = match settings.camera.as_ref().map(|camera| &camera.projection) {
         Some(Projection::ThinLens {
             aperture_radius, ..
@@ -54,13 +54,13 @@ pub(crate) fn estimate<R: Real>(setup: &RenderSetup<'_>) -> Memory {
     } else {
         0
     };
-    let plan = Plan::new(settings, random, simulated.has(Effect::GroundShadow));
+    let plan = FilmPlan::new(settings, random, simulated.has(Effect::GroundShadow));
     let times = |count: u64, each: usize| count.saturating_mul(each as u64);
     let tables = [
         times(count(scene), size_of::<ObjectRecord<R>>()),
         times(
             scene.materials.len() as u64,
-            size_of::<Material<R>>() + size_of::<Range<u32>>(),
+            size_of::<PreparedMaterial<R>>() + size_of::<Range<u32>>(),
         ),
         times(
             if paths {
@@ -70,14 +70,14 @@ pub(crate) fn estimate<R: Real>(setup: &RenderSetup<'_>) -> Memory {
             },
             size_of::<LayeredInputs<R>>(),
         ),
-        times(needs.texture_uses, size_of::<TextureUse<R>>()),
+        times(needs.texture_uses, size_of::<TextureBinding<R>>()),
         times(scene.lights.len() as u64, size_of::<DeltaLight<R>>()),
         choice,
         EmitterList::<R>::bytes_of(needs.lamps, needs.placed_lamps, count(scene), needs.varied),
     ];
     Memory {
         geometry: needs
-            .own
+            .geometry_memory
             .most_bytes::<R>(settings.accelerator)
             .saturating_add(needs.shared),
         meshes: needs.meshes,
@@ -89,9 +89,9 @@ pub(crate) fn estimate<R: Real>(setup: &RenderSetup<'_>) -> Memory {
 
 /// Counts and bytes that a scene needs.
 #[derive(Default)]
-struct Needs {
+struct MemoryNeeds {
     /// Primitives of the scene's top-level set.
-    own: GeometryMemory,
+    geometry_memory: GeometryMemory,
     /// Bytes of geometry shared by instances.
     shared: u64,
     /// Bytes of meshes, each once.
@@ -107,15 +107,15 @@ struct Needs {
     images: u64,
 }
 
-impl Needs {
+impl MemoryNeeds {
     fn of<R: Real>(
         scene: &Scene,
         settings: &Settings,
-        lookup: &Lookup<'_>,
-        wanted: Wanted,
+        lookup: &SceneLookup<'_>,
+        requested: EmitterFilter,
     ) -> Self {
-        let (mut needs, uses) = (Self::default(), Uses::of(scene));
-        let (mut combed, mut meshes, mut shared, mut used) = (
+        let (mut needs, uses) = (Self::default(), MeshUses::of(scene));
+        let (mut anisotropy, mut meshes, mut shared, mut used) = (
             HashSet::new(),
             HashSet::new(),
             HashSet::new(),
@@ -126,7 +126,7 @@ impl Needs {
             let material = lookup
                 .material(&object.material)
                 .map(|(_, material)| material);
-            let glow = material.and_then(|material| wanted.of(material));
+            let glow = material.and_then(|material| requested.of(material));
             let glows = glow.is_some();
             let (mut each, moves) = (1, ends(object).is_some());
             match &object.shape {
@@ -138,13 +138,13 @@ impl Needs {
                     if meshes.insert(Arc::as_ptr(data)) {
                         needs.meshes += data.bytes() as u64;
                     }
-                    if let Some(way) = tangents::way(material, data)
-                        && combed.insert((Arc::as_ptr(data), way))
+                    if let Some(tangent_key) = tangents::tangent_source(material, data)
+                        && anisotropy.insert((Arc::as_ptr(data), tangent_key))
                     {
                         needs.meshes += each * size_of::<[[f32; 4]; 3]>() as u64;
                     }
                     if !uses.share(name, object.side) {
-                        needs.own.triangles += each;
+                        needs.geometry_memory.triangles += each;
                     } else {
                         needs.instances(count, moves);
                         if shared.insert((name, object.side)) {
@@ -163,7 +163,7 @@ impl Needs {
                 shape => {
                     let mapped = affine(&object.transform).matrix3 != DMat3::IDENTITY;
                     if let Some(shape) = any_shape::<R>(shape, DVec3::ZERO) {
-                        needs.own.add(&shape, mapped, count);
+                        needs.geometry_memory.add(&shape, mapped, count);
                     }
                     needs.placed_lamps =
                         needs
@@ -189,11 +189,11 @@ impl Needs {
 
     /// Adds a number of moving or static instances.
     fn instances(&mut self, count: u64, moves: bool) {
-        self.own.instances = self.own.instances.saturating_add(count);
-        self.own.moving = self
-            .own
-            .moving
-            .saturating_add(if moves { count } else { 0 });
+        self.geometry_memory.instances = self.geometry_memory.instances.saturating_add(count);
+        self.geometry_memory.moving =
+            self.geometry_memory
+                .moving
+                .saturating_add(if moves { count } else { 0 });
     }
 
     /// Adds a geometry that instances share.
@@ -202,7 +202,7 @@ impl Needs {
             size_of::<Geometry<R>>() as u64 + alone.most_bytes::<R>(settings.accelerator);
     }
 
-    fn look_up_images(&mut self, scene: &Scene, lookup: &Lookup<'_>, used: &HashSet<&str>) {
+    fn look_up_images(&mut self, scene: &Scene, lookup: &SceneLookup<'_>, used: &HashSet<&str>) {
         let mut images: HashSet<*const ImageData> = HashSet::new();
         let mut pyramids = HashSet::new();
         let mut image = |name: &str| {

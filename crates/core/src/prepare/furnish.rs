@@ -6,9 +6,9 @@ use core::f64::consts::PI;
 use glam::DVec3;
 use raywright_bvh::{Interval, Ray, Real, Vector};
 
-use super::material::Material;
+use super::material::PreparedMaterial;
 use super::prepared::Prepared;
-use super::studio::{Backdrop, Ground};
+use super::studio::{Backdrop, StudioGround};
 use crate::display::curve::{encode, luminance};
 use crate::effects::{Effect, EffectSet};
 use crate::integrator::PathSegment;
@@ -16,9 +16,9 @@ use crate::interaction::Interaction;
 use crate::light::{SkyRadiance, SphereGrid};
 use crate::scene::{Camera, Studio, TransferCurve};
 use crate::settings::{Background, Settings};
-use crate::studio::towards;
+use crate::studio::direction_from_angles;
 
-impl<R: Real> Ground<R> {
+impl<R: Real> StudioGround<R> {
     /// The ground below a scene, lit by a sky; `None` for a scene without a lower end, or without
     /// light from above.
     fn below(scene: &Prepared<R>, sky: &SkyRadiance<R>) -> Option<Self> {
@@ -68,7 +68,7 @@ impl<R: Real> Prepared<R> {
         simulated: EffectSet,
     ) {
         self.ground = if simulated.has(Effect::GroundShadow) {
-            Ground::below(self, &self.lights.sky)
+            StudioGround::below(self, &self.lights.sky)
         } else {
             None
         };
@@ -113,8 +113,8 @@ impl<R: Real> Prepared<R> {
             (135.0, 30.0),
             (-135.0, 30.0),
         ] {
-            let back = towards(f64::to_radians(azimuth), f64::to_radians(elevation));
-            let right = towards(f64::to_radians(azimuth + 90.0), 0.0);
+            let back = direction_from_angles(f64::to_radians(azimuth), f64::to_radians(elevation));
+            let right = direction_from_angles(f64::to_radians(azimuth + 90.0), 0.0);
             let up = back.cross(right);
             let at = |i: u16| radius * ((2.0 * f64::from(i) + 1.0) / f64::from(EDGE) - 1.0);
             for place in 0..EDGE * EDGE {
@@ -143,16 +143,16 @@ impl<R: Real> Prepared<R> {
                 },
                 &mut (),
             )?;
-            let at = Interaction::of(self, &PathSegment::of(*ray), &hit);
-            let here = self.sources.at(&at);
-            let material = &self.materials[at.material as usize];
-            if material.alpha_at(&here) >= R::from_f64(0.5) {
+            let interaction = Interaction::from_hit(self, &PathSegment::from_ray(*ray), &hit);
+            let context = self.texture_tables.shading_context(&interaction);
+            let material = &self.materials[interaction.material as usize];
+            if material.alpha_at(&context) >= R::from_f64(0.5) {
                 let colour = match material {
-                    Material::Classic(m) => m.colour.colour(&here),
-                    Material::Physical(m) => m.base_at(&here),
-                    Material::Unused => Vector::ZERO,
+                    PreparedMaterial::Classic(m) => m.colour.colour(&context),
+                    PreparedMaterial::Physical(m) => m.base_at(&context),
+                    PreparedMaterial::Unused => Vector::ZERO,
                 };
-                let light = colour.to_f64() * LIT + material.emission_at(&here).to_f64();
+                let light = colour.to_f64() * LIT + material.emission_at(&context).to_f64();
                 // Luminance of the encoded colour: a saturated colour looks brighter than its
                 // luminance.
                 return Some(luminance(light.to_array().map(|channel| {

@@ -4,7 +4,7 @@
 
 use raywright_bvh::{Interval, Ray, Real, Vector};
 
-use super::{Prepared, Spawn};
+use super::{Prepared, PreparedSpawn};
 
 /// Rays through the picture that search for gaps, along its width and its height.
 const RAYS: [u32; 2] = [32, 18];
@@ -30,20 +30,20 @@ impl<R: Real> Prepared<R> {
     /// reported then.
     pub(crate) fn closed_gaps(&self, [width, height]: [u32; 2]) -> Vec<ClosedGap> {
         let mut gaps: Vec<ClosedGap> = Vec::new();
-        if !matches!(self.rules.spawn, Spawn::ErrorBound)
+        if !matches!(self.rules.spawn, PreparedSpawn::ErrorBound)
             || self.materials.iter().all(|material| material.is_opaque())
         {
             return gaps;
         }
-        let at = |i: u32, of: u32, edge: u32| {
-            R::from_f64((f64::from(i) + 0.5) / f64::from(of) * f64::from(edge))
+        let at = |i: u32, total: u32, edge: u32| {
+            R::from_f64((f64::from(i) + 0.5) / f64::from(total) * f64::from(edge))
         };
         for i in 0..RAYS[0] * RAYS[1] {
             let (x, y) = (
                 at(i % RAYS[0], RAYS[0], width),
                 at(i / RAYS[0], RAYS[1], height),
             );
-            self.gaps_along(&self.camera.ray(x, y, [0.5; 2]), &mut gaps);
+            self.gaps_along(&self.camera.generate_ray(x, y, [0.5; 2]), &mut gaps);
         }
         gaps
     }
@@ -125,7 +125,7 @@ mod tests {
             &scene,
             &Settings {
                 precision,
-                ..Settings::of(&scene)
+                ..Settings::from_scene(&scene)
             },
             &(),
         )

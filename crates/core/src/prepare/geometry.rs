@@ -12,10 +12,10 @@ use raywright_bvh::{
 };
 
 use super::collapse::{collapsed_about, collapses, rounded};
-use super::error::{PrepareError, go_on};
-use crate::extent::Uses;
+use super::error::{PrepareError, check_cancelled};
+use crate::extent::MeshUses;
 use crate::generate::{PlacedObject, all, all_about};
-use crate::lookup::Lookup;
+use crate::lookup::SceneLookup;
 use crate::observer::Observer;
 use crate::origin::StorageOrigin;
 use crate::scene::{MeshData, Object, Scene, Shape, SideRule};
@@ -55,7 +55,7 @@ pub(crate) struct MeshUse<R: Real> {
     pub tangents: Option<u32>,
 }
 
-pub(crate) struct Built<R: Real> {
+pub(crate) struct BuiltGeometry<R: Real> {
     pub geometry: Geometry<R>,
     /// The meshes in use, each once, shared with the scene: arrays are not copied.
     pub meshes: Vec<Arc<MeshData>>,
@@ -89,11 +89,11 @@ pub(super) fn side_of(rule: SideRule) -> Side {
     }
 }
 
-fn visibility(object: &Object, facet: &GeometryNeeds) -> Visibility {
+fn visibility(object: &Object, geometry_needs: &GeometryNeeds) -> Visibility {
     let occlusion = if object.casts_shadow {
-        facet.occlusion
+        geometry_needs.occlusion
     } else {
-        facet.without_shadow
+        geometry_needs.without_shadow
     };
     Visibility {
         side: side_of(object.side),
@@ -106,41 +106,42 @@ fn visibility(object: &Object, facet: &GeometryNeeds) -> Visibility {
 pub(super) const BLOCK: usize = 1 << 10;
 
 /// The material of each object, by index.
-pub(super) fn materials(scene: &Scene, lookup: &Lookup<'_>) -> Result<Vec<u32>, PrepareError> {
-    let material =
-        |(index, shown): (usize, PlacedObject<'_>)| match lookup.material(&shown.object.material) {
-            Some((material, _)) => Ok(material as u32),
-            None => Err(PrepareError::Missing {
-                path: format!("objects[{index}].material"),
-                kind: "material",
-                name: shown.object.material.clone(),
-            }),
-        };
+pub(super) fn materials(scene: &Scene, lookup: &SceneLookup<'_>) -> Result<Vec<u32>, PrepareError> {
+    let material = |(index, placed_object): (usize, PlacedObject<'_>)| match lookup
+        .material(&placed_object.object.material)
+    {
+        Some((material, _)) => Ok(material as u32),
+        None => Err(PrepareError::Missing {
+            path: format!("objects[{index}].material"),
+            kind: "material",
+            name: placed_object.object.material.clone(),
+        }),
+    };
     all(scene).enumerate().map(material).collect()
 }
 
 /// Builds the geometry for callers that need no materials.
 pub(crate) fn build<R: Real>(
     scene: &Scene,
-    lookup: &Lookup<'_>,
+    lookup: &SceneLookup<'_>,
     kind: AcceleratorKind,
     observer: &dyn Observer,
-) -> Result<Built<R>, PrepareError> {
-    let facet = GeometryNeeds {
+) -> Result<BuiltGeometry<R>, PrepareError> {
+    let geometry_needs = GeometryNeeds {
         occlusion: Occlusion::Opaque,
         without_shadow: Occlusion::None,
         coordinates: false,
         sets: 0,
         bumpy: false,
     };
-    let origin = StorageOrigin::of::<R>(scene, lookup);
+    let origin = StorageOrigin::from_scene::<R>(scene, lookup);
     build_with(
         (scene, origin),
         lookup,
         kind,
         (
             &materials(scene, lookup)?,
-            &vec![facet; scene.materials.len()],
+            &vec![geometry_needs; scene.materials.len()],
         ),
         observer,
     )
@@ -149,25 +150,32 @@ pub(crate) fn build<R: Real>(
 /// Builds the geometry relative to an origin, with each object's material and its properties.
 pub(super) fn build_with<R: Real>(
     (scene, origin): (&Scene, StorageOrigin),
-    lookup: &Lookup<'_>,
+    lookup: &SceneLookup<'_>,
     kind: AcceleratorKind,
-    (materials, facets): (&[u32], &[GeometryNeeds]),
+    (materials, geometry_needs): (&[u32], &[GeometryNeeds]),
     observer: &dyn Observer,
-) -> Result<Built<R>, PrepareError> {
+) -> Result<BuiltGeometry<R>, PrepareError> {
     let problems = collapsed_about::<R>(scene, origin.origin);
     if !problems.is_empty() {
         return Err(PrepareError::Collapsed { problems });
     }
     let mut builder = GeometryBuilder::<R>::new(scene, lookup, kind, observer);
-    for (index, (shown, &material)) in all_about(scene, origin.origin).zip(materials).enumerate() {
+    for (index, (placed_object, &material)) in
+        all_about(scene, origin.origin).zip(materials).enumerate()
+    {
         if index.is_multiple_of(BLOCK) {
-            go_on(observer)?;
+            check_cancelled(observer)?;
         }
-        builder.add(index, &shown, material, &facets[material as usize])?;
+        builder.add(
+            index,
+            &placed_object,
+            material,
+            &geometry_needs[material as usize],
+        )?;
     }
-    let geometry = Geometry::unless(builder.group, kind, &|| observer.cancelled())
+    let geometry = Geometry::unless(builder.group, kind, &|| observer.is_cancelled())
         .ok_or(PrepareError::Cancelled)?;
-    Ok(Built {
+    Ok(BuiltGeometry {
         geometry,
         meshes: builder.meshes,
         objects: builder.records,
@@ -177,8 +185,8 @@ pub(super) fn build_with<R: Real>(
 
 struct GeometryBuilder<'a, R: Real> {
     kind: AcceleratorKind,
-    lookup: &'a Lookup<'a>,
-    uses: Uses<'a>,
+    lookup: &'a SceneLookup<'a>,
+    uses: MeshUses<'a>,
     group: PrimitiveSet<R>,
     /// Parts of the group that instances share.
     shared: HashMap<(&'a str, SideRule), u32>,
@@ -195,14 +203,14 @@ struct GeometryBuilder<'a, R: Real> {
 impl<'a, R: Real> GeometryBuilder<'a, R> {
     fn new(
         scene: &'a Scene,
-        lookup: &'a Lookup<'a>,
+        lookup: &'a SceneLookup<'a>,
         kind: AcceleratorKind,
         observer: &'a dyn Observer,
     ) -> Self {
         Self {
             kind,
             lookup,
-            uses: Uses::of(scene),
+            uses: MeshUses::of(scene),
             group: PrimitiveSet::default(),
             shared: HashMap::new(),
             meshes: Vec::new(),
@@ -217,19 +225,21 @@ impl<'a, R: Real> GeometryBuilder<'a, R> {
     fn add(
         &mut self,
         index: usize,
-        shown: &PlacedObject<'a>,
+        placed_object: &PlacedObject<'a>,
         material: u32,
-        facet: &GeometryNeeds,
+        geometry_needs: &GeometryNeeds,
     ) -> Result<(), PrepareError> {
-        let visibility = visibility(shown.object, facet);
-        let mesh = match &shown.object.shape {
-            Shape::Mesh(name) => Some(self.mesh(index, shown, name, visibility, facet)?),
+        let visibility = visibility(placed_object.object, geometry_needs);
+        let mesh = match &placed_object.object.shape {
+            Shape::Mesh(name) => {
+                Some(self.mesh(index, placed_object, name, visibility, geometry_needs)?)
+            }
             shape => {
-                match shown.ends() {
+                match placed_object.ends() {
                     Some(ends) => {
-                        self.moving_shape(index, shape, shown.object, ends, visibility)?
+                        self.moving_shape(index, shape, placed_object.object, ends, visibility)?
                     }
-                    None => self.shape(index, shape, shown, visibility)?,
+                    None => self.shape(index, shape, placed_object, visibility)?,
                 }
                 None
             }
@@ -239,16 +249,16 @@ impl<'a, R: Real> GeometryBuilder<'a, R> {
             casts_shadow,
             side,
             ..
-        } = *shown.object;
+        } = *placed_object.object;
         let culled = side == SideRule::Culled;
-        let coordinates = mesh.is_none() && facet.coordinates;
+        let coordinates = mesh.is_none() && geometry_needs.coordinates;
         self.records.push(ObjectRecord {
             material,
             face_viewer,
             culled,
             casts_shadow,
             coordinates,
-            bumpy: facet.bumpy,
+            bumpy: geometry_needs.bumpy,
             mesh,
         });
         Ok(())
@@ -257,10 +267,10 @@ impl<'a, R: Real> GeometryBuilder<'a, R> {
     fn mesh(
         &mut self,
         index: usize,
-        shown: &PlacedObject<'a>,
+        placed_object: &PlacedObject<'a>,
         name: &'a str,
         visibility: Visibility,
-        facet: &GeometryNeeds,
+        geometry_needs: &GeometryNeeds,
     ) -> Result<MeshUse<R>, PrepareError> {
         let missing = || PrepareError::Missing {
             path: format!("objects[{index}].shape.mesh"),
@@ -276,30 +286,33 @@ impl<'a, R: Real> GeometryBuilder<'a, R> {
             object: index,
             source,
         };
-        let (map, ends) = (shown.map(), shown.ends());
+        let (map, ends) = (placed_object.map(), placed_object.ends());
         let local = data.positions.origin();
         let mut flipped = false;
-        let key = (name, shown.object.side);
-        if self.uses.share(name, shown.object.side) {
+        let key = (name, placed_object.object.side);
+        if self.uses.share(name, placed_object.object.side) {
             let part = match self.shared.entry(key) {
                 Entry::Occupied(shared) => *shared.get(),
                 Entry::Vacant(shared) => {
                     let mut group = PrimitiveSet::default();
                     triangles(&mut group, index, data, None, visibility, self.observer)?;
-                    let part = Geometry::unless(group, self.kind, &|| self.observer.cancelled());
+                    let part = Geometry::unless(group, self.kind, &|| self.observer.is_cancelled());
                     *shared.insert(
                         self.group
-                            .part(part.ok_or(PrepareError::Cancelled)?)
+                            .add_part(part.ok_or(PrepareError::Cancelled)?)
                             .map_err(refused)?,
                     )
                 }
             };
             let added = match ends {
-                Some(ends) => {
-                    self.group
-                        .moving(part, ends.map(|end| map_about(end, local)), visibility)
-                }
-                None => self.group.instance(part, map_about(map, local), visibility),
+                Some(ends) => self.group.add_moving_instance(
+                    part,
+                    ends.map(|end| map_about(end, local)),
+                    visibility,
+                ),
+                None => self
+                    .group
+                    .add_instance(part, map_about(map, local), visibility),
             };
             added.map_err(refused)?;
         } else {
@@ -328,7 +341,7 @@ impl<'a, R: Real> GeometryBuilder<'a, R> {
             normals: columns.map(Vector::from_f64),
             turns,
             flipped,
-            sets: facet.sets,
+            sets: geometry_needs.sets,
             tangents: None,
         })
     }
@@ -338,7 +351,7 @@ impl<'a, R: Real> GeometryBuilder<'a, R> {
 /// triangle decides, so few are tested.
 fn vanishes<R: Real>(data: &MeshData, map: &DAffine3) -> bool {
     let corner = |i: u32| {
-        map.transform_point3(data.positions.at(i as usize))
+        map.transform_point3(data.positions.position(i as usize))
             .to_array()
     };
     let nothing = |round: fn(f64) -> f64| {
@@ -368,8 +381,8 @@ pub(super) fn triangles<R: Real>(
     let position = |i: u32| -> R::Vec3 {
         Vector::from_f64(match map {
             // The identity's only effect: it turns −0 into 0.
-            Some(_) if stays => data.positions.at(i as usize) + DVec3::ZERO,
-            Some((map, _)) => map.transform_point3(data.positions.at(i as usize)),
+            Some(_) if stays => data.positions.position(i as usize) + DVec3::ZERO,
+            Some((map, _)) => map.transform_point3(data.positions.position(i as usize)),
             None => DVec3::from(data.positions.offsets()[i as usize].map(f64::from)),
         })
     };
@@ -379,12 +392,12 @@ pub(super) fn triangles<R: Real>(
     let blocks = data
         .indices
         .chunks(64 * BLOCK)
-        .take_while(|_| !observer.cancelled());
+        .take_while(|_| !observer.is_cancelled());
     group.reserve_triangles(data.indices.len());
     group
-        .mesh(blocks.flatten().map(corners), visibility)
+        .add_mesh(blocks.flatten().map(corners), visibility)
         .map_err(|source| PrepareError::Geometry { object, source })?;
-    go_on(observer)
+    check_cancelled(observer)
 }
 
 impl<'a, R: Real> GeometryBuilder<'a, R> {
@@ -397,12 +410,12 @@ impl<'a, R: Real> GeometryBuilder<'a, R> {
         &mut self,
         index: usize,
         shape: &Shape,
-        shown: &PlacedObject<'_>,
+        placed_object: &PlacedObject<'_>,
         visibility: Visibility,
     ) -> Result<(), PrepareError> {
-        let added = match placed_shape(shape, shown.map()) {
-            Some((shape, None)) => self.group.shape(shape, visibility),
-            Some((shape, Some(map))) => self.group.placed(shape, map, visibility),
+        let added = match placed_shape(shape, placed_object.map()) {
+            Some((shape, None)) => self.group.add_shape(shape, visibility),
+            Some((shape, Some(map))) => self.group.add_transformed(shape, map, visibility),
             None => return Ok(()),
         };
         added.map(drop).map_err(|source| PrepareError::Geometry {
@@ -434,17 +447,17 @@ impl<'a, R: Real> GeometryBuilder<'a, R> {
                     return Ok(());
                 };
                 let mut alone = PrimitiveSet::default();
-                alone.shape(shape, visibility).map_err(refused)?;
+                alone.add_shape(shape, visibility).map_err(refused)?;
                 let part = self
                     .group
-                    .part(Geometry::new(alone, self.kind))
+                    .add_part(Geometry::new(alone, self.kind))
                     .map_err(refused)?;
                 self.moving = Some((object, part, local));
                 (part, local)
             }
         };
         self.group
-            .moving(part, ends.map(|end| map_about(end, local)), visibility)
+            .add_moving_instance(part, ends.map(|end| map_about(end, local)), visibility)
             .map(drop)
             .map_err(refused)
     }

@@ -8,14 +8,19 @@ use glam::DVec3;
 use raywright_bvh::{Real, Vector};
 
 use super::error::PrepareError;
-use crate::expr::{Programs, Scope, Variable, compile};
-use crate::lookup::Lookup;
-use crate::scene::{ColourSpace, Filter, ImageData, Input as InputData, TextureRef, Value, Weight};
-use crate::texture::{Codes, FarPrograms, Input, Product, Sampler, Sources, TextureUse, pyramid};
+use crate::expr::{ExprScope, Programs, Variable, compile};
+use crate::lookup::SceneLookup;
+use crate::scene::{
+    ColourSpace, Filter, ImageData, Input as InputData, InputValue, TextureRef, Weight,
+};
+use crate::texture::{
+    FarPrograms, InputProduct, PreparedInput, Sampler, TexelCodes, TextureBinding, TextureTables,
+    pyramid,
+};
 
 /// Dependencies of a material's inputs.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Reads {
+pub(super) struct InputReads {
     /// The surface's texture coordinates.
     pub coordinates: bool,
     /// Expressions.
@@ -25,10 +30,10 @@ pub(super) struct Reads {
 /// Prepares the inputs of materials, one material after the other, into shared tables.
 pub(super) struct Compiler<'a, R: Real> {
     names: &'a BTreeMap<String, f64>,
-    lookup: &'a Lookup<'a>,
+    lookup: &'a SceneLookup<'a>,
     /// Path of the current material in the scene.
     pub path: String,
-    pub sources: Sources<R>,
+    pub texture_tables: TextureTables<R>,
     /// Index of each image in the table of images, by address.
     places: HashMap<*const ImageData, u32>,
     /// Index of mip maps, by the image's index and whether its codes are sRGB.
@@ -36,13 +41,17 @@ pub(super) struct Compiler<'a, R: Real> {
     /// Whether textures are read without mip maps in any case.
     pub finest: bool,
     /// Dependencies of the current material so far.
-    pub reads: Reads,
+    pub reads: InputReads,
 }
 
 impl<'a, R: Real> Compiler<'a, R> {
     /// A compiler for points relative to an origin.
-    pub fn new(names: &'a BTreeMap<String, f64>, lookup: &'a Lookup<'a>, origin: DVec3) -> Self {
-        let sources = Sources {
+    pub fn new(
+        names: &'a BTreeMap<String, f64>,
+        lookup: &'a SceneLookup<'a>,
+        origin: DVec3,
+    ) -> Self {
+        let texture_tables = TextureTables {
             programs: Programs::default(),
             far: (origin != DVec3::ZERO).then(|| {
                 Box::new(FarPrograms {
@@ -54,47 +63,52 @@ impl<'a, R: Real> Compiler<'a, R> {
             of_materials: Vec::new(),
             images: Vec::new(),
             pyramids: Vec::new(),
-            codes: Codes::new(),
+            codes: TexelCodes::new(),
         };
         Self {
             names,
             lookup,
             path: String::new(),
-            sources,
+            texture_tables,
             places: HashMap::new(),
             pyramids: HashMap::new(),
             finest: false,
-            reads: Reads::default(),
+            reads: InputReads::default(),
         }
     }
 
-    fn program(&mut self, text: &str, scope: Scope, field: &str) -> Result<Input<R>, PrepareError> {
+    fn program(
+        &mut self,
+        text: &str,
+        scope: ExprScope,
+        field: &str,
+    ) -> Result<PreparedInput<R>, PrepareError> {
         let failed = |source| PrepareError::Expression {
             path: format!("{}.{field}", self.path),
             source,
         };
         let program = compile(text, self.names, scope).map_err(failed)?;
-        self.sources
+        self.texture_tables
             .far
             .iter_mut()
             .for_each(|far| _ = far.programs.add(&program));
-        let program = self.sources.programs.add(&program);
+        let program = self.texture_tables.programs.add(&program);
         self.reads.expressions = true;
         self.reads.coordinates |= [Variable::U, Variable::V]
             .iter()
-            .any(|&variable| self.sources.programs.uses(program, variable));
-        Ok(Input::Program(program))
+            .any(|&variable| self.texture_tables.programs.uses(program, variable));
+        Ok(PreparedInput::Program(program))
     }
 
     /// A weight of a classic material, or a texture coordinate.
     pub fn weight(
         &mut self,
         weight: &Weight,
-        scope: Scope,
+        scope: ExprScope,
         field: &str,
-    ) -> Result<Input<R>, PrepareError> {
+    ) -> Result<PreparedInput<R>, PrepareError> {
         match weight {
-            Weight::Number(v) => Ok(Input::Constant(R::Vec3::splat(R::from_f64(*v)))),
+            Weight::Number(v) => Ok(PreparedInput::Constant(R::Vec3::splat(R::from_f64(*v)))),
             Weight::Expression(text) => self.program(text, scope, field),
         }
     }
@@ -104,7 +118,7 @@ impl<'a, R: Real> Compiler<'a, R> {
         &mut self,
         reference: &TextureRef,
         field: &str,
-    ) -> Result<Option<Input<R>>, PrepareError> {
+    ) -> Result<Option<PreparedInput<R>>, PrepareError> {
         let Some(texture) = self.lookup.texture(&reference.name) else {
             let path = format!("{}.{field}", self.path);
             return Err(PrepareError::Missing {
@@ -116,8 +130,8 @@ impl<'a, R: Real> Compiler<'a, R> {
         let coordinates = match &reference.uv {
             None => None,
             Some([u, v]) => Some([
-                self.weight(u, Scope::Surface, field)?,
-                self.weight(v, Scope::Surface, field)?,
+                self.weight(u, ExprScope::Surface, field)?,
+                self.weight(v, ExprScope::Surface, field)?,
             ]),
         };
         let image = self
@@ -132,19 +146,19 @@ impl<'a, R: Real> Compiler<'a, R> {
             filtered.then(|| self.pyramid_of(image, texture.colour_space == ColourSpace::Srgb));
         let set = reference.uv_set as usize;
         let depends = pyramid.is_some() || coordinates.is_some();
-        let lies_as = (!depends).then(|| self.first_like(image, &sampler, set));
+        let footprint_of = (!depends).then(|| self.first_like(image, &sampler, set));
         self.reads.expressions |= coordinates.is_some();
         self.reads.coordinates |= coordinates.is_none();
-        self.sources.textures.push(TextureUse {
+        self.texture_tables.textures.push(TextureBinding {
             image,
             sampler,
             pyramid,
             set,
             coordinates,
-            lies_as,
+            footprint_of,
         });
-        Ok(Some(Input::Texture(
-            self.sources.textures.len() as u32 - 1,
+        Ok(Some(PreparedInput::Texture(
+            self.texture_tables.textures.len() as u32 - 1,
             reference.channel,
         )))
     }
@@ -153,27 +167,27 @@ impl<'a, R: Real> Compiler<'a, R> {
     /// latest uses, since the maps of a material are added together.
     fn first_like(&self, image: u32, sampler: &Sampler<R>, set: usize) -> u32 {
         const LAST: usize = 16;
-        let Sources {
+        let TextureTables {
             textures, images, ..
-        } = &self.sources;
+        } = &self.texture_tables;
         let size = |image: u32| (images[image as usize].width, images[image as usize].height);
-        let alike = |other: &&TextureUse<R>| {
-            other.lies_as.is_some()
+        let equal = |other: &&TextureBinding<R>| {
+            other.footprint_of.is_some()
                 && other.set == set
                 && size(other.image) == size(image)
-                && other.sampler.lies_as(sampler)
+                && other.sampler.shares_footprint(sampler)
         };
         let found = textures
             .iter()
             .rev()
             .take(LAST)
-            .find(alike)
-            .and_then(|other| other.lies_as);
+            .find(equal)
+            .and_then(|other| other.footprint_of);
         found.unwrap_or(textures.len() as u32)
     }
 
     fn place_of(&mut self, image: &Arc<ImageData>) -> u32 {
-        let images = &mut self.sources.images;
+        let images = &mut self.texture_tables.images;
         *self.places.entry(Arc::as_ptr(image)).or_insert_with(|| {
             images.push(Arc::clone(image));
             images.len() as u32 - 1
@@ -188,9 +202,9 @@ impl<'a, R: Real> Compiler<'a, R> {
     }
 
     fn pyramid_of(&mut self, image: u32, srgb: bool) -> u32 {
-        let Sources {
+        let TextureTables {
             images, pyramids, ..
-        } = &mut self.sources;
+        } = &mut self.texture_tables;
         *self.pyramids.entry((image, srgb)).or_insert_with(|| {
             pyramids.push(pyramid::levels(&images[image as usize], srgb));
             pyramids.len() as u32 - 1
@@ -202,25 +216,25 @@ impl<'a, R: Real> Compiler<'a, R> {
         &mut self,
         reference: &Option<TextureRef>,
         field: &str,
-    ) -> Result<Option<Input<R>>, PrepareError> {
+    ) -> Result<Option<PreparedInput<R>>, PrepareError> {
         reference
             .as_ref()
             .map_or(Ok(None), |reference| self.texture(reference, field))
     }
 
     /// A number or a colour that may vary over the surface.
-    pub fn input<T: Value>(
+    pub fn input<T: InputValue>(
         &mut self,
         input: &InputData<T>,
         field: &str,
-    ) -> Result<Input<R>, PrepareError> {
+    ) -> Result<PreparedInput<R>, PrepareError> {
         let colour = |c: crate::scene::Colour| R::Vec3::from_f64(c.0.into());
         Ok(match input {
-            InputData::Constant(value) => Input::Constant(colour(value.colour())),
-            InputData::Expression(text) => self.program(text, Scope::Surface, field)?,
+            InputData::Constant(value) => PreparedInput::Constant(colour(value.colour())),
+            InputData::Expression(text) => self.program(text, ExprScope::Surface, field)?,
             InputData::Checker(c) => {
                 let checker = &c.checker;
-                Input::Checker {
+                PreparedInput::Checker {
                     even: colour(checker.even),
                     odd: colour(checker.odd),
                     frequency: R::from_f64(1.0 / checker.size),
@@ -228,29 +242,29 @@ impl<'a, R: Real> Compiler<'a, R> {
             }
             InputData::Texture(t) => self
                 .texture(&t.texture, field)?
-                .unwrap_or(Input::Constant(colour(t.texture.factor))),
+                .unwrap_or(PreparedInput::Constant(colour(t.texture.factor))),
         })
     }
 
     /// An input, with the image of a separate key that multiplies it.
-    pub fn factor<T: Value>(
+    pub fn factor<T: InputValue>(
         &mut self,
         input: &InputData<T>,
         image: &Option<TextureRef>,
         field: &str,
-    ) -> Result<Product<R>, PrepareError> {
+    ) -> Result<InputProduct<R>, PrepareError> {
         let image = self.image(image, field)?;
         self.product(input, image, field)
     }
 
     /// An input, with the image that multiplies it.
-    pub fn product<T: Value>(
+    pub fn product<T: InputValue>(
         &mut self,
         input: &InputData<T>,
-        image: Option<Input<R>>,
+        image: Option<PreparedInput<R>>,
         field: &str,
-    ) -> Result<Product<R>, PrepareError> {
-        Ok(Product {
+    ) -> Result<InputProduct<R>, PrepareError> {
+        Ok(InputProduct {
             own: self.input(input, field)?,
             image,
         })

@@ -3,8 +3,8 @@
 
 use raywright_bvh::{Interval, Ray, Real, Surface, Vector};
 
-use super::{Prepared, Spawn};
-use crate::light::{LightId, Target};
+use super::{Prepared, PreparedSpawn};
+use crate::light::{LightId, LightTarget};
 
 /// Rays through the picture, along its width and its height; their hits sample lights.
 const RAYS: [u32; 2] = [32, 18];
@@ -48,18 +48,18 @@ impl<R: Real> Prepared<R> {
             .ids()
             .filter(|&light| light != LightId::Sky)
             .collect();
-        if lights.is_empty() || !matches!(self.rules.spawn, Spawn::ErrorBound) {
+        if lights.is_empty() || !matches!(self.rules.spawn, PreparedSpawn::ErrorBound) {
             return leaks;
         }
-        let at = |i: u32, of: u32, edge: u32| {
-            R::from_f64((f64::from(i) + 0.5) / f64::from(of) * f64::from(edge))
+        let at = |i: u32, total: u32, edge: u32| {
+            R::from_f64((f64::from(i) + 0.5) / f64::from(total) * f64::from(edge))
         };
         for i in 0..RAYS[0] * RAYS[1] {
             let (x, y) = (
                 at(i % RAYS[0], RAYS[0], width),
                 at(i / RAYS[0], RAYS[1], height),
             );
-            let ray = self.camera.ray(x, y, [0.5; 2]);
+            let ray = self.camera.generate_ray(x, y, [0.5; 2]);
             let Some(hit) = self.geometry.closest(&ray, Interval::positive(), &mut ()) else {
                 continue;
             };
@@ -67,7 +67,8 @@ impl<R: Real> Prepared<R> {
             // Opaque surfaces are lit on the side of the view.
             let opaque = self.is_opaque(hit.outermost());
             let seen = from.normal.dot(ray.direction) < R::ZERO;
-            let faces = |way: R::Vec3| !opaque || (from.normal.dot(way) > R::ZERO) == seen;
+            let faces =
+                |direction: R::Vec3| !opaque || (from.normal.dot(direction) > R::ZERO) == seen;
             for k in 0..LIGHTS.min(lights.len()) {
                 let light = lights[(i as usize * LIGHTS + k) % lights.len()];
                 leaks.extend(self.leak(&from, light, place(i), ray.time, faces));
@@ -94,15 +95,15 @@ impl<R: Real> Prepared<R> {
             .sample(light, from.point, place, 1.0)
             .filter(|sample| faces(sample.direction))?;
         let (ray, range, start) = match &sample.target {
-            Target::Surface(lamp) => {
+            LightTarget::Surface(lamp) => {
                 let (ray, range) = from.spawn_to_surface(lamp)?;
                 (ray, range, lamp.spawn(sample.direction))
             }
-            Target::Point(point) => {
+            LightTarget::Point(point) => {
                 let (ray, range) = from.spawn_to(*point)?;
                 (ray, range, *point)
             }
-            Target::Infinity | Target::Middle { .. } => return None,
+            LightTarget::Infinity | LightTarget::Middle { .. } => return None,
         };
         let shadowed = self.geometry.any(
             &ray.at_time(time),
@@ -154,7 +155,7 @@ impl<R: Real> Prepared<R> {
             let is_lamp = self
                 .lights
                 .emitters
-                .of(object, hit.primitive)
+                .index_of(object, hit.primitive)
                 .map(LightId::Emitter)
                 == Some(light);
             if is_lamp {
@@ -221,7 +222,7 @@ mod tests {
         let scene: Scene = serde_json::from_value(scene).unwrap_or_else(|e| panic!("{e}"));
         let settings = Settings {
             precision,
-            ..Settings::of(&scene)
+            ..Settings::from_scene(&scene)
         };
         let ready = crate::prepare(&scene, &settings, &()).unwrap_or_else(|e| panic!("{e}"));
         let picture = ready.render(&()).picture;
@@ -290,7 +291,7 @@ mod tests {
                 for (i, parts) in pairs(height, gap).into_iter().enumerate() {
                     let (light, leaks) =
                         light_and_leaks(PrecisionChoice::Robust, height, parts.clone());
-                    let what = || {
+                    let label = || {
                         format!("{steps} steps at {height}, pair {i}: {light}, {leaks:?}\n{parts}")
                     };
                     let by = if parts.get("lights").is_some() {
@@ -303,17 +304,17 @@ mod tests {
                             && leak.cover == 0
                             && leak.resolved > gap * 0.9),
                         "{}",
-                        what()
+                        label()
                     );
-                    assert!(light == 0.0 || leaks.len() == 1, "{}", what());
-                    assert!(steps < 64.0 || light == 0.0, "{}", what());
+                    assert!(light == 0.0 || leaks.len() == 1, "{}", label());
+                    assert!(steps < 64.0 || light == 0.0, "{}", label());
                     (lit, dark) = (lit + u32::from(light > 0.0), dark + u32::from(light == 0.0));
                     if steps == 4.0 {
                         assert_eq!(
                             light_and_leaks(PrecisionChoice::Reference, height, parts.clone()),
                             (0.0, vec![]),
                             "{}",
-                            what()
+                            label()
                         );
                     }
                 }
@@ -325,7 +326,7 @@ mod tests {
     /// Protects: lamps without a leak are not reported: flush with a ceiling or just below it, on a
     /// floor, beside a cover, without one, behind glass or behind a shadowless object.
     #[test]
-    fn lamps_that_pass_nothing_are_not_named() {
+    fn lamps_without_a_leak_are_not_reported() {
         let lamp = |y: f64| json!({ "shape": quad(y, 0.25), "material": "classic" });
         let black = |shape: Value| json!({ "shape": shape, "material": "black" });
         let glass = json!([{ "name": "g", "model": { "physical": { "transmission": 1, "roughness": 0 } } },

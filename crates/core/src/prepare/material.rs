@@ -7,10 +7,12 @@ mod physical;
 use raywright_bvh::{Real, Vector};
 
 pub(crate) use classic::{ClassicInputs, SpecularInputs};
-pub(super) use layered::Context;
+pub(super) use layered::MaterialContext;
 use layered::is_directed;
-pub(crate) use layered::{Directions, InputStage, LayeredInputs, Thickness, count_layered};
-pub(crate) use physical::{Boundary, Index, PhysicalInputs, PhysicalTransmission};
+pub(crate) use layered::{InputStage, LayeredInputs, SurfaceDirections, Thickness, count_layered};
+pub(crate) use physical::{
+    DielectricBoundary, PhysicalInputs, PhysicalTransmission, RefractiveIndex,
+};
 
 use super::error::PrepareError;
 use super::inputs::Compiler;
@@ -30,14 +32,14 @@ pub(super) fn tables<R: Real>(layers: &[LayeredInputs<R>]) -> MaterialTables {
 
 /// A prepared material.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Material<R: Real> {
+pub(crate) enum PreparedMaterial<R: Real> {
     Classic(ClassicInputs<R>),
     Physical(PhysicalInputs<R>),
     /// A material without objects, which is not prepared.
     Unused,
 }
 
-impl<R: Real> Material<R> {
+impl<R: Real> PreparedMaterial<R> {
     /// Whether the material blocks all light of shadow rays everywhere.
     pub fn is_opaque(&self) -> bool {
         self.covers() && self.shadow_transmittance() == Some(R::ZERO)
@@ -53,24 +55,23 @@ impl<R: Real> Material<R> {
     }
 
     /// Emitted radiance at a point.
-    pub fn emission_at(&self, here: &ShadingContext<'_, R>) -> R::Vec3 {
+    pub fn emission_at(&self, context: &ShadingContext<'_, R>) -> R::Vec3 {
         match self {
             Self::Classic(m) => m
                 .emission
                 .as_ref()
-                .map_or(R::Vec3::ZERO, |emission| emission.colour(here)),
-            Self::Physical(m) => m
-                .emission
-                .as_ref()
-                .map_or(R::Vec3::ZERO, |emission| emission.tint(here, R::Vec3::ONE)),
+                .map_or(R::Vec3::ZERO, |emission| emission.colour(context)),
+            Self::Physical(m) => m.emission.as_ref().map_or(R::Vec3::ZERO, |emission| {
+                emission.tint(context, R::Vec3::ONE)
+            }),
             Self::Unused => R::Vec3::ZERO,
         }
     }
 
     /// Alpha (coverage) at a point.
-    pub fn alpha_at(&self, here: &ShadingContext<'_, R>) -> R {
+    pub fn alpha_at(&self, context: &ShadingContext<'_, R>) -> R {
         if let Self::Physical(m) = self {
-            m.alpha_at(here)
+            m.alpha_at(context)
         } else {
             R::ONE
         }
@@ -95,13 +96,13 @@ impl<R: Real> Material<R> {
     }
 
     /// Whether the material is a thin wall that light passes straight.
-    pub fn is_wall(&self) -> bool {
-        matches!(self, Self::Physical(m) if m.is_wall())
+    pub fn is_thin(&self) -> bool {
+        matches!(self, Self::Physical(m) if m.is_thin())
     }
 
     /// Whether the material needs tangents: for normal maps or anisotropy.
     pub fn is_bumpy(&self, layers: &[LayeredInputs<R>]) -> bool {
-        let directed = |place: u32| is_directed(&layers[place as usize]);
+        let directed = |index: u32| is_directed(&layers[index as usize]);
         matches!(self, Self::Physical(m) if m.bump.is_some() || m.layered.is_some_and(directed))
     }
 
@@ -133,16 +134,16 @@ pub(super) fn prepare<R: Real>(
     index: usize,
     scene: &Scene,
     inputs: &mut Compiler<'_, R>,
-    context: &mut Context<R>,
-) -> Result<Material<R>, PrepareError> {
+    context: &mut MaterialContext<R>,
+) -> Result<PreparedMaterial<R>, PrepareError> {
     match &material.model {
         Model::Classic(m) => {
             inputs.path = format!("materials[{index}].model.classic");
-            classic::classic(m, scene.classic.ambient, inputs).map(Material::Classic)
+            classic::classic(m, scene.classic.ambient, inputs).map(PreparedMaterial::Classic)
         }
         Model::Physical(m) => {
             inputs.path = format!("materials[{index}].model.physical");
-            physical::physical(m, inputs, context).map(Material::Physical)
+            physical::physical(m, inputs, context).map(PreparedMaterial::Physical)
         }
     }
 }

@@ -12,17 +12,19 @@ mod inputs;
 mod leak;
 mod material;
 mod prepared;
-mod shut;
 mod studio;
 mod tangents;
+mod unreached;
 
 use raywright_bvh::{Occlusion, Real, Vector};
 
-use crate::camera::Camera;
+use crate::camera::PreparedCamera;
 use crate::effects::{Effect, EffectSet, chosen};
 use crate::framing::{FIELD_OF_VIEW, Silhouette};
-use crate::light::{DeltaLight, EmitterList, Emitters, Irradiance, Lights, Strategy, prepare_sky};
-use crate::lookup::Lookup;
+use crate::light::{
+    DeltaLight, EmitterList, EmitterStrategy, Emitters, Irradiance, Lights, prepare_sky,
+};
+use crate::lookup::SceneLookup;
 use crate::motion::{simulated_camera, simulated_scene};
 use crate::observer::Observer;
 use crate::origin::{StorageOrigin, camera_about, light_about};
@@ -31,21 +33,22 @@ use crate::settings::{AreaShadows, Background, LightSampling, Microfacets, Setti
 
 pub(crate) use collapse::{collapsed, rounded};
 pub use error::PrepareError;
-pub(crate) use error::go_on;
+pub(crate) use error::check_cancelled;
 pub(crate) use estimate::estimate;
 pub use gap::ClosedGap;
 use geometry::GeometryNeeds;
 pub(crate) use geometry::{MeshUse, ObjectRecord, build as build_geometry};
 pub use leak::{Lamp, LightLeak};
 pub(crate) use material::{
-    Boundary, ClassicInputs, Directions, Index, InputStage, LayeredInputs, Material,
-    PhysicalInputs, PhysicalTransmission, SpecularInputs, Thickness,
+    ClassicInputs, DielectricBoundary, InputStage, LayeredInputs, PhysicalInputs,
+    PhysicalTransmission, PreparedMaterial, RefractiveIndex, SpecularInputs, SurfaceDirections,
+    Thickness,
 };
-use prepared::Rules;
-pub(crate) use prepared::Spawn;
-pub use prepared::{Prepared, Tables};
-pub use shut::ShutAway;
+use prepared::PreparedRules;
+pub(crate) use prepared::PreparedSpawn;
+pub use prepared::{BuiltCounts, Prepared};
 use studio::Backdrop;
+pub use unreached::UnreachedLight;
 
 impl<R: Real> Prepared<R> {
     /// Prepares a scene for the simulated effects: tables of other effects stay empty. A material
@@ -59,7 +62,7 @@ impl<R: Real> Prepared<R> {
         simulated: EffectSet,
         observer: &dyn Observer,
     ) -> Result<Self, PrepareError> {
-        go_on(observer)?;
+        check_cancelled(observer)?;
         let whole = scene;
         let scene = &*simulated_scene(whole, settings.camera.as_ref(), simulated);
         if let Some((i, model)) = scene.models.iter().enumerate().next() {
@@ -72,7 +75,7 @@ impl<R: Real> Prepared<R> {
             });
         }
         let names = names(scene);
-        let lookup = Lookup::new(scene);
+        let lookup = SceneLookup::new(scene);
         let shown = geometry::materials(scene, &lookup)?;
         let mut used = vec![false; scene.materials.len()];
         shown
@@ -81,36 +84,36 @@ impl<R: Real> Prepared<R> {
         let paths = chosen(scene, settings) == Integrator::Path;
         let compensates = settings.microfacets == Microfacets::Compensated;
         let (without, fresnel) = (settings.without, settings.fresnel);
-        let mut context = material::Context {
+        let mut context = material::MaterialContext {
             layers: Vec::new(),
             paths,
             without,
             fresnel,
             compensates,
         };
-        let origin = StorageOrigin::of::<R>(scene, &lookup);
+        let origin = StorageOrigin::from_scene::<R>(scene, &lookup);
         let mut inputs = inputs::Compiler::new(&names, &lookup, origin.origin);
         let mut materials = Vec::with_capacity(scene.materials.len());
         let mut reads_coordinates = Vec::with_capacity(scene.materials.len());
         for (index, material) in scene.materials.iter().enumerate() {
-            go_on(observer)?;
-            let first = inputs.sources.textures.len() as u32;
-            inputs.reads = inputs::Reads::default();
+            check_cancelled(observer)?;
+            let first = inputs.texture_tables.textures.len() as u32;
+            inputs.reads = inputs::InputReads::default();
             materials.push(if used[index] {
                 material::prepare(material, index, scene, &mut inputs, &mut context)?
             } else {
-                Material::Unused
+                PreparedMaterial::Unused
             });
             inputs
-                .sources
+                .texture_tables
                 .of_materials
-                .push(first..inputs.sources.textures.len() as u32);
+                .push(first..inputs.texture_tables.textures.len() as u32);
             reads_coordinates.push(inputs.reads.coordinates);
         }
         material::tables(&context.layers).prepare();
         settings.filter.draws();
         let hard_shadows = settings.area_shadows == AreaShadows::Hard;
-        let facets = facets(
+        let geometry_needs = geometry_needs_of(
             scene,
             (&materials, &context.layers),
             &reads_coordinates,
@@ -120,16 +123,16 @@ impl<R: Real> Prepared<R> {
             (scene, origin),
             &lookup,
             settings.accelerator,
-            (&shown, &facets),
+            (&shown, &geometry_needs),
             observer,
         )?;
-        go_on(observer)?;
+        check_cancelled(observer)?;
         let tangents = tangents::make(scene, &mut built, observer)?;
         let aspect = f64::from(settings.size[0]) / f64::from(settings.size[1]);
         // The default view frames the whole motion of all objects, even if the picture shows them
         // at rest.
         let framed = || {
-            let silhouette = Silhouette::of(whole);
+            let silhouette = Silhouette::from_scene(whole);
             silhouette.frame(silhouette.front(), FIELD_OF_VIEW, aspect)
         };
         let view = simulated_camera(settings.camera.clone().unwrap_or_else(framed), simulated);
@@ -145,17 +148,17 @@ impl<R: Real> Prepared<R> {
         let casters = simulated.has(Effect::Shadows);
         let irradiance = (simulated.has(Effect::SkyLight) && !paths && !sky.is_black())
             .then(|| Irradiance::new(&sky));
-        let wanted = emitters::Wanted {
+        let requested = emitters::EmitterFilter {
             even: simulated.has(Effect::SoftShadows),
             varied: paths && simulated.has(Effect::TexturedEmitters),
             read: paths,
         };
-        let emitters = if wanted.even || wanted.varied {
+        let emitters = if requested.even || requested.varied {
             emitters::emitters::<R>(
                 (scene, origin.origin),
                 &lookup,
-                (&materials, &inputs.sources),
-                wanted,
+                (&materials, &inputs.texture_tables),
+                requested,
                 observer,
             )?
         } else {
@@ -180,7 +183,7 @@ impl<R: Real> Prepared<R> {
             &built.geometry.bounded_part(),
         );
         if paths {
-            lights.emitters.strategy = Strategy::SolidAngle;
+            lights.emitters.strategy = EmitterStrategy::SolidAngle;
             if simulated.has(Effect::SkyLight) {
                 lights.prepare_sky();
                 if settings.light_sampling == LightSampling::Both {
@@ -193,7 +196,7 @@ impl<R: Real> Prepared<R> {
             Background::Environment => None,
             Background::Transparent => Some(Backdrop::Plain(Vector::ZERO)),
         };
-        let camera = Camera::towards(&view, settings.size, &built.geometry.bounded_part());
+        let camera = PreparedCamera::towards(&view, settings.size, &built.geometry.bounded_part());
         let absorbs = simulated.has(Effect::Absorption)
             && materials
                 .iter()
@@ -213,19 +216,19 @@ impl<R: Real> Prepared<R> {
             absorbs,
             tracks_media: absorbs || !priorities.is_empty(),
             lets_straight: paths
-                && (!priorities.is_empty() || materials.iter().any(Material::is_wall)),
+                && (!priorities.is_empty() || materials.iter().any(PreparedMaterial::is_thin)),
             priorities,
             tangents,
             materials,
-            cone: (!inputs.sources.pyramids.is_empty()).then(|| camera.cone()),
-            sources: inputs.sources,
+            cone: (!inputs.texture_tables.pyramids.is_empty()).then(|| camera.cone()),
+            texture_tables: inputs.texture_tables,
             lights,
             backdrop,
             ground: None,
             studio_backdrop: None,
             irradiance,
             camera,
-            rules: Rules::new(&scene.classic),
+            rules: PreparedRules::new(&scene.classic),
             layers: context.layers,
             light_sampling: settings.light_sampling,
             hard_shadows,
@@ -261,14 +264,14 @@ impl<R: Real> Prepared<R> {
         let prepared = |lit_by| {
             prepare_sky::<R>(
                 (Some(&lit_by), self.origin.origin),
-                &Lookup::new(scene),
+                &SceneLookup::new(scene),
                 &names(scene),
             )
         };
         let Ok(sky) = lit_by.map(prepared).transpose() else {
             return false;
         };
-        self.camera = Camera::towards(&view, settings.size, &self.geometry.bounded_part());
+        self.camera = PreparedCamera::towards(&view, settings.size, &self.geometry.bounded_part());
         self.cone = self.cone.is_some().then(|| self.camera.cone());
         let (Some(studio), Some(sky)) = (studio, sky) else {
             return true;
@@ -298,55 +301,56 @@ fn studio_of(scene: &Scene) -> Option<Studio> {
 
 /// The priority of each material as a medium.
 fn priorities(scene: &Scene) -> Vec<u32> {
-    let of = |material: &scene::Material| {
+    let value_of = |material: &scene::Material| {
         if let scene::Model::Physical(m) = &material.model {
             m.priority
         } else {
             0
         }
     };
-    scene.materials.iter().map(of).collect()
+    scene.materials.iter().map(value_of).collect()
 }
 
 /// Properties of each material for geometry. An opaque occluder needs no filter, unless more than
 /// occlusion matters: which occluder is the first, or how far away the nearest is.
-fn facets<R: Real>(
+fn geometry_needs_of<R: Real>(
     scene: &Scene,
-    (materials, layers): (&[Material<R>], &[LayeredInputs<R>]),
+    (materials, layers): (&[PreparedMaterial<R>], &[LayeredInputs<R>]),
     reads_coordinates: &[bool],
     (paths, hard): (bool, bool),
 ) -> Vec<GeometryNeeds> {
     let asks = scene.classic.shadow == ShadowRule::FirstInOrder
-        || materials.iter().any(Material::asks_how_far);
-    let facet = |((material, data), &coordinates): ((&Material<R>, &scene::Material), &bool)| {
-        let sets = data
-            .uv_sets()
-            .into_iter()
-            .filter(|&set| (set as usize) < scene::MOST_UV_SETS);
-        let solid = if paths {
-            material.covers()
-        } else {
-            material.is_opaque() && !asks
+        || materials.iter().any(PreparedMaterial::asks_how_far);
+    let facet =
+        |((material, data), &coordinates): ((&PreparedMaterial<R>, &scene::Material), &bool)| {
+            let sets = data
+                .uv_sets()
+                .into_iter()
+                .filter(|&set| (set as usize) < scene::MOST_UV_SETS);
+            let solid = if paths {
+                material.covers()
+            } else {
+                material.is_opaque() && !asks
+            };
+            GeometryNeeds {
+                // A ray to a lamp's centre passes the lamp itself.
+                occlusion: if solid && !(hard && material.glows()) {
+                    Occlusion::Opaque
+                } else {
+                    Occlusion::Ask
+                },
+                // A path tracer filters by light: light of surfaces and of the sky passes no object
+                // that rays hit.
+                without_shadow: if paths {
+                    Occlusion::Ask
+                } else {
+                    Occlusion::None
+                },
+                coordinates,
+                bumpy: material.is_bumpy(layers),
+                sets: sets.fold(u8::from(coordinates), |bits, set| bits | 1 << set),
+            }
         };
-        GeometryNeeds {
-            // A ray to a lamp's centre passes the lamp itself.
-            occlusion: if solid && !(hard && material.glows()) {
-                Occlusion::Opaque
-            } else {
-                Occlusion::Ask
-            },
-            // A path tracer filters by light: light of surfaces and of the sky passes no object
-            // that rays hit.
-            without_shadow: if paths {
-                Occlusion::Ask
-            } else {
-                Occlusion::None
-            },
-            coordinates,
-            bumpy: material.is_bumpy(layers),
-            sets: sets.fold(u8::from(coordinates), |bits, set| bits | 1 << set),
-        }
-    };
     materials
         .iter()
         .zip(&scene.materials)

@@ -6,10 +6,10 @@ use glam::DVec3;
 use raywright_bvh::{Geometry, Real, Vector};
 
 use super::geometry::ObjectRecord;
-use super::material::{LayeredInputs, Material};
-use super::studio::{Backdrop, Ground};
-use super::tangents::Corners;
-use crate::camera::{Camera, Cone};
+use super::material::{LayeredInputs, PreparedMaterial};
+use super::studio::{Backdrop, StudioGround};
+use super::tangents::CornerTangents;
+use crate::camera::{Cone, PreparedCamera};
 use crate::light::{Irradiance, LightId, LightUsage, Lights};
 use crate::memory::Memory;
 use crate::origin::StorageOrigin;
@@ -17,11 +17,11 @@ use crate::scene::{
     ClassicRules, DepthLimit, ImageData, MeshData, OffsetDirection, ShadowRule, SpawnRule,
 };
 use crate::settings::{LightSampling, Roulette};
-use crate::texture::Sources;
+use crate::texture::TextureTables;
 
 /// Rule for the origins of spawned rays, in the precision's scalar.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Spawn<R: Real> {
+pub(crate) enum PreparedSpawn<R: Real> {
     ErrorBound,
     Constant {
         offset: R,
@@ -34,19 +34,19 @@ pub(crate) enum Spawn<R: Real> {
 
 /// The classic model's rules in the precision's scalar.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Rules<R: Real> {
-    pub spawn: Spawn<R>,
+pub(crate) struct PreparedRules<R: Real> {
+    pub spawn: PreparedSpawn<R>,
     pub first_occluder_decides: bool,
     /// Infinite without a limit in the scene.
     pub shadow_max_distance: R,
     pub local_only_at_limit: bool,
 }
 
-impl<R: Real> Rules<R> {
+impl<R: Real> PreparedRules<R> {
     pub(super) fn new(rules: &ClassicRules) -> Self {
         let spawn = match rules.spawn {
-            SpawnRule::ErrorBound => Spawn::ErrorBound,
-            SpawnRule::Constant(c) => Spawn::Constant {
+            SpawnRule::ErrorBound => PreparedSpawn::ErrorBound,
+            SpawnRule::Constant(c) => PreparedSpawn::Constant {
                 offset: R::from_f64(c.offset),
                 along_ray: c.along == OffsetDirection::Ray,
                 camera_min: R::from_f64(c.camera_min),
@@ -74,24 +74,24 @@ pub struct Prepared<R: Real> {
     /// Objects by their index in the scene, generated objects last.
     pub(crate) objects: Vec<ObjectRecord<R>>,
     /// Generated tangents of meshes with normal maps or anisotropy.
-    pub(crate) tangents: Vec<Corners>,
-    pub(crate) materials: Vec<Material<R>>,
+    pub(crate) tangents: Vec<CornerTangents>,
+    pub(crate) materials: Vec<PreparedMaterial<R>>,
     /// Tables of the materials' inputs.
-    pub(crate) sources: Sources<R>,
+    pub(crate) texture_tables: TextureTables<R>,
     /// Delta lights, area lights and the sky; lights without effect are left out.
     pub lights: Lights<R>,
     /// Background of camera rays that hit nothing; `None` for the sky.
     pub(crate) backdrop: Option<Backdrop<R>>,
     /// Ground with the shadow that dims the backdrop; `None` without a studio's ground.
-    pub(crate) ground: Option<Ground<R>>,
+    pub(crate) ground: Option<StudioGround<R>>,
     /// Radiance of a studio's backdrop, once decided.
     pub(crate) studio_backdrop: Option<f64>,
     /// The sky's cosine-weighted mean; `None` if no material needs it.
     pub(crate) irradiance: Option<Irradiance<R>>,
-    pub(crate) camera: Camera<R>,
+    pub(crate) camera: PreparedCamera<R>,
     /// Ray cone of the camera for texture filtering; `None` without filtered textures.
     pub(crate) cone: Option<Cone<R>>,
-    pub(crate) rules: Rules<R>,
+    pub(crate) rules: PreparedRules<R>,
     /// Whether any material absorbs light inside.
     pub(crate) absorbs: bool,
     /// Priority of overlapping media, by material; empty if all are equal.
@@ -126,7 +126,7 @@ pub struct Prepared<R: Real> {
 
 /// Sizes of the built tables.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Tables {
+pub struct BuiltCounts {
     /// Primitives of the scene's top-level set, an instance counting as one.
     pub primitives: usize,
     /// Unbounded primitives among them.
@@ -187,8 +187,8 @@ impl<R: Real> Prepared<R> {
             + size_of_val(self.materials.as_slice())
             + size_of_val(self.layers.as_slice())
             + size_of_val(self.priorities.as_slice())
-            + size_of_val(self.sources.textures.as_slice())
-            + size_of_val(self.sources.of_materials.as_slice())
+            + size_of_val(self.texture_tables.textures.as_slice())
+            + size_of_val(self.texture_tables.of_materials.as_slice())
             + size_of_val(self.lights.delta.as_slice());
         let choice = self.lights.choice().bytes();
         // Only integrators that choose among lights count their usage.
@@ -223,13 +223,13 @@ impl<R: Real> Prepared<R> {
     fn texture_bytes(&self) -> usize {
         let sky = self.lights.sky.image().filter(|&sky| {
             !self
-                .sources
+                .texture_tables
                 .images
                 .iter()
                 .any(|image| Arc::ptr_eq(image, sky))
         });
-        let pyramids = self.sources.pyramids.iter().flatten();
-        self.sources
+        let pyramids = self.texture_tables.pyramids.iter().flatten();
+        self.texture_tables
             .images
             .iter()
             .chain(sky)
@@ -239,8 +239,8 @@ impl<R: Real> Prepared<R> {
     }
 
     /// Sizes of the tables; those of absent effects are empty.
-    pub fn tables(&self) -> Tables {
-        Tables {
+    pub fn tables(&self) -> BuiltCounts {
+        BuiltCounts {
             primitives: self.geometry.len(),
             unbounded: self.geometry.unbounded_count(),
             instances: self.geometry.instance_count(),
@@ -249,7 +249,7 @@ impl<R: Real> Prepared<R> {
             materials: self
                 .materials
                 .iter()
-                .filter(|m| !matches!(m, Material::Unused))
+                .filter(|m| !matches!(m, PreparedMaterial::Unused))
                 .count(),
             layered: self.layers.len(),
             irradiance: self.irradiance.is_some(),

@@ -56,7 +56,7 @@ const DARKEST: f64 = 0.5;
 
 /// An invisible ground that shows the shadow of the scene.
 #[derive(Clone, Debug)]
-pub(crate) struct Ground<R: Real> {
+pub(crate) struct StudioGround<R: Real> {
     /// Height of the ground.
     pub height: R,
     /// Centre of the shadow, and its radius: beyond it the scene blocks a negligible share of

@@ -8,15 +8,15 @@ use bevy_mikktspace::{Geometry, Ops, TangentSpace, generate_tangents};
 use glam::Vec3;
 use raywright_bvh::Real;
 
-use super::error::{PrepareError, go_on};
-use super::geometry::Built;
+use super::error::{PrepareError, check_cancelled};
+use super::geometry::BuiltGeometry;
 use crate::generate::all;
-use crate::lookup::Lookup;
+use crate::lookup::SceneLookup;
 use crate::observer::Observer;
 use crate::scene::{Material, MeshData, Model, Scene, Shape};
 
 /// Tangents of a mesh, for each corner of each triangle, in the format of [`MeshData::tangents`].
-pub(crate) type Corners = Vec<[[f32; 4]; 3]>;
+pub(crate) type CornerTangents = Vec<[[f32; 4]; 3]>;
 
 /// Source of tangents: a set of texture coordinates, and the linear part of its affine map, as
 /// bits.
@@ -24,18 +24,22 @@ pub(super) type TangentSource = (u32, [u64; 4]);
 
 /// Source of the tangents to generate for a mesh with a material; `None` if the mesh has its own or
 /// needs none.
-pub(super) fn way(material: Option<&Material>, data: &MeshData) -> Option<TangentSource> {
+pub(super) fn tangent_source(
+    material: Option<&Material>,
+    data: &MeshData,
+) -> Option<TangentSource> {
     let Model::Physical(model) = &material?.model else {
         return None;
     };
     let image = model.directed_by();
     // Anisotropy without an image follows the first set of coordinates.
-    let asked = data.tangents.is_empty() && (image.is_some() || model.combed().is_some());
+    let requested =
+        data.tangents.is_empty() && (image.is_some() || model.active_anisotropy().is_some());
     let map = image
         .and_then(|image| image.uv_transform)
         .unwrap_or([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
     let [[a, b, _], [c, d, _]] = map;
-    asked.then(|| {
+    requested.then(|| {
         (
             image.map_or(0, |image| image.uv_set),
             [a, b, c, d].map(f64::to_bits),
@@ -49,47 +53,48 @@ pub(super) fn way(material: Option<&Material>, data: &MeshData) -> Option<Tangen
 /// [`PrepareError::Cancelled`], checked between meshes.
 pub(super) fn make<R: Real>(
     scene: &Scene,
-    built: &mut Built<R>,
+    built: &mut BuiltGeometry<R>,
     observer: &dyn Observer,
-) -> Result<Vec<Corners>, PrepareError> {
-    let lookup = Lookup::new(scene);
+) -> Result<Vec<CornerTangents>, PrepareError> {
+    let lookup = SceneLookup::new(scene);
     let (mut tables, mut places) = (Vec::new(), HashMap::new());
     let bumpy = built
         .objects
         .iter_mut()
         .zip(all(scene))
         .filter(|(record, _)| record.bumpy);
-    for (record, shown) in bumpy {
-        let (Some(mesh), Shape::Mesh(name)) = (&mut record.mesh, &shown.object.shape) else {
+    for (record, placed_object) in bumpy {
+        let (Some(mesh), Shape::Mesh(name)) = (&mut record.mesh, &placed_object.object.shape)
+        else {
             continue;
         };
         let material = lookup
-            .material(&shown.object.material)
+            .material(&placed_object.object.material)
             .map(|(_, material)| material);
         let Some(data) = lookup.mesh_data(name) else {
             continue;
         };
-        let Some(way) = way(material, data) else {
+        let Some(tangent_key) = tangent_source(material, data) else {
             continue;
         };
-        let known = places.get(&(mesh.mesh, way)).copied();
-        let place = match known {
-            Some(place) => place,
+        let known = places.get(&(mesh.mesh, tangent_key)).copied();
+        let index = match known {
+            Some(index) => index,
             None => {
-                go_on(observer)?;
-                tables.push(corners(data, way));
-                let place = tables.len() as u32 - 1;
-                places.insert((mesh.mesh, way), place);
-                place
+                check_cancelled(observer)?;
+                tables.push(corners(data, tangent_key));
+                let index = tables.len() as u32 - 1;
+                places.insert((mesh.mesh, tangent_key), index);
+                index
             }
         };
-        mesh.tangents = Some(place);
+        mesh.tangents = Some(index);
     }
     Ok(tables)
 }
 
 /// The tangents of one mesh.
-fn corners(data: &MeshData, (set, map): TangentSource) -> Corners {
+fn corners(data: &MeshData, (set, map): TangentSource) -> CornerTangents {
     let largest = data
         .positions
         .offsets()
@@ -103,7 +108,7 @@ fn corners(data: &MeshData, (set, map): TangentSource) -> Corners {
     } else {
         0
     };
-    let mut mesh = Faces {
+    let mut mesh = TangentMesh {
         data,
         set: set as usize,
         map: map.map(f64::from_bits),
@@ -112,14 +117,14 @@ fn corners(data: &MeshData, (set, map): TangentSource) -> Corners {
     };
     // Never fails for valid meshes; corners left without a tangent later get any direction
     // perpendicular to their normal.
-    let _ = generate_tangents::<_, Portable>(&mut mesh);
+    let _ = generate_tangents::<_, PortableMath>(&mut mesh);
     mesh.out
 }
 
 /// Functions with the same results on every platform.
-struct Portable;
+struct PortableMath;
 
-impl Ops for Portable {
+impl Ops for PortableMath {
     fn sqrt(x: f32) -> f32 {
         x.sqrt()
     }
@@ -129,21 +134,21 @@ impl Ops for Portable {
 }
 
 /// A mesh in the library's interface.
-struct Faces<'a> {
+struct TangentMesh<'a> {
     data: &'a MeshData,
     set: usize,
     map: [f64; 4],
     scale: f64,
-    out: Corners,
+    out: CornerTangents,
 }
 
-impl Faces<'_> {
+impl TangentMesh<'_> {
     fn vertex(&self, face: usize, corner: usize) -> usize {
         self.data.indices[face][corner] as usize
     }
 }
 
-impl Geometry<Portable> for Faces<'_> {
+impl Geometry<PortableMath> for TangentMesh<'_> {
     fn num_faces(&self) -> usize {
         self.data.indices.len()
     }

@@ -34,19 +34,23 @@ fn textured() -> Scene {
 fn prepared_is_flat() {
     fn plain<T: Copy>() {}
     plain::<ObjectRecord<f32>>();
-    plain::<Material<f32>>();
-    plain::<crate::texture::TextureUse<f32>>();
+    plain::<PreparedMaterial<f32>>();
+    plain::<crate::texture::TextureBinding<f32>>();
     plain::<DeltaLight<f32>>();
 
     let scene = textured();
-    let prepared = Prepared::<f32>::new(&scene, &Settings::of(&scene), EffectSet::EMPTY, &())
-        .expect("it can be prepared");
+    let prepared =
+        Prepared::<f32>::new(&scene, &Settings::from_scene(&scene), EffectSet::EMPTY, &())
+            .expect("it can be prepared");
     let MeshSource::Inline(mesh) = &scene.meshes[0].source else {
         panic!("it has its arrays")
     };
     let image = scene.images[1].data.as_ref().expect("it has its pixels");
     assert!(prepared.meshes.len() == 1 && Arc::ptr_eq(&prepared.meshes[0], mesh));
-    assert!(prepared.sources.images.len() == 1 && Arc::ptr_eq(&prepared.sources.images[0], image));
+    assert!(
+        prepared.texture_tables.images.len() == 1
+            && Arc::ptr_eq(&prepared.texture_tables.images[0], image)
+    );
     // One reference of the scene, one of the table.
     assert_eq!((Arc::strong_count(mesh), Arc::strong_count(image)), (2, 2));
     assert!(
@@ -70,7 +74,7 @@ fn an_integrator_that_is_not_named_is_chosen() {
     let samples_lights = |integrator| {
         let settings = Settings {
             integrator,
-            ..Settings::of(&scene)
+            ..Settings::from_scene(&scene)
         };
         let prepared = Prepared::<f32>::new(&scene, &settings, EffectSet::ALL, &())
             .expect("it can be prepared");
@@ -94,7 +98,7 @@ fn a_sky_without_a_surface_is_refused() {
             ..textured()
         };
         let refused =
-            Prepared::<f32>::new(&scene, &Settings::of(&scene), EffectSet::ALL, &()).err();
+            Prepared::<f32>::new(&scene, &Settings::from_scene(&scene), EffectSet::ALL, &()).err();
         assert_eq!(
             refused,
             Some(PrepareError::NoSurface {

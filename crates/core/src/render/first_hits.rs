@@ -1,18 +1,18 @@
 //! Layers of first hits beside a picture: means over the samples of each pixel.
 
-use crate::film::{Plan, ReplicateBuffer};
+use crate::film::{FilmPlan, ReplicateBuffer};
 use crate::integrator::FirstHit;
 use crate::settings::Aov;
 
 /// Sums of the layers of first hits, for one pixel.
 pub(super) struct FirstHitSums<'a> {
-    plan: &'a Plan,
+    plan: &'a FilmPlan,
     sums: Vec<[f64; 3]>,
     hits: u16,
 }
 
 impl<'a> FirstHitSums<'a> {
-    pub fn new(plan: &'a Plan) -> Self {
+    pub fn new(plan: &'a FilmPlan) -> Self {
         Self {
             plan,
             sums: vec![[0.0; 3]; plan.layers.mean.len()],
@@ -21,11 +21,11 @@ impl<'a> FirstHitSums<'a> {
     }
 
     /// Continues a pixel with its earlier samples.
-    pub fn resume(&mut self, plane: &ReplicateBuffer, pixel: usize) {
-        for (sum, layer) in self.sums.iter_mut().zip(&plane.layers) {
+    pub fn resume(&mut self, buffer: &ReplicateBuffer, pixel: usize) {
+        for (sum, layer) in self.sums.iter_mut().zip(&buffer.layers) {
             *sum = layer.get(pixel).copied().unwrap_or([0.0; 3]);
         }
-        self.hits = plane.first_hits.get(pixel).copied().unwrap_or(0);
+        self.hits = buffer.first_hits.get(pixel).copied().unwrap_or(0);
     }
 
     /// Adds the first hit of a sample's camera ray, which is computed only where a layer shows it.
@@ -59,15 +59,15 @@ impl<'a> FirstHitSums<'a> {
 
     /// Appends the sums of the pixel and starts the next one.
     #[inline(always)]
-    pub fn push(&mut self, plane: &mut ReplicateBuffer) {
+    pub fn push(&mut self, buffer: &mut ReplicateBuffer) {
         if self.sums.is_empty() {
             return;
         }
-        for (layer, sum) in plane.layers.iter_mut().zip(&mut self.sums) {
+        for (layer, sum) in buffer.layers.iter_mut().zip(&mut self.sums) {
             layer.push(core::mem::take(sum));
         }
         if self.plan.counts_first_hits() {
-            plane.first_hits.push(self.hits);
+            buffer.first_hits.push(self.hits);
         }
         self.hits = 0;
     }

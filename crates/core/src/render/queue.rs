@@ -5,12 +5,12 @@ use core::ops::Range;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use crate::film::{Film, Part, ReplicateBuffer, TileUpdate};
+use crate::film::{Film, FilmPart, ReplicateBuffer, TileUpdate};
 use crate::light::LightUsage;
 use crate::observer::Observer;
 
 /// Units of work in order, and the film for their results.
-pub(super) struct Queue<'f> {
+pub(super) struct UnitQueue<'f> {
     film: &'f mut Film,
     /// Next pass of each tile in each replicate that is neither finished nor in progress: pass,
     /// replicate, tile. A thread that finds the heap empty can leave: units in progress are
@@ -24,7 +24,7 @@ pub(super) struct Queue<'f> {
 }
 
 /// Unit of work for a thread.
-pub(super) struct Next {
+pub(super) struct NextUnit {
     pub tile: u32,
     pub replicate: u32,
     pub samples: Range<u32>,
@@ -32,17 +32,21 @@ pub(super) struct Next {
     pub start: ReplicateBuffer,
 }
 
-impl<'f> Queue<'f> {
-    pub fn new(film: &'f mut Film, part: &Part) -> Self {
+impl<'f> UnitQueue<'f> {
+    pub fn new(film: &'f mut Film, part: &FilmPart) -> Self {
         let plan = film.plan();
         let replicates = part.replicates.start..part.replicates.end.min(plan.replicates);
         let (mut waiting, mut bare) = (Vec::new(), 0);
         let (done, total) = film.progress(part);
         for tile in part.each_tile(plan) {
-            bare +=
-                usize::from((0..plan.replicates).all(|replicate| film.drawn(tile, replicate) == 0));
+            bare += usize::from(
+                (0..plan.replicates).all(|replicate| film.samples_drawn(tile, replicate) == 0),
+            );
             for replicate in replicates.clone() {
-                let next = plan.pass(film.goal(tile, replicate), film.drawn(tile, replicate));
+                let next = plan.pass(
+                    film.sample_goal(tile, replicate),
+                    film.samples_drawn(tile, replicate),
+                );
                 waiting.extend(next.map(|(pass, _)| Reverse((pass, replicate, tile))));
             }
         }
@@ -61,14 +65,14 @@ impl<'f> Queue<'f> {
         &mut self,
         finished: Option<TileUpdate>,
         observer: &dyn Observer,
-    ) -> Option<Next> {
+    ) -> Option<NextUnit> {
         self.put(finished, observer);
         if observer.has_enough(self.bare == 0) {
             return None;
         }
         let Reverse((_, replicate, tile)) = self.waiting.pop()?;
         let (_, samples) = self.next(tile, replicate)?;
-        Some(Next {
+        Some(NextUnit {
             tile,
             replicate,
             samples,
@@ -79,8 +83,8 @@ impl<'f> Queue<'f> {
     /// Returns the next pass of a tile in a replicate, and its samples.
     fn next(&self, tile: u32, replicate: u32) -> Option<(u32, Range<u32>)> {
         self.film.plan().pass(
-            self.film.goal(tile, replicate),
-            self.film.drawn(tile, replicate),
+            self.film.sample_goal(tile, replicate),
+            self.film.samples_drawn(tile, replicate),
         )
     }
 
@@ -96,14 +100,14 @@ impl<'f> Queue<'f> {
     }
 
     fn put(&mut self, finished: Option<TileUpdate>, observer: &dyn Observer) {
-        let Some(unit) = finished else { return };
-        let (tile, replicate) = (unit.tile, unit.replicate);
-        let bare =
-            (0..self.film.plan().replicates).all(|replicate| self.film.drawn(tile, replicate) == 0);
-        let before = self.film.drawn(tile, replicate);
-        self.film.put(&unit);
+        let Some(tile_update) = finished else { return };
+        let (tile, replicate) = (tile_update.tile, tile_update.replicate);
+        let bare = (0..self.film.plan().replicates)
+            .all(|replicate| self.film.samples_drawn(tile, replicate) == 0);
+        let before = self.film.samples_drawn(tile, replicate);
+        self.film.put(&tile_update);
         self.bare -= usize::from(bare);
-        self.done += self.film.plan().pixels_of(tile) * u64::from(unit.drawn - before);
+        self.done += self.film.plan().pixels_of(tile) * u64::from(tile_update.drawn - before);
         self.waiting.extend(
             self.next(tile, replicate)
                 .map(|(pass, _)| Reverse((pass, replicate, tile))),

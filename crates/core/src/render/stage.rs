@@ -3,7 +3,7 @@
 use core::ops::RangeInclusive;
 use std::cell::OnceCell;
 
-use super::Rendered;
+use super::RenderOutput;
 use crate::film::{Film, Uncertainty};
 use crate::observer::Observer;
 use crate::picture::Picture;
@@ -38,7 +38,7 @@ impl<'a> RenderStage<'a> {
 
     /// Returns the least and the greatest number of samples of a pixel.
     pub fn samples(&self) -> RangeInclusive<u32> {
-        self.film.samples(&self.film.whole())
+        self.film.samples(&self.film.whole_part())
     }
 
     /// Returns the estimated error of the picture with its interval; `None` where it is not yet
@@ -49,12 +49,12 @@ impl<'a> RenderStage<'a> {
 
     /// Returns the picture to show: [`Self::picture`], denoised where requested and already
     /// possible.
-    pub fn rendered(self, observer: &dyn Observer) -> Rendered {
+    pub fn rendered(self, observer: &dyn Observer) -> RenderOutput {
         match self.picture.into_inner() {
             Some(picture) if !self.film.is_to_be_denoised() => {
-                Rendered::with_picture(self.film, picture)
+                RenderOutput::with_picture(self.film, picture)
             }
-            _ => Rendered::of(self.film, observer),
+            _ => RenderOutput::from_film(self.film, observer),
         }
     }
 }

@@ -61,11 +61,11 @@ mod tests {
         let mut orders = std::collections::BTreeSet::new();
         for (scramble, block) in [(0, 0), (7, 0), (7, 1), (u32::MAX, 4095)] {
             for pair in [0, 2] {
-                let of = |i: u32| {
+                let value_of = |i: u32| {
                     let point = stratified(16 * block + i, scramble);
                     (4.0 * point[pair]) as usize + 4 * (4.0 * point[pair + 1]) as usize
                 };
-                let order: Vec<usize> = (0..16).map(of).collect();
+                let order: Vec<usize> = (0..16).map(value_of).collect();
                 let mut sorted = order.clone();
                 sorted.sort_unstable();
                 assert_eq!(

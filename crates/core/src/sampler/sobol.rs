@@ -7,7 +7,7 @@
 
 use std::sync::LazyLock;
 
-use raywright_bvh::{Loops, widest};
+use raywright_bvh::{SimdTask, run_widest};
 use sobol_burley::parts::{hash, owen_scramble_rev, sobol_rev, u32_to_f32_norm};
 
 /// Bits of a point's index looked up at once.
@@ -30,15 +30,15 @@ static SUMS: LazyLock<[[[u32; 4]; 16]; 4]> = LazyLock::new(|| {
 
 /// A point of a sequence: an index below 2¹⁶, and a scramble.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Which {
+pub(super) struct SobolPoint {
     pub index: u32,
     pub scramble: u32,
 }
 
 /// Four numbers in [0, 1): a point of a scramble's sequence.
 #[inline]
-pub(super) fn point(which: Which) -> [f32; 4] {
-    let [point] = side_by_side(&SUMS, &[which]);
+pub(super) fn point(sobol_point: SobolPoint) -> [f32; 4] {
+    let [point] = side_by_side(&SUMS, &[sobol_point]);
     point
 }
 
@@ -46,25 +46,25 @@ pub(super) fn point(which: Which) -> [f32; 4] {
 const LANES: usize = 16;
 
 /// [`point`] of many points, one after the other.
-pub(super) fn points(which: impl Iterator<Item = Which>, out: &mut Vec<[f32; 4]>) {
+pub(super) fn points(which: impl Iterator<Item = SobolPoint>, out: &mut Vec<[f32; 4]>) {
     let mut which = which.fuse();
     loop {
-        let mut asked = [Which::default(); LANES];
+        let mut requested = [SobolPoint::default(); LANES];
         let mut count = 0;
-        for (slot, which) in asked.iter_mut().zip(&mut which) {
-            *slot = which;
+        for (slot, sobol_point) in requested.iter_mut().zip(&mut which) {
+            *slot = sobol_point;
             count += 1;
         }
-        out.extend_from_slice(&widest(SideBySide(&SUMS, &asked))[..count]);
+        out.extend_from_slice(&run_widest(SobolLanes(&SUMS, &requested))[..count]);
         if count < LANES {
             return;
         }
     }
 }
 
-struct SideBySide<'a>(&'a [[[u32; 4]; 16]; 4], &'a [Which; LANES]);
+struct SobolLanes<'a>(&'a [[[u32; 4]; 16]; 4], &'a [SobolPoint; LANES]);
 
-impl Loops for SideBySide<'_> {
+impl SimdTask for SobolLanes<'_> {
     type Output = [[f32; 4]; LANES];
     #[inline(always)]
     fn run(self) -> Self::Output {
@@ -73,14 +73,17 @@ impl Loops for SideBySide<'_> {
 }
 
 #[inline(always)]
-fn side_by_side<const N: usize>(sums: &[[[u32; 4]; 16]; 4], which: &[Which; N]) -> [[f32; 4]; N] {
+fn side_by_side<const N: usize>(
+    sums: &[[[u32; 4]; 16]; 4],
+    sobol_points: &[SobolPoint; N],
+) -> [[f32; 4]; N] {
     let mut shuffled = [0; N];
-    for (shuffled, which) in shuffled.iter_mut().zip(which) {
+    for (shuffled, sobol_point) in shuffled.iter_mut().zip(sobol_points) {
         // The scramble also permutes the order of the points; each dimension has a further
         // scramble.
         *shuffled = owen_scramble_rev(
-            which.index.reverse_bits(),
-            hash(which.scramble ^ 0x79c6_8e4a),
+            sobol_point.index.reverse_bits(),
+            hash(sobol_point.scramble ^ 0x79c6_8e4a),
         );
     }
     let mut points = [[0; 4]; N];
@@ -91,9 +94,9 @@ fn side_by_side<const N: usize>(sums: &[[[u32; 4]; 16]; 4], which: &[Which; N]) 
         *point = core::array::from_fn(|i| a[i] ^ b[i] ^ c[i] ^ d[i]);
     }
     let mut out = [[0.0; 4]; N];
-    for ((out, point), which) in out.iter_mut().zip(&points).zip(which) {
+    for ((out, point), sobol_point) in out.iter_mut().zip(&points).zip(sobol_points) {
         const OWN: [u32; 4] = [0x912f_69ba, 0x174f_18ab, 0x691e_72ca, 0xb40c_c1b8];
-        let own = which.scramble.wrapping_mul(0x9c8f_2d3b);
+        let own = sobol_point.scramble.wrapping_mul(0x9c8f_2d3b);
         for i in 0..4 {
             out[i] =
                 u32_to_f32_norm(owen_scramble_rev(point[i], hash(own ^ OWN[i])).reverse_bits());
@@ -113,7 +116,7 @@ mod tests {
         for index in 0..1_u32 << 16 {
             let scramble = index.wrapping_mul(0x9e37_79b9).rotate_left(index % 32);
             let [found, expected] = [
-                point(Which { index, scramble }),
+                point(SobolPoint { index, scramble }),
                 sobol_burley::sample_4d(index, 0, scramble),
             ];
             assert_eq!(
@@ -124,7 +127,7 @@ mod tests {
         }
         for scramble in [0, 1, u32::MAX, 0x79c6_8e4a] {
             assert_eq!(
-                point(Which {
+                point(SobolPoint {
                     index: 0xffff,
                     scramble
                 })
@@ -138,7 +141,7 @@ mod tests {
     #[test]
     fn points_side_by_side_are_those_alone() {
         for count in [0, 1, 15, 16, 17, 33, 1000] {
-            let which = |i: u32| Which {
+            let which = |i: u32| SobolPoint {
                 index: i.wrapping_mul(7919) % (1 << 16),
                 scramble: i.wrapping_mul(0x9e37_79b9),
             };

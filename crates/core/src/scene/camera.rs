@@ -96,6 +96,7 @@ fn y_up() -> Triple {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
+#[doc(alias("PerspectiveCamera", "OrthographicCamera"))]
 pub enum Projection {
     /// All rays through one point.
     Pinhole(Pinhole),

@@ -1,11 +1,11 @@
 //! Structs whose fields a macro lists once: the struct, its defaults, validation, switches and
 //! textures derive from this list.
 
-use super::input::{Checker, CheckerInput, Colour, Input, TextureRef, Value};
+use super::input::{Checker, CheckerInput, Colour, Input, InputValue, TextureRef};
 
 /// Allowed values of a constant field.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Bounds {
+pub enum FieldBounds {
     /// Any value.
     Any,
     /// From the first number to the second, in each channel.
@@ -31,7 +31,7 @@ pub enum ConstantValue {
 
 /// A field of a material.
 #[derive(Clone, Copy)]
-pub struct Field<'a> {
+pub struct MaterialField<'a> {
     /// Layer of the field; `None` for a field of the model itself.
     pub layer: Option<&'static str>,
     /// Key of the field in the file.
@@ -39,10 +39,10 @@ pub struct Field<'a> {
     /// Value of the field.
     pub value: &'a dyn FieldValue,
     /// Bounds of a constant value.
-    pub bounds: Bounds,
+    pub bounds: FieldBounds,
 }
 
-impl core::fmt::Display for Field<'_> {
+impl core::fmt::Display for MaterialField<'_> {
     /// Writes the path from the model.
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         self.layer.map_or(Ok(()), |layer| write!(f, "{layer}."))?;
@@ -76,7 +76,7 @@ pub trait FieldValue {
     /// Replaces an image by its factor, and a checkerboard by the mean of its colours.
     fn flatten(&mut self, _images: bool, _checkers: bool) {}
     /// Returns the fields of a layer.
-    fn parts(&self) -> Vec<Field<'_>> {
+    fn parts(&self) -> Vec<MaterialField<'_>> {
         Vec::new()
     }
     /// Applies a change to the values of a layer's fields.
@@ -98,7 +98,7 @@ impl FieldValue for Option<f64> {
     }
 }
 
-impl<T: Value> FieldValue for Input<T> {
+impl<T: InputValue> FieldValue for Input<T> {
     fn texture(&self) -> Option<(&'static str, &TextureRef)> {
         if let Self::Texture(input) = self {
             Some(("texture", &input.texture))
@@ -171,16 +171,16 @@ impl FieldValue for Colour {
 }
 
 /// A struct whose fields a macro lists.
-pub trait Fields {
+pub trait MaterialFields {
     /// Returns the struct's fields, and those of its layers.
-    fn fields(&self) -> Vec<Field<'_>>;
+    fn fields(&self) -> Vec<MaterialField<'_>>;
     /// Applies a change to the value of each field.
     fn change(&mut self, change: &mut dyn FnMut(&mut dyn FieldValue));
 }
 
-impl<L: Fields> FieldValue for Option<L> {
-    fn parts(&self) -> Vec<Field<'_>> {
-        self.as_ref().map_or_else(Vec::new, Fields::fields)
+impl<L: MaterialFields> FieldValue for Option<L> {
+    fn parts(&self) -> Vec<MaterialField<'_>> {
+        self.as_ref().map_or_else(Vec::new, MaterialFields::fields)
     }
     fn change_parts(&mut self, change: &mut dyn FnMut(&mut dyn FieldValue)) {
         if let Some(layer) = self {
@@ -189,16 +189,16 @@ impl<L: Fields> FieldValue for Option<L> {
     }
 }
 
-/// Implements [`Fields`] for a struct, from its list of fields: `key: BOUNDS;`.
+/// Implements [`MaterialFields`] for a struct, from its list of fields: `key: BOUNDS;`.
 macro_rules! fields {
     ($Name:ident $($key:ident: $bounds:expr;)*) => {
-        impl Fields for $Name {
-            fn fields(&self) -> Vec<Field<'_>> {
+        impl MaterialFields for $Name {
+            fn fields(&self) -> Vec<MaterialField<'_>> {
                 let mut list = Vec::new();
                 $(
-                    list.push(Field { layer: None, key: stringify!($key), value: &self.$key, bounds: $bounds });
+                    list.push(MaterialField { layer: None, key: stringify!($key), value: &self.$key, bounds: $bounds });
                     let parts = self.$key.parts().into_iter();
-                    list.extend(parts.map(|part| Field { layer: Some(stringify!($key)), ..part }));
+                    list.extend(parts.map(|part| MaterialField { layer: Some(stringify!($key)), ..part }));
                 )*
                 list
             }

@@ -77,7 +77,7 @@ pub type ColourInput = Input<Colour>;
 pub type NumberInput = Input<f64>;
 
 /// Value type of an [`Input`]: a number or a colour.
-pub trait Value: Copy + PartialEq + Serialize + 'static {
+pub trait InputValue: Copy + PartialEq + Serialize + 'static {
     /// Description of the accepted forms, for messages.
     const EXPECTED: &'static str;
     /// Converts a single number in the file.
@@ -88,7 +88,7 @@ pub trait Value: Copy + PartialEq + Serialize + 'static {
     fn colour(self) -> Colour;
 }
 
-impl Value for f64 {
+impl InputValue for f64 {
     const EXPECTED: &'static str =
         "a number, an expression in quotes, { texture = … } or { checker = … }";
     fn of_number(number: f64) -> Self {
@@ -102,7 +102,7 @@ impl Value for f64 {
     }
 }
 
-impl Value for Colour {
+impl InputValue for Colour {
     const EXPECTED: &'static str =
         "[red, green, blue], a number, an expression in quotes, { texture = … } or { checker = … }";
     fn of_number(number: f64) -> Self {
@@ -174,20 +174,20 @@ pub struct CheckerInput {
     pub checker: Checker,
 }
 
-impl<T: Value> Default for Input<T> {
+impl<T: InputValue> Default for Input<T> {
     /// One, or white.
     fn default() -> Self {
         Self::Constant(T::of_number(1.0))
     }
 }
 
-impl<T: Value> From<T> for Input<T> {
+impl<T: InputValue> From<T> for Input<T> {
     fn from(value: T) -> Self {
         Self::Constant(value)
     }
 }
 
-impl<T: Value> Input<T> {
+impl<T: InputValue> Input<T> {
     /// Returns the value of a constant.
     pub fn constant(&self) -> Option<T> {
         if let Self::Constant(value) = self {

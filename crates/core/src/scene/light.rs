@@ -35,6 +35,7 @@ fn yes() -> bool {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
+#[doc(alias("PointLight", "SpotLight", "DistantLight"))]
 pub enum LightKind {
     /// Parallel light from far away.
     Directional {
@@ -89,6 +90,7 @@ pub enum Falloff {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
+#[doc(alias("ImageInfiniteLight", "UniformInfiniteLight", "environment map"))]
 pub enum Sky {
     /// The same radiance in every direction.
     Constant(Colour),

@@ -7,7 +7,7 @@ mod physical;
 
 use serde::{Deserialize, Serialize};
 
-use super::field::{FieldValue, Fields};
+use super::field::{FieldValue, MaterialFields};
 use super::input::{Colour, ColourInput, TextureRef, Weight, white};
 pub use layers::*;
 pub use mixture::Mixture;
@@ -86,6 +86,7 @@ impl Material {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
+#[doc(alias("principled", "Disney BSDF", "DielectricMaterial", "ConductorMaterial"))]
 pub enum Model {
     /// A local lighting model made of terms.
     Classic(Box<Classic>),

@@ -50,6 +50,7 @@ pub enum MeshSource {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
+#[doc(alias = "TriangleMesh")]
 pub struct MeshData {
     /// Vertex positions in the mesh's own space.
     pub positions: Positions,
@@ -193,6 +194,7 @@ pub enum Filter {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
+#[doc(alias = "WrapMode")]
 pub enum Wrap {
     /// Repeats the image.
     #[default]

@@ -23,10 +23,10 @@ mod render;
 mod schema;
 
 pub use camera::{Camera, Fit, Pinhole, Pose, Projection};
-pub use field::{Bounds, ConstantValue, Field, FieldValue, Fields};
+pub use field::{ConstantValue, FieldBounds, FieldValue, MaterialField, MaterialFields};
 pub use input::{
-    Channel, Checker, CheckerInput, Colour, ColourInput, Input, NumberInput, TextureInput,
-    TextureRef, Value, Weight,
+    Channel, Checker, CheckerInput, Colour, ColourInput, Input, InputValue, NumberInput,
+    TextureInput, TextureRef, Weight,
 };
 pub use light::{Falloff, Light, LightKind, Sky, SkyMap, Studio, Sun};
 pub use material::*;
@@ -61,6 +61,7 @@ pub type Triple = [f64; 3];
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
+#[doc(alias = "BasicScene")]
 pub struct Scene {
     /// Version of the format; must be 1 and comes first in a file.
     pub format: u32,
@@ -115,16 +116,16 @@ pub struct Scene {
     /// importers.
     #[serde(skip)]
     #[cfg_attr(test, schemars(skip))]
-    pub unread: Vec<Unread>,
+    pub unread: Vec<UnreadPart>,
 }
 
 /// A material property of an imported file that the scene format cannot represent.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Unread {
+pub struct UnreadPart {
     /// Name of the material.
     pub material: String,
     /// Name in the file's format: the name of an extension.
-    pub what: String,
+    pub label: String,
 }
 
 impl Default for Scene {

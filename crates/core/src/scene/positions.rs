@@ -33,13 +33,13 @@ impl Positions {
     ///
     /// # Panics
     /// If the vertex does not exist.
-    pub fn at(&self, vertex: usize) -> DVec3 {
+    pub fn position(&self, vertex: usize) -> DVec3 {
         self.origin() + DVec3::from(self.offsets[vertex].map(f64::from))
     }
 
     /// Iterates over the positions in order.
     pub fn iter(&self) -> impl ExactSizeIterator<Item = DVec3> + '_ {
-        (0..self.len()).map(|vertex| self.at(vertex))
+        (0..self.len()).map(|vertex| self.position(vertex))
     }
 
     /// Returns the origin of the offsets; zero for a mesh near zero.

@@ -78,6 +78,7 @@ impl Pattern {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
+#[doc(alias("PathIntegrator", "RandomWalkIntegrator"))]
 pub enum Integrator {
     /// The integrator that the scene needs.
     #[default]
@@ -94,6 +95,7 @@ pub enum Integrator {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
+#[doc(alias = "tone mapping operator")]
 pub enum ToneMap {
     /// Clipped to 0..1.
     None,
@@ -111,6 +113,7 @@ pub enum ToneMap {
 /// Transfer curve from display-linear values to 8-bit codes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
+#[doc(alias("OETF", "gamma", "ColorEncoding"))]
 pub enum TransferCurve {
     /// The piecewise curve of IEC 61966-2-1.
     #[default]

@@ -7,8 +7,10 @@ use std::path::Path;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde_json::{Map, Value as Json, json};
 
-use super::{Checker, Colour, FORMAT, Input, SCHEMA, Scene, TextureRef, Triple, Value, Weight};
-use crate::expr::{Scope, constant_names, function_names};
+use super::{
+    Checker, Colour, FORMAT, Input, InputValue, SCHEMA, Scene, TextureRef, Triple, Weight,
+};
+use crate::expr::{ExprScope, constant_names, function_names};
 
 /// Protects: the shipped schema matches the scene types. `TAKE_SCHEMA=1 cargo test -p
 /// raywright-core --lib scene::schema` rewrites the file.
@@ -100,10 +102,10 @@ impl JsonSchema for Colour {
 }
 
 /// Describes the names that an expression may use, for authors who have the schema alone.
-fn language(scope: Scope) -> String {
+fn language(scope: ExprScope) -> String {
     let list = |names: &mut dyn Iterator<Item = &'static str>| names.collect::<Vec<_>>().join(", ");
     let place = match scope {
-        Scope::Light => {
+        ExprScope::Light => {
             ", of which the light's (l, shadow, occluder_distance) exist only where a light is weighed"
         }
         _ => "; in the sky only d and o",
@@ -124,14 +126,14 @@ impl JsonSchema for Weight {
     fn json_schema(_: &mut SchemaGenerator) -> Schema {
         let description = format!(
             "A number, or the text of an expression that is a number at each hit. {}",
-            language(Scope::Light)
+            language(ExprScope::Light)
         );
         json_schema!({ "description": description, "type": ["number", "string"] })
     }
 }
 
 /// Value type of an input, with the input's name in the schema.
-trait NamedValue: Value + JsonSchema {
+trait NamedValue: InputValue + JsonSchema {
     const NAME: &'static str;
 }
 
@@ -155,7 +157,7 @@ impl<T: NamedValue> JsonSchema for Input<T> {
             "description": "A constant, the text of an expression evaluated at each hit, a texture or a checkerboard.",
             "anyOf": [
                 constant,
-                { "description": language(Scope::Surface), "type": "string" },
+                { "description": language(ExprScope::Surface), "type": "string" },
                 { "type": "object", "properties": { "texture": texture }, "required": ["texture"], "additionalProperties": false },
                 { "type": "object", "properties": { "checker": checker }, "required": ["checker"], "additionalProperties": false }
             ]

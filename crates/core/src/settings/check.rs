@@ -85,7 +85,7 @@ mod tests {
         Settings {
             size: [8, 6],
             sampling: Sampling::General(16),
-            ..Settings::of(&scene)
+            ..Settings::from_scene(&scene)
         }
     }
 
@@ -94,7 +94,7 @@ mod tests {
     #[test]
     fn limits_are_kept() {
         type E = SettingsError;
-        let (right, most) = (settings(), Settings::MOST_EDGE);
+        let (right, maximum) = (settings(), Settings::MOST_EDGE);
         let crop = |x, y, width, height| Settings {
             crop: Some(Crop {
                 x,
@@ -118,7 +118,7 @@ mod tests {
         };
         for good in [
             Settings {
-                size: [1, most],
+                size: [1, maximum],
                 ..settings()
             },
             crop(0, 0, 8, 6),
@@ -145,10 +145,10 @@ mod tests {
             ),
             (
                 Settings {
-                    size: [6, most + 1],
+                    size: [6, maximum + 1],
                     ..settings()
                 },
-                E::Size([6, most + 1]),
+                E::Size([6, maximum + 1]),
             ),
             (
                 crop(0, 0, 9, 6),

@@ -4,6 +4,7 @@
 /// pixel, on the lens and on lights are the same f32 numbers, so that their pictures differ by
 /// arithmetic alone.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[doc(alias = "Float")]
 pub enum PrecisionChoice {
     /// f32 storage, cancellation-free intersections with an f64 core.
     #[default]
@@ -16,6 +17,7 @@ pub enum PrecisionChoice {
 /// and differ in noise. Lights without size are always sampled, and lights seen in a mirror or
 /// smooth glass are always hit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[doc(alias("BVHLightSampler", "PowerLightSampler"))]
 pub enum LightSampling {
     /// Paths hit lights by chance.
     Scattering,
@@ -38,6 +40,7 @@ pub enum Microfacets {
 
 /// Source of the random numbers of a pixel's samples. All are unbiased and differ in noise.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[doc(alias("ZSobolSampler", "IndependentSampler"))]
 pub enum SamplerKind {
     /// Independent numbers.
     Independent,

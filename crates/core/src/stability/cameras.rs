@@ -2,13 +2,13 @@
 //! lenses without an aperture.
 
 use glam::DVec3;
-use raywright_bvh::stability::judge::{Outcome, Random, Rays, Verdict, hex, judge, stored};
+use raywright_bvh::stability::judge::{CaseRng, Outcome, RayCount, Verdict, hex, judge, to_scalar};
 use raywright_bvh::stability::{Measurement, by_each_kernel, by_shapes};
 use raywright_bvh::{
     AcceleratorKind, Geometry, Interval, PrimitiveSet, Ray, Real, Vector, Visibility,
 };
 
-use crate::camera::Camera;
+use crate::camera::PreparedCamera;
 use crate::scene::{Camera as CameraData, Pinhole, Pose, Projection, Scene};
 use crate::validate::validate;
 
@@ -35,36 +35,33 @@ fn opening(degrees: f64) -> Pinhole {
 }
 
 /// Draws a camera with hard positions, directions and angles.
-fn drawn(random: &mut Random) -> CameraData {
-    let place = random.cube() * random.pick(&[0.0, 1.0, 1e6]);
-    let pose = match random.bits() % 3 {
+fn drawn(rng: &mut CaseRng) -> CameraData {
+    let position = rng.in_cube() * rng.choose(&[0.0, 1.0, 1e6]);
+    let pose = match rng.bits() % 3 {
         // Along up, or at itself.
         0 => {
-            let view = random.pick(&[DVec3::Y, DVec3::NEG_Y, DVec3::ZERO])
-                * random.pick(&[1e-3, 1.0, 1e3]);
+            let view =
+                rng.choose(&[DVec3::Y, DVec3::NEG_Y, DVec3::ZERO]) * rng.choose(&[1e-3, 1.0, 1e3]);
             Pose::LookAt {
-                eye: place.to_array(),
-                target: (place + view).to_array(),
+                eye: position.to_array(),
+                target: (position + view).to_array(),
                 up: [0.0, 1.0, 0.0],
             }
         }
         1 => {
-            let elevation = random.sign() * (90.0 - random.pick(&[1e-12, 1e-9, 1e-6, 1e-3]));
-            let (distance, azimuth) = (
-                random.pick(&[1e-3, 1.0, 1e3]),
-                random.between(-180.0, 180.0),
-            );
+            let elevation = rng.sign() * (90.0 - rng.choose(&[1e-12, 1e-9, 1e-6, 1e-3]));
+            let (distance, azimuth) = (rng.choose(&[1e-3, 1.0, 1e3]), rng.uniform(-180.0, 180.0));
             Pose::Orbit {
-                target: place.to_array(),
+                target: position.to_array(),
                 distance,
                 azimuth,
                 elevation,
             }
         }
         _ => {
-            let target = place + random.direction() * random.pick(&[1.0, 1e3]);
+            let target = position + rng.direction() * rng.choose(&[1.0, 1e3]);
             Pose::LookAt {
-                eye: place.to_array(),
+                eye: position.to_array(),
                 target: target.to_array(),
                 up: [0.0, 1.0, 0.0],
             }
@@ -72,15 +69,15 @@ fn drawn(random: &mut Random) -> CameraData {
     };
     camera(
         pose,
-        Projection::Pinhole(opening(random.pick(&[1e-3, 1.0, 40.0, 179.9]))),
+        Projection::Pinhole(opening(rng.choose(&[1e-3, 1.0, 40.0, 179.9]))),
     )
 }
 
 /// F01: degenerate cameras are refused with a message, or each pixel has its own ray, unit and
 /// finite.
-pub fn degenerate_views<R: Real>(rays: Rays) -> Vec<Measurement> {
-    let outcome = judge("F01", 501, 4000, rays, |random| {
-        let data = drawn(random);
+pub fn degenerate_views<R: Real>(rays: RayCount) -> Vec<Measurement> {
+    let outcome = judge("F01", 501, 4000, rays, |rng| {
+        let data = drawn(rng);
         let scene = Scene {
             cameras: vec![data.clone()],
             ..Scene::default()
@@ -88,17 +85,17 @@ pub fn degenerate_views<R: Real>(rays: Rays) -> Vec<Measurement> {
         if !validate(&scene).is_empty() {
             return Verdict::Right(0.0);
         }
-        let camera = Camera::<R>::new(&data, [SIZE; 2]);
+        let camera = PreparedCamera::<R>::new(&data, [SIZE; 2]);
         let at = |x: u32, y: u32| {
-            camera.ray(
+            camera.generate_ray(
                 R::from_f64(f64::from(x) + 0.5),
                 R::from_f64(f64::from(y) + 0.5),
                 [0.0; 2],
             )
         };
         let (x, y) = (
-            random.bits() as u32 % (SIZE - 1),
-            random.bits() as u32 % (SIZE - 1),
+            rng.bits() as u32 % (SIZE - 1),
+            rng.bits() as u32 % (SIZE - 1),
         );
         let all = [at(x, y), at(x + 1, y), at(x, y + 1)].map(|ray| ray.direction);
         let off = all
@@ -111,7 +108,7 @@ pub fn degenerate_views<R: Real>(rays: Rays) -> Vec<Measurement> {
             format!("{data:?} at {x}, {y}: {all:?}")
         })
         .and(|| {
-            Verdict::bounded(off, 4.0 * R::ROUNDOFF.to_f64(), || {
+            Verdict::within_bound(off, 4.0 * R::ROUNDOFF.to_f64(), || {
                 format!("{data:?} at {x}, {y}: {all:?}")
             })
         })
@@ -121,21 +118,21 @@ pub fn degenerate_views<R: Real>(rays: Rays) -> Vec<Measurement> {
 
 /// F03: a lens without an aperture equals a pinhole to the bit; a lens with a tiny or huge focus
 /// distance has finite rays.
-pub fn lenses<R: Real>(rays: Rays) -> Vec<Measurement> {
-    let outcome = judge("F03", 502, 20_000, rays, |random| {
-        let eye = random.cube() * 10.0;
+pub fn lenses<R: Real>(rays: RayCount) -> Vec<Measurement> {
+    let outcome = judge("F03", 502, 20_000, rays, |rng| {
+        let eye = rng.in_cube() * 10.0;
         let pose = Pose::LookAt {
             eye: eye.to_array(),
-            target: (eye + random.direction()).to_array(),
+            target: (eye + rng.direction()).to_array(),
             up: [0.1, 1.0, 0.2],
         };
         let (pinhole, focus_distance) = (
-            opening(random.pick(&[1.0, 40.0, 120.0])),
-            random.pick(&[1e-6, 1.0, 1e7]),
+            opening(rng.choose(&[1.0, 40.0, 120.0])),
+            rng.choose(&[1e-6, 1.0, 1e7]),
         );
         let lens = |aperture_radius| {
             let pinhole = pinhole.clone();
-            Camera::<R>::new(
+            PreparedCamera::<R>::new(
                 &camera(
                     pose.clone(),
                     Projection::ThinLens {
@@ -147,26 +144,26 @@ pub fn lenses<R: Real>(rays: Rays) -> Vec<Measurement> {
                 [SIZE; 2],
             )
         };
-        let [x, y] = [random.unit(), random.unit()].map(|u| R::from_f64(u * f64::from(SIZE)));
-        let on_lens = [random.unit() as f32, random.unit() as f32].map(|u| u.min(1.0 - 6e-8));
+        let [x, y] = [rng.unit(), rng.unit()].map(|u| R::from_f64(u * f64::from(SIZE)));
+        let on_lens = [rng.unit() as f32, rng.unit() as f32].map(|u| u.min(1.0 - 6e-8));
         let (without, plain) = (
-            lens(0.0).ray(x, y, on_lens),
-            Camera::<R>::new(
+            lens(0.0).generate_ray(x, y, on_lens),
+            PreparedCamera::<R>::new(
                 &camera(pose.clone(), Projection::Pinhole(pinhole.clone())),
                 [SIZE; 2],
             )
-            .ray(x, y, on_lens),
+            .generate_ray(x, y, on_lens),
         );
         let bits = |ray: &Ray<R>| {
             [ray.origin, ray.direction].map(|v| v.to_f64().to_array().map(f64::to_bits))
         };
-        let open = lens(random.pick(&[1e-6, 1e-2, 1.0])).ray(x, y, on_lens);
+        let open = lens(rng.choose(&[1e-6, 1e-2, 1.0])).generate_ray(x, y, on_lens);
         let off = (open.direction.to_f64().length() - 1.0).abs();
         Verdict::holds(bits(&without) == bits(&plain), || {
             format!("{without:?} instead of {plain:?}")
         })
         .and(|| {
-            Verdict::bounded(off, 4.0 * R::ROUNDOFF.to_f64(), || {
+            Verdict::within_bound(off, 4.0 * R::ROUNDOFF.to_f64(), || {
                 format!("{open:?} focused at {focus_distance:e}")
             })
         })
@@ -177,7 +174,7 @@ pub fn lenses<R: Real>(rays: Rays) -> Vec<Measurement> {
 /// F02: views straight at the middle of a lattice, whose rays have zeros of either sign and lie in
 /// the planes of edges: in a picture of an odd number of pixels, the ray of each pixel hits the
 /// lattice.
-pub fn symmetric_views<R: Real>(rays: Rays) -> Vec<Measurement> {
+pub fn symmetric_views<R: Real>(rays: RayCount) -> Vec<Measurement> {
     const CELLS: i32 = 20;
     /// Every half of a cell but the border.
     const ODD: u32 = 2 * CELLS as u32 - 1;
@@ -193,7 +190,7 @@ pub fn symmetric_views<R: Real>(rays: Rays) -> Vec<Measurement> {
                 [corner, corner + x + y, corner + y],
             ] {
                 group
-                    .triangle(face.map(|p| stored::<R>(p)), Visibility::default())
+                    .add_triangle(face.map(|p| to_scalar::<R>(p)), Visibility::default())
                     .expect("finite corners");
             }
         }
@@ -215,7 +212,7 @@ pub fn symmetric_views<R: Real>(rays: Rays) -> Vec<Measurement> {
             } else {
                 Projection::Pinhole(opening(degrees))
             };
-            let camera = Camera::<R>::new(
+            let camera = PreparedCamera::<R>::new(
                 &camera(
                     Pose::Axes {
                         eye,
@@ -228,9 +225,9 @@ pub fn symmetric_views<R: Real>(rays: Rays) -> Vec<Measurement> {
                 [ODD; 2],
             );
             // Few enough to trace all rays in either case.
-            judge("F02", 503, ODD * ODD, rays, |random| {
-                let [x, y] = [random.index() as u32 % ODD, random.index() as u32 / ODD];
-                let ray = camera.ray(
+            judge("F02", 503, ODD * ODD, rays, |rng| {
+                let [x, y] = [rng.index() as u32 % ODD, rng.index() as u32 / ODD];
+                let ray = camera.generate_ray(
                     R::from_f64(f64::from(x) + 0.5),
                     R::from_f64(f64::from(y) + 0.5),
                     [0.0; 2],

@@ -3,18 +3,18 @@
 
 use glam::DVec3;
 use raywright_bvh::stability::Measurement;
-use raywright_bvh::stability::judge::{Outcome, Random, Rays, U, Verdict, judge};
+use raywright_bvh::stability::judge::{CaseRng, Outcome, RayCount, U, Verdict, judge};
 
 use crate::material::{Interface, dielectric};
 
 /// Measurements of a computation that is f64 in both precisions.
 fn alone(outcome: &Outcome, textbook: Option<&Outcome>) -> Vec<Measurement> {
-    let of = |setting: &str| Measurement {
+    let value_of = |setting: &str| Measurement {
         setting: setting.to_owned(),
         outcome: outcome.clone(),
         textbook: textbook.cloned(),
     };
-    vec![of("robust"), of("reference")]
+    vec![value_of("robust"), value_of("reference")]
 }
 
 /// A ray that hits a level boundary from above with this cosine.
@@ -47,46 +47,42 @@ fn reflectance(cosine: f64, eta: f64) -> Option<f64> {
 }
 
 /// Draws a cosine: anywhere, near grazing, near head-on, and the ends.
-fn cosine(random: &mut Random) -> f64 {
-    match random.bits() % 4 {
-        0 => random.unit(),
-        1 => 10_f64.powf(random.between(-8.0, 0.0)),
-        2 => 1.0 - 10_f64.powf(random.between(-8.0, 0.0)),
-        _ => random.pick(&[1.0, 0.5, 1e-4, 1e-6, 1.0 - U]),
+fn cosine(rng: &mut CaseRng) -> f64 {
+    match rng.bits() % 4 {
+        0 => rng.unit(),
+        1 => 10_f64.powf(rng.uniform(-8.0, 0.0)),
+        2 => 1.0 - 10_f64.powf(rng.uniform(-8.0, 0.0)),
+        _ => rng.choose(&[1.0, 0.5, 1e-4, 1e-6, 1.0 - U]),
     }
 }
 
 /// S13: media with a relative index of one, or nearly one.
-pub fn matched_indices(rays: Rays) -> Vec<Measurement> {
-    let drawn = |random: &mut Random| {
-        let ratio = random.pick(&[1.0, 1.0003, 1.0 + 1e-6]);
+pub fn matched_indices(rays: RayCount) -> Vec<Measurement> {
+    let drawn = |rng: &mut CaseRng| {
+        let ratio = rng.choose(&[1.0, 1.0003, 1.0 + 1e-6]);
         (
-            cosine(random),
-            if random.sign() > 0.0 {
-                ratio
-            } else {
-                1.0 / ratio
-            },
+            cosine(rng),
+            if rng.sign() > 0.0 { ratio } else { 1.0 / ratio },
         )
     };
-    let told = |cosine: f64, eta: f64| format!("cosine {:016x}, ratio {eta}", cosine.to_bits());
+    let describe = |cosine: f64, eta: f64| format!("cosine {:016x}, ratio {eta}", cosine.to_bits());
     let judged = |f: &(dyn Fn(f64, f64) -> f64 + Sync)| {
-        judge("S13", 411, 200_000, rays, |random| {
-            let (cosine, eta) = drawn(random);
-            let (found, wanted) = (f(cosine, eta), reflectance(cosine, eta).unwrap_or(1.0));
-            Verdict::bounded((found - wanted).abs(), 1e-6, || told(cosine, eta))
-                .and(|| Verdict::holds((0.0..=1.0).contains(&found), || told(cosine, eta)))
+        judge("S13", 411, 200_000, rays, |rng| {
+            let (cosine, eta) = drawn(rng);
+            let (found, requested) = (f(cosine, eta), reflectance(cosine, eta).unwrap_or(1.0));
+            Verdict::within_bound((found - requested).abs(), 1e-6, || describe(cosine, eta))
+                .and(|| Verdict::holds((0.0..=1.0).contains(&found), || describe(cosine, eta)))
         })
     };
-    let straight = judge("S13 straight", 412, 50_000, rays, |random| {
-        let (d, n) = (random.direction(), random.direction());
+    let straight = judge("S13 straight", 412, 50_000, rays, |rng| {
+        let (d, n) = (rng.direction(), rng.direction());
         let n = if d.dot(n) < 0.0 { n } else { -n };
         let off = Interface::new(d, n, 1.0)
             .refracted
             .map_or(f64::INFINITY, |refracted| {
                 (refracted - d).abs().max_element()
             });
-        Verdict::bounded(off, 4.0 * U, || format!("{d} at {n}"))
+        Verdict::within_bound(off, 4.0 * U, || format!("{d} at {n}"))
     });
     // Schlick's approximation approaches one at grazing angles for any indices.
     let textbook = judged(&|cosine, eta| at(cosine, eta).schlick(cosine));
@@ -97,21 +93,21 @@ pub fn matched_indices(rays: Rays) -> Vec<Measurement> {
 }
 
 /// S14: the exact equations for glasses and diamond, in both directions, by the relative error.
-pub fn exact_equations(rays: Rays) -> Vec<Measurement> {
-    let outcome = judge("S14", 413, 400_000, rays, |random| {
-        let ior = random.pick(&[1.333, 1.5, 1.7, 2.42]);
-        let eta = if random.sign() > 0.0 { ior } else { 1.0 / ior };
-        let cosine = if random.bits().is_multiple_of(50) {
-            random.pick(&[0.0, -0.0, 1.0, 1.0 + 2.0 * U])
+pub fn exact_equations(rays: RayCount) -> Vec<Measurement> {
+    let outcome = judge("S14", 413, 400_000, rays, |rng| {
+        let ior = rng.choose(&[1.333, 1.5, 1.7, 2.42]);
+        let eta = if rng.sign() > 0.0 { ior } else { 1.0 / ior };
+        let cosine = if rng.bits().is_multiple_of(50) {
+            rng.choose(&[0.0, -0.0, 1.0, 1.0 + 2.0 * U])
         } else {
-            cosine(random)
+            cosine(rng)
         };
         let beyond2 = 1.0 - eta * eta * (1.0 - cosine) * (1.0 + cosine);
         let found = dielectric(cosine, (beyond2 >= 0.0).then(|| beyond2.sqrt()), eta);
-        let wanted = reflectance(cosine.clamp(0.0, 1.0), eta).unwrap_or(1.0);
-        let told = || {
+        let requested = reflectance(cosine.clamp(0.0, 1.0), eta).unwrap_or(1.0);
+        let describe = || {
             format!(
-                "cosine {:016x}, ratio {eta}: {found}, not {wanted}",
+                "cosine {:016x}, ratio {eta}: {found}, not {requested}",
                 cosine.to_bits()
             )
         };
@@ -123,36 +119,37 @@ pub fn exact_equations(rays: Rays) -> Vec<Measurement> {
         } else {
             1.0 - found
         };
-        Verdict::bounded((found - wanted).abs(), 1e-6 * wanted, told)
-            .and(|| Verdict::holds((0.0..=1.0).contains(&found), told))
-            .and(|| Verdict::bounded((found + through - 1.0).abs(), 1e-6, told))
+        Verdict::within_bound((found - requested).abs(), 1e-6 * requested, describe)
+            .and(|| Verdict::holds((0.0..=1.0).contains(&found), describe))
+            .and(|| Verdict::within_bound((found + through - 1.0).abs(), 1e-6, describe))
     });
     alone(&outcome, None)
 }
 
 /// S15: Schlick's approximation against the exact equations, by its known greatest error; from
 /// inside by the cosine in the thinner medium.
-pub fn schlick(rays: Rays) -> Vec<Measurement> {
-    let outcome = judge("S15", 414, 40_000, rays, |random| {
-        let (ior, most) = random.pick(&[(1.333, 0.059), (1.5, 0.036), (2.42, 0.076)]);
-        let outside = random.unit();
-        let wanted = reflectance(outside, 1.0 / ior).unwrap_or(1.0);
-        let told = || format!("cosine {:016x}, index {ior}", outside.to_bits());
+pub fn schlick(rays: RayCount) -> Vec<Measurement> {
+    let outcome = judge("S15", 414, 40_000, rays, |rng| {
+        let (ior, maximum) = rng.choose(&[(1.333, 0.059), (1.5, 0.036), (2.42, 0.076)]);
+        let outside = rng.unit();
+        let requested = reflectance(outside, 1.0 / ior).unwrap_or(1.0);
+        let describe = || format!("cosine {:016x}, index {ior}", outside.to_bits());
         let from_without = at(outside, 1.0 / ior).schlick(outside);
         // The same ray backwards.
         let inside = (1.0 - (1.0 - outside) * (1.0 + outside) / (ior * ior)).sqrt();
         let from_within = at(inside, ior).schlick(outside);
-        Verdict::bounded((from_without - wanted).abs(), most + 5e-4, told)
-            .and(|| Verdict::bounded((from_within - wanted).abs(), most + 5e-4, told))
+        Verdict::within_bound((from_without - requested).abs(), maximum + 5e-4, describe).and(
+            || Verdict::within_bound((from_within - requested).abs(), maximum + 5e-4, describe),
+        )
     });
-    let textbook = judge("S15", 414, 40_000, rays, |random| {
-        let (ior, most) = random.pick(&[(1.333, 0.059), (1.5, 0.036), (2.42, 0.076)]);
-        let outside = random.unit();
+    let textbook = judge("S15", 414, 40_000, rays, |rng| {
+        let (ior, maximum) = rng.choose(&[(1.333, 0.059), (1.5, 0.036), (2.42, 0.076)]);
+        let outside = rng.unit();
         let inside = (1.0 - (1.0 - outside) * (1.0 + outside) / (ior * ior)).sqrt();
-        let wanted = reflectance(outside, 1.0 / ior).unwrap_or(1.0);
-        Verdict::bounded(
-            (at(inside, ior).schlick(inside) - wanted).abs(),
-            most + 5e-4,
+        let requested = reflectance(outside, 1.0 / ior).unwrap_or(1.0);
+        Verdict::within_bound(
+            (at(inside, ior).schlick(inside) - requested).abs(),
+            maximum + 5e-4,
             || format!("index {ior}"),
         )
     });

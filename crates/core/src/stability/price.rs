@@ -6,19 +6,19 @@ use std::rc::Rc;
 
 use glam::{DVec3, Vec3};
 use raywright_bvh::stability::contest::{self, Contest, Work};
-use raywright_bvh::stability::judge::Random;
+use raywright_bvh::stability::judge::CaseRng;
 use raywright_bvh::{Real, Vector};
 
 use super::shading::unsigned_frame;
 use crate::bench::Spread;
 use crate::bench::clock::thread_seconds;
-use crate::material::{Frame, Interface, dielectric};
+use crate::material::{Interface, ShadingFrame, dielectric};
 
 /// Cost of a case, in nanoseconds.
 #[derive(Clone, Copy, Debug)]
-pub struct Price {
+pub struct CasePrice {
     /// Work per ray or sample.
-    pub what: &'static str,
+    pub label: &'static str,
     /// Time of the textbook's formulas in f32.
     pub textbook: Spread,
     /// Additional time of the library's formulas, per round, in `robust` and in `reference`;
@@ -45,9 +45,9 @@ pub fn contest(number: &str) -> Option<Contest> {
 }
 
 /// Times the contest of a case; `None` without one.
-pub fn price(number: &str) -> Option<Price> {
+pub fn price(number: &str) -> Option<CasePrice> {
     let Contest {
-        what,
+        label,
         count,
         textbook,
         library: [robust, reference],
@@ -56,8 +56,8 @@ pub fn price(number: &str) -> Option<Price> {
     let mut rounds = Vec::with_capacity(ROUNDS);
     for round in 0..=ROUNDS {
         let mut nanoseconds = [0.0; 3];
-        for place in 0..works.len() {
-            let turn = (place + round) % works.len();
+        for index in 0..works.len() {
+            let turn = (index + round) % works.len();
             let start = thread_seconds();
             works[turn]();
             nanoseconds[turn] = (thread_seconds() - start) * 1e9 / f64::from(count);
@@ -66,30 +66,31 @@ pub fn price(number: &str) -> Option<Price> {
             rounds.push(nanoseconds);
         }
     }
-    let spread =
-        |of: &dyn Fn(&[f64; 3]) -> f64| Spread::of(&rounds.iter().map(of).collect::<Vec<_>>());
-    Some(Price {
-        what,
+    let spread = |of: &dyn Fn(&[f64; 3]) -> f64| {
+        Spread::from_samples(&rounds.iter().map(of).collect::<Vec<_>>())
+    };
+    Some(CasePrice {
+        label,
         textbook: spread(&|round| round[0]),
-        more: [1, 2].map(|which| spread(&|round| round[which] - round[0])),
+        more: [1, 2].map(|selected| spread(&|round| round[selected] - round[0])),
     })
 }
 
 /// Builds a contest over samples: textbook formulas, `robust` and `reference`.
 fn over<S: 'static>(
-    what: &'static str,
-    of: impl Fn(&mut Random) -> S,
+    label: &'static str,
+    value_of: impl Fn(&mut CaseRng) -> S,
     works: [fn(&S); 3],
 ) -> Contest {
     let samples: Rc<[S]> = (0..SAMPLES)
-        .map(|index| of(&mut Random::new(2, index.into())))
+        .map(|index| value_of(&mut CaseRng::new(2, index.into())))
         .collect();
     let [textbook, robust, reference] = works.map(|work| {
         let samples = samples.clone();
         Box::new(move || (0..TURNS).for_each(|_| samples.iter().for_each(work))) as Work
     });
     Contest {
-        what,
+        label,
         count: SAMPLES * TURNS,
         textbook,
         library: [robust, reference],
@@ -97,8 +98,8 @@ fn over<S: 'static>(
 }
 
 fn frames() -> Contest {
-    let drawn = |random: &mut Random| {
-        let n = random.direction();
+    let drawn = |rng: &mut CaseRng| {
+        let n = rng.direction();
         (n.as_vec3(), n)
     };
     over(
@@ -109,10 +110,10 @@ fn frames() -> Contest {
                 black_box(unsigned_frame(n));
             },
             |&(n, _)| {
-                black_box(Frame::<f32>::about(n));
+                black_box(ShadingFrame::<f32>::from_normal(n));
             },
             |&(_, n)| {
-                black_box(Frame::<f64>::about(n));
+                black_box(ShadingFrame::<f64>::from_normal(n));
             },
         ],
     )
@@ -125,8 +126,8 @@ fn reflections() -> Contest {
             Interface::new(d.to_f64(), n.to_f64(), 1.0).reflected,
         ));
     }
-    let drawn = |random: &mut Random| {
-        let pair = [random.direction(), random.direction()];
+    let drawn = |rng: &mut CaseRng| {
+        let pair = [rng.direction(), rng.direction()];
         (pair.map(|v| v.as_vec3()), pair)
     };
     let by_textbook = |&([d, n], _): &([Vec3; 2], [DVec3; 2])| {
@@ -156,7 +157,7 @@ fn reflectances() -> Contest {
     };
     over(
         "a reflectance of glass",
-        |random| random.unit() as f32,
+        |rng| rng.unit() as f32,
         [schlick, exact, exact],
     )
 }

@@ -3,7 +3,7 @@
 use raywright_bvh::shapes::{
     AnyShape, Cone, Cuboid, Cylinder, Disk, Ellipsoid, Quad, Sphere, Torus, Triangle,
 };
-use raywright_bvh::stability::judge::{Outcome, Rays, U, Verdict, judge, stored};
+use raywright_bvh::stability::judge::{Outcome, RayCount, U, Verdict, judge, to_scalar};
 use raywright_bvh::stability::{Measurement, by_shapes};
 use raywright_bvh::{Real, Vector};
 
@@ -12,7 +12,7 @@ use glam::DVec3;
 use crate::filter::PixelFilter;
 use crate::light::DirectionCone;
 use crate::material::cosine_sample;
-use crate::sampler::{Address, Purpose, pair};
+use crate::sampler::{Purpose, SampleAddress, pair};
 use crate::settings::SamplerKind;
 
 /// Numbers at the ends of [0, 1) and in its middle: zero, the least, a half, the greatest f32 below
@@ -38,45 +38,45 @@ fn alone(outcome: &Outcome) -> Vec<Measurement> {
 
 /// M01: numbers of every sampler, also of words with all bits set but the last few, and the
 /// positions that filters map them to.
-pub fn below_one(rays: Rays) -> Vec<Measurement> {
-    let most = 1.0 - U;
-    let words = judge("M01 words", 301, 10_000, rays, |random| {
-        let word = !(random.index() as u32);
+pub fn below_one(rays: RayCount) -> Vec<Measurement> {
+    let maximum = 1.0 - U;
+    let words = judge("M01 words", 301, 10_000, rays, |rng| {
+        let word = !(rng.index() as u32);
         let x = f64::from(sobol_burley::parts::u32_to_f32_norm(word));
-        Verdict::bounded(x, most, || format!("word {word:#010x}"))
+        Verdict::within_bound(x, maximum, || format!("word {word:#010x}"))
             .and(|| Verdict::holds(x >= 0.0, || format!("{x}")))
     });
-    let drawn = judge("M01", 302, 1_000_000, rays, |random| {
-        let sampler = random.pick(&[
+    let drawn = judge("M01", 302, 1_000_000, rays, |rng| {
+        let sampler = rng.choose(&[
             SamplerKind::Sobol,
             SamplerKind::Stratified,
             SamplerKind::Independent,
         ]);
-        let mut word = || random.bits() as u32;
-        let at = Address {
+        let mut word = || rng.bits() as u32;
+        let address = SampleAddress {
             pixel: [word(), word()],
             replicate: word() % 256,
             index: word(),
             sampler,
-            ..Address::default()
+            ..SampleAddress::default()
         };
-        let numbers = pair(at, Purpose::Scatter);
+        let numbers = pair(address, Purpose::Scatter);
         let is_within = numbers
             .iter()
-            .all(|&x| (0.0..=most).contains(&f64::from(x)));
+            .all(|&x| (0.0..=maximum).contains(&f64::from(x)));
         Verdict::holds(is_within, || {
-            format!("{:08x?} of {at:?}", numbers.map(f32::to_bits))
+            format!("{:08x?} of {address:?}", numbers.map(f32::to_bits))
         })
     });
-    let filters = judge("M01 filters", 303, 10_000, rays, |random| {
-        let filter = random.pick(&PixelFilter::ALL);
-        let number = if random.sign() > 0.0 {
-            random.pick(&CORNERS).min(most)
+    let filters = judge("M01 filters", 303, 10_000, rays, |rng| {
+        let filter = rng.choose(&PixelFilter::ALL);
+        let number = if rng.sign() > 0.0 {
+            rng.choose(&CORNERS).min(maximum)
         } else {
-            random.unit()
+            rng.unit()
         } as f32;
-        let place = f64::from(filter.draws().place(number.min(most as f32)));
-        Verdict::bounded((place - 0.5).abs(), filter.radius(), || {
+        let place = f64::from(filter.draws().sample(number.min(maximum as f32)));
+        Verdict::within_bound((place - 0.5).abs(), filter.radius(), || {
             format!("{filter:?} of {:08x}", number.to_bits())
         })
     });
@@ -89,10 +89,10 @@ fn shapes<R: Real>() -> Vec<AnyShape<R>> {
     let (x, y) = (DVec3::new(1.5, 0.5, 0.0), DVec3::new(0.25, 0.75, 1.0));
     vec![
         AnyShape::Sphere(Sphere {
-            centre: stored::<R>(c),
+            centre: to_scalar::<R>(c),
             radius: R::from_f64(0.7),
         }),
-        AnyShape::Triangle(Triangle::new([c, c + x, c + y].map(|p| stored::<R>(p)))),
+        AnyShape::Triangle(Triangle::new([c, c + x, c + y].map(|p| to_scalar::<R>(p)))),
         AnyShape::Quad(Quad::new(c, x, y)),
         AnyShape::Disk(Disk::new(c, axis, 0.8)),
         AnyShape::Cuboid(Cuboid::new(c, c + 1.0)),
@@ -105,55 +105,56 @@ fn shapes<R: Real>() -> Vec<AnyShape<R>> {
 
 /// M02: hemispheres, cones and surfaces sampled at the corners of the unit square and inside it:
 /// unit within 2u, with a positive density.
-pub fn warps<R: Real>(rays: Rays) -> Vec<Measurement> {
+pub fn warps<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let shapes = shapes::<R>();
     let roundoff = R::ROUNDOFF.to_f64();
-    let outcome = judge("M02", 310, 200_000, rays, |random| {
+    let outcome = judge("M02", 310, 200_000, rays, |rng| {
         // The greatest number of the sampler below one, in every precision.
         let mut number = || {
-            if random.sign() > 0.0 {
-                random.pick(&CORNERS).min(1.0 - U)
+            if rng.sign() > 0.0 {
+                rng.choose(&CORNERS).min(1.0 - U)
             } else {
-                f64::from(random.unit() as f32).min(1.0 - U)
+                f64::from(rng.unit() as f32).min(1.0 - U)
             }
         };
         let [u, v] = [number(), number()];
-        let told = |what: &str| format!("{what} at {:016x} {:016x}", u.to_bits(), v.to_bits());
-        let unit = |what: &str, d: DVec3, bound: f64| {
-            Verdict::bounded((d.length() - 1.0).abs(), bound, || told(what))
+        let describe =
+            |label: &str| format!("{label} at {:016x} {:016x}", u.to_bits(), v.to_bits());
+        let unit = |label: &str, d: DVec3, bound: f64| {
+            Verdict::within_bound((d.length() - 1.0).abs(), bound, || describe(label))
         };
-        match random.bits() % 3 {
+        match rng.bits() % 3 {
             0 => {
                 let d = cosine_sample::<R>([R::from_f64(u), R::from_f64(v)]).to_f64();
                 // Inverse: the square of the height is one less the first number.
                 let off = (d.z * d.z - (1.0 - u)).abs();
                 unit("hemisphere", d, 2.0 * roundoff)
-                    .and(|| Verdict::bounded(off, 4.0 * roundoff, || told("height")))
-                    .and(|| Verdict::holds(d.z > 0.0, || told("density")))
+                    .and(|| Verdict::within_bound(off, 4.0 * roundoff, || describe("height")))
+                    .and(|| Verdict::holds(d.z > 0.0, || describe("density")))
             }
             1 => {
                 // From a nearly zero angle to a half-space, by the sine.
-                let share = random.pick(&[1e-7, 1e-6, 1e-3, 0.5, 0.999, 1.0 - 1e-9]);
-                let Some(cone) = DirectionCone::new(random.direction() / share, 1.0, DVec3::ZERO)
+                let share = rng.choose(&[1e-7, 1e-6, 1e-3, 0.5, 0.999, 1.0 - 1e-9]);
+                let Some(cone) = DirectionCone::new(rng.direction() / share, 1.0, DVec3::ZERO)
                 else {
                     return Verdict::Skip;
                 };
                 let density = 1.0 / cone.solid_angle();
                 unit("cone", cone.normal([u, v]), 2.0 * U).and(|| {
                     Verdict::holds(density > 0.0 && density.is_finite(), || {
-                        told("density of a cone")
+                        describe("density of a cone")
                     })
                 })
             }
             _ => {
-                let shape = random.pick(&shapes);
+                let shape = rng.choose(&shapes);
                 let Some((point, density)) = shape.sample_area(R::from_f64(u), R::from_f64(v))
                 else {
                     return Verdict::Skip;
                 };
                 let is_sound = density > 0.0 && density.is_finite() && point.point.is_finite();
                 unit("normal", point.normal, 2.0 * U)
-                    .and(|| Verdict::holds(is_sound, || told("density of a point")))
+                    .and(|| Verdict::holds(is_sound, || describe("density of a point")))
             }
         }
     });
@@ -163,20 +164,20 @@ pub fn warps<R: Real>(rays: Rays) -> Vec<Measurement> {
 /// M11: 65 536 points of a sequence: one in each of as many intervals for each of the first two
 /// dimensions, and one in each rectangle for every division of the square into as many rectangles;
 /// at pixels at both ends of the addresses.
-pub fn stratified(rays: Rays) -> Vec<Measurement> {
+pub fn stratified(rays: RayCount) -> Vec<Measurement> {
     const BITS: u32 = 16;
-    let outcome = judge("M11", 320, 34, rays, |random| {
-        let pixel = [[0, 0], [65_535, 65_535]][(random.index() % 2) as usize];
-        let columns = random.index() as u32 / 2;
+    let outcome = judge("M11", 320, 34, rays, |rng| {
+        let pixel = [[0, 0], [65_535, 65_535]][(rng.index() % 2) as usize];
+        let columns = rng.index() as u32 / 2;
         let mut is_taken = vec![false; 1 << BITS];
         let cell = |x: f32, bits: u32| (f64::from(x) * f64::from(1 << bits)) as usize;
         let twice = (0..1 << BITS).find(|&index| {
             let [x, y] = pair(
-                Address {
+                SampleAddress {
                     pixel,
                     index,
                     replicate: columns,
-                    ..Address::default()
+                    ..SampleAddress::default()
                 },
                 Purpose::Pixel,
             );

@@ -3,28 +3,30 @@
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use raywright_bvh::shapes::{AnyShape, Quad, Sphere};
-use raywright_bvh::stability::judge::{Outcome, Random, Rays, Verdict, exact, judge, ray, stored};
+use raywright_bvh::stability::judge::{
+    CaseRng, Outcome, RayCount, Verdict, exact, judge, ray, to_scalar,
+};
 use raywright_bvh::stability::{Measurement, by_shapes};
 use raywright_bvh::{
     AcceleratorKind, Geometry, Interval, PrimitiveSet, Ray, Real, Vector, Visibility,
 };
 
-use crate::material::{Bsdf, Frame, Interface, Lobe, NormalMap};
+use crate::material::{Bsdf, Interface, Lobe, NormalMap, ShadingFrame};
 
 /// Draws a unit normal, as stored: anywhere, next to an axis, and along one with zeros of either
 /// sign.
-fn normal<R: Real>(random: &mut Random) -> R::Vec3 {
-    let axis = random.bits() as usize % 3;
-    let mut n = match random.bits() % 5 {
+fn normal<R: Real>(rng: &mut CaseRng) -> R::Vec3 {
+    let axis = rng.bits() as usize % 3;
+    let mut n = match rng.bits() % 5 {
         0 => {
-            let zero = |random: &mut Random| random.pick(&[0.0, -0.0]);
-            DVec3::new(zero(random), zero(random), zero(random))
+            let zero = |rng: &mut CaseRng| rng.choose(&[0.0, -0.0]);
+            DVec3::new(zero(rng), zero(rng), zero(rng))
         }
-        1 | 2 => random.cube() * random.pick(&[1e-2, 1e-3, 1e-4]),
-        _ => return stored::<R>(random.direction()),
+        1 | 2 => rng.in_cube() * rng.choose(&[1e-2, 1e-3, 1e-4]),
+        _ => return to_scalar::<R>(rng.direction()),
     };
-    n[axis] = random.sign();
-    stored::<R>(n / n.length())
+    n[axis] = rng.sign();
+    to_scalar::<R>(n / n.length())
 }
 
 /// Returns the deviation of three vectors from an orthonormal frame.
@@ -34,11 +36,11 @@ fn gram(frame: [DVec3; 3]) -> f64 {
     [t.dot(b), b.dot(n), n.dot(t)]
         .into_iter()
         .chain(lengths)
-        .fold(0.0, |most, x| {
-            if x.abs() > most || x.is_nan() {
+        .fold(0.0, |maximum, x| {
+            if x.abs() > maximum || x.is_nan() {
                 x.abs()
             } else {
-                most
+                maximum
             }
         })
 }
@@ -55,27 +57,27 @@ pub(super) fn unsigned_frame(n: Vec3) -> [Vec3; 3] {
 }
 
 /// S09: frames about any normal.
-pub fn frames<R: Real>(rays: Rays) -> Vec<Measurement> {
-    let told = |n: R::Vec3| format!("{:08x?}", n.to_f32().to_array().map(f32::to_bits));
-    let outcome = judge("S09", 401, 1_000_000, rays, |random| {
-        let n = normal::<R>(random);
-        let Frame {
+pub fn frames<R: Real>(rays: RayCount) -> Vec<Measurement> {
+    let describe = |n: R::Vec3| format!("{:08x?}", n.to_f32().to_array().map(f32::to_bits));
+    let outcome = judge("S09", 401, 1_000_000, rays, |rng| {
+        let n = normal::<R>(rng);
+        let ShadingFrame {
             tangent,
             bitangent,
             normal,
-        } = Frame::<R>::about(n);
-        Verdict::bounded(
+        } = ShadingFrame::<R>::from_normal(n);
+        Verdict::within_bound(
             gram([tangent, bitangent, normal].map(|v| v.to_f64())),
             4e-7,
-            || told(n),
+            || describe(n),
         )
     });
-    let textbook = judge("S09", 401, 1_000_000, rays, |random| {
-        let n = normal::<R>(random);
-        Verdict::bounded(
+    let textbook = judge("S09", 401, 1_000_000, rays, |rng| {
+        let n = normal::<R>(rng);
+        Verdict::within_bound(
             gram(unsigned_frame(n.to_f32()).map(|v| v.as_dvec3())),
             4e-7,
-            || told(n),
+            || describe(n),
         )
     });
     vec![Measurement {
@@ -86,23 +88,24 @@ pub fn frames<R: Real>(rays: Rays) -> Vec<Measurement> {
 
 /// S10: normalisation of vectors of any length: the normal of a normal map, the direction of its
 /// columns, and a ray and a normal at a boundary.
-pub fn lengths<R: Real>(rays: Rays) -> Vec<Measurement> {
-    let outcome = judge("S10", 402, 200_000, rays, |random| {
-        let n = stored::<R>(random.direction());
-        let length = random.pick(&[0.0, 1e-30, 1e-22, 1e-10, 1.0, 1e10, 1e19]);
-        let v = stored::<R>(random.direction() * length);
-        let told = || {
+pub fn lengths<R: Real>(rays: RayCount) -> Vec<Measurement> {
+    let outcome = judge("S10", 402, 200_000, rays, |rng| {
+        let n = to_scalar::<R>(rng.direction());
+        let length = rng.choose(&[0.0, 1e-30, 1e-22, 1e-10, 1.0, 1e10, 1e19]);
+        let v = to_scalar::<R>(rng.direction() * length);
+        let describe = || {
             format!(
                 "length {length:e}: {:08x?}",
                 v.to_f32().to_array().map(f32::to_bits)
             )
         };
-        let unit = |w: DVec3, bound: f64| Verdict::bounded((w.length() - 1.0).abs(), bound, told);
+        let unit =
+            |w: DVec3, bound: f64| Verdict::within_bound((w.length() - 1.0).abs(), bound, describe);
         let roundoff = R::ROUNDOFF.to_f64();
         // The normal itself is unit within one rounding of each component.
         let within = 2.0 * roundoff + (n.to_f64().length() - 1.0).abs();
-        let frame = Frame::<R>::along(n, v, false);
-        let direction = exact(random.direction());
+        let frame = ShadingFrame::<R>::from_tangent(n, v, false);
+        let direction = exact(rng.direction());
         let facing = if n.to_f64().dot(direction) < 0.0 {
             direction
         } else {
@@ -115,7 +118,7 @@ pub fn lengths<R: Real>(rays: Rays) -> Vec<Measurement> {
             code: v,
             geometric: n,
             outside: true,
-            direction: stored::<R>(facing),
+            direction: to_scalar::<R>(facing),
         };
         let interface = Interface::new(v.to_f64(), n.to_f64(), 1.0);
         unit(map.perturbed_normal().to_f64(), 4.0 * roundoff + within)
@@ -154,12 +157,16 @@ fn mirrored<R: Real>(
         } else {
             -surface.normal
         };
-        let mirror = Bsdf::<R>::new(normal).with(Lobe::Mirror {
+        let mirror = Bsdf::<R>::new(normal).with_lobe(Lobe::Mirror {
             f0: Vector::ONE,
             f90: Vector::ONE,
         });
-        let drawn = mirror.sample(&Frame::about(normal), -ray.direction, [R::ZERO; 3]);
-        ray = Ray::new(surface.spawn(drawn.direction), drawn.direction);
+        let bsdf_sample = mirror.sample(
+            &ShadingFrame::from_normal(normal),
+            -ray.direction,
+            [R::ZERO; 3],
+        );
+        ray = Ray::new(surface.spawn(bsdf_sample.direction), bsdf_sample.direction);
         length = length.max((ray.direction.to_f64().length() - 1.0).abs());
         drift = drift.max((invariant(&ray) - before).abs());
     }
@@ -170,28 +177,28 @@ fn mirrored<R: Real>(
 /// `None` for a ray that escapes.
 fn mirrored_each(
     seed: u64,
-    made: impl Fn(&mut Random) -> Option<[f64; 2]> + Sync,
+    made: impl Fn(&mut CaseRng) -> Option<[f64; 2]> + Sync,
 ) -> Vec<Option<[f64; 2]>> {
     (0..MIRRORED)
         .into_par_iter()
-        .map(|index| made(&mut Random::new(seed, index.into())))
+        .map(|index| made(&mut CaseRng::new(seed, index.into())))
         .collect()
 }
 
 /// S11: rays between two parallel mirrors, which keep their angle, and in a mirrored ball, which
 /// keep their distance from the centre: length of the directions, and drift of the invariant.
-pub fn mirrors<R: Real>(rays: Rays) -> Vec<Measurement> {
+pub fn mirrors<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let geometry = |shapes: &[AnyShape<R>]| {
         let mut group = PrimitiveSet::<R>::default();
         for &shape in shapes {
             group
-                .shape(shape, Visibility::default())
+                .add_shape(shape, Visibility::default())
                 .expect("finite shapes");
         }
         Geometry::new(group, AcceleratorKind::Linear)
     };
-    let walls = mirrored_each(403, |random| {
-        let n = random.direction();
+    let walls = mirrored_each(403, |rng| {
+        let n = rng.direction();
         let (x, y) = n.any_orthonormal_pair();
         let half = 1e5;
         let wall = |at: f64| {
@@ -201,33 +208,32 @@ pub fn mirrors<R: Real>(rays: Rays) -> Vec<Measurement> {
                 y * (2.0 * half),
             ))
         };
-        let d =
-            exact((n + x * random.between(-2.0, 2.0) + y * random.between(-2.0, 2.0)).normalize());
+        let d = exact((n + x * rng.uniform(-2.0, 2.0) + y * rng.uniform(-2.0, 2.0)).normalize());
         mirrored(
             &geometry(&[wall(-1.0), wall(1.0)]),
             ray::<R>(DVec3::ZERO, d),
             |ray| ray.direction.to_f64().normalize().dot(n).abs(),
         )
     });
-    let ball = mirrored_each(404, |random| {
+    let ball = mirrored_each(404, |rng| {
         let sphere = AnyShape::Sphere(Sphere {
             centre: R::Vec3::from_f64(DVec3::ZERO),
             radius: R::ONE,
         });
-        let d = exact(random.direction());
-        let start = ray::<R>(exact(random.direction() * random.between(0.1, 0.9)), d);
+        let d = exact(rng.direction());
+        let start = ray::<R>(exact(rng.direction() * rng.uniform(0.1, 0.9)), d);
         mirrored(&geometry(&[sphere]), start, |ray| {
             let d = ray.direction.to_f64();
             ray.origin.to_f64().cross(d / d.length()).length()
         })
     });
-    let judged = |part: &str, found: &[Option<[f64; 2]>], which: usize, bound: f64| -> Outcome {
-        judge(&format!("S11 {part}"), 0, MIRRORED, rays, |random| {
-            let index = random.index();
+    let judged = |part: &str, found: &[Option<[f64; 2]>], selected: usize, bound: f64| -> Outcome {
+        judge(&format!("S11 {part}"), 0, MIRRORED, rays, |rng| {
+            let index = rng.index();
             let Some(errors) = found[index as usize] else {
                 return Verdict::Wrong(format!("ray {index} escapes"));
             };
-            Verdict::bounded(errors[which], bound, || format!("ray {index}"))
+            Verdict::within_bound(errors[selected], bound, || format!("ray {index}"))
         })
     };
     let lengths = judged("lengths", &walls, 0, 1e-5).plus(judged("lengths", &ball, 0, 1e-5));

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::env;
 
 use raywright_bvh::stability::Measurement;
-use raywright_bvh::stability::judge::Rays;
+use raywright_bvh::stability::judge::RayCount;
 
 use super::{hard_cases, measure};
 
@@ -12,9 +12,9 @@ use super::{hard_cases, measure};
 /// close to call; returns the measurements.
 fn expect_all(number: &str) -> Vec<Measurement> {
     let rays = if env::var("RAYS").is_ok_and(|rays| rays == "all") {
-        Rays::All
+        RayCount::All
     } else {
-        Rays::Quarter
+        RayCount::Quarter
     };
     let measurements = measure(number, rays).expect("a case of the library");
     for Measurement {
@@ -44,14 +44,14 @@ fn expect_all(number: &str) -> Vec<Measurement> {
 
 /// Requires that the textbook's formula fails at the difficulty of the case, in at least this share
 /// of the judged cases.
-fn expect_hard(measurements: &[Measurement], least: f64) {
+fn expect_hard(measurements: &[Measurement], minimum: f64) {
     let share = measurements[0]
         .textbook
         .as_ref()
         .expect("of the textbook")
         .wrong_share();
     assert!(
-        share >= least,
+        share >= minimum,
         "{}: only {share} wrong",
         measurements[0].outcome.case
     );
@@ -97,7 +97,7 @@ fn s10_vectors_of_any_length() {
 fn s11_mirror_bounces() {
     for Measurement {
         setting, outcome, ..
-    } in measure("S11", Rays::All).expect("a case of the library")
+    } in measure("S11", RayCount::All).expect("a case of the library")
     {
         let known = if setting == "robust, in a ball" { 9 } else { 0 };
         assert!(
@@ -165,10 +165,10 @@ fn f03_lenses() {
 fn the_list_is_whole() {
     let numbers: BTreeSet<_> = hard_cases().map(|case| case.number.to_owned()).collect();
     let letters = [("P", 23), ("T", 21), ("S", 21), ("M", 14), ("F", 10)];
-    let wanted = letters
+    let expected = letters
         .iter()
         .flat_map(|(letter, last)| (1..=*last).map(move |i| format!("{letter}{i:02}")));
-    assert_eq!(numbers, wanted.collect());
+    assert_eq!(numbers, expected.collect());
     assert_eq!(hard_cases().count(), numbers.len());
     assert!(hard_cases().all(|case| !case.hard.is_empty() && !case.bound.is_empty()));
     // A bar is also an absolute value.

@@ -7,9 +7,9 @@ use glam::DVec3;
 use rayon::prelude::*;
 use raywright_bvh::{Interval, Ray, Real, Vector};
 
-use super::Deadline;
+use super::RayDeadline;
 use super::facts::{SceneFacts, unit};
-use super::fans::Fan;
+use super::fans::TriangleFan;
 use super::finding::CheckRun;
 use super::topology::{SharedEdge, Topology};
 use crate::dispatch::PreparedWork;
@@ -48,20 +48,20 @@ impl AimedRays {
 }
 
 /// A mesh in its place.
-struct Target<'a> {
+struct PlacedMesh<'a> {
     object: usize,
     data: &'a MeshData,
     shared: &'a [SharedEdge],
-    fans: &'a [Fan],
-    shown: PlacedObject<'a>,
+    fans: &'a [TriangleFan],
+    placed_object: PlacedObject<'a>,
 }
 
 /// The meshes that rays are aimed at.
 pub(super) struct EdgeAim<'a> {
-    pub facts: &'a SceneFacts<'a>,
+    pub scene_facts: &'a SceneFacts<'a>,
     pub topologies: &'a BTreeMap<usize, Topology>,
     pub seed: u64,
-    pub deadline: &'a Deadline<'a>,
+    pub deadline: &'a RayDeadline<'a>,
 }
 
 impl PreparedWork for EdgeAim<'_> {
@@ -69,42 +69,42 @@ impl PreparedWork for EdgeAim<'_> {
 
     /// Sends the rays from the middle of the camera.
     fn run<R: Real>(&self, prepared: &Prepared<R>) -> AimedRays {
-        aim(
+        aim_rays(
             prepared,
-            &targets(prepared, self.facts, self.topologies),
+            &targets(prepared, self.scene_facts, self.topologies),
             self.seed,
             self.deadline,
         )
     }
 }
 
-fn aim<R: Real>(
+fn aim_rays<R: Real>(
     prepared: &Prepared<R>,
-    targets: &[Target<'_>],
+    targets: &[PlacedMesh<'_>],
     seed: u64,
-    deadline: &Deadline<'_>,
+    deadline: &RayDeadline<'_>,
 ) -> AimedRays {
     let mut found = AimedRays {
         planned: if targets.is_empty() { 0 } else { RAYS },
         ..AimedRays::default()
     };
-    let half = prepared.camera.ray(R::ZERO, R::ZERO, [0.5; 2]);
+    let half = prepared.camera.generate_ray(R::ZERO, R::ZERO, [0.5; 2]);
     let eye = half.origin.to_f64();
     while found.sent < found.planned && (found.sent == 0 || !deadline.is_over()) {
         let until = (found.sent + BLOCK).min(found.planned);
         let leak = |index: u64| {
             let target = &targets[(index % targets.len() as u64) as usize];
-            leak(prepared, target, eye, [seed, index]).map(|place| (target.object, place))
+            leak(prepared, target, eye, [seed, index]).map(|position| (target.object, position))
         };
         let leaks: Vec<_> = (found.sent..until)
             .into_par_iter()
             .filter_map(leak)
             .collect();
-        for (object, place) in leaks {
+        for (object, position) in leaks {
             found
                 .leaks
                 .entry(object)
-                .or_insert((0, prepared.in_world(R::Vec3::from_f64(place))))
+                .or_insert((0, prepared.in_world(R::Vec3::from_f64(position))))
                 .0 += 1;
         }
         found.sent = until;
@@ -114,24 +114,25 @@ fn aim<R: Real>(
 
 fn targets<'a, R: Real>(
     prepared: &Prepared<R>,
-    facts: &SceneFacts<'a>,
+    scene_facts: &SceneFacts<'a>,
     topologies: &'a BTreeMap<usize, Topology>,
-) -> Vec<Target<'a>> {
-    let all: Vec<Target<'a>> = all_about(facts.scene, prepared.origin.origin)
+) -> Vec<PlacedMesh<'a>> {
+    let all: Vec<PlacedMesh<'a>> = all_about(scene_facts.scene, prepared.origin.origin)
         .enumerate()
-        .filter(|(_, shown)| {
-            matches!(shown.object.side, SideRule::Both | SideRule::Culled) && shown.ends().is_none()
+        .filter(|(_, placed_object)| {
+            matches!(placed_object.object.side, SideRule::Both | SideRule::Culled)
+                && placed_object.ends().is_none()
         })
-        .filter_map(|(index, shown)| {
-            let (mesh, data) = facts.mesh(shown.object)?;
+        .filter_map(|(index, placed_object)| {
+            let (mesh, data) = scene_facts.mesh(placed_object.object)?;
             let Topology { shared, fans, .. } = topologies.get(&mesh)?;
-            let object = facts.index_of(index as u32);
-            (!shared.is_empty()).then_some(Target {
+            let object = scene_facts.index_of(index as u32);
+            (!shared.is_empty()).then_some(PlacedMesh {
                 object,
                 data,
                 shared,
                 fans,
-                shown,
+                placed_object,
             })
         })
         .collect();
@@ -141,16 +142,16 @@ fn targets<'a, R: Real>(
 
 /// A place on a mesh, with the triangles there: for each the cosine under which the eye sees it,
 /// and the width that a ray has to miss it by.
-struct Aim {
+struct AimPoint {
     point: DVec3,
     faces: Vec<[f64; 2]>,
 }
 
-impl Target<'_> {
+impl PlacedMesh<'_> {
     /// A place on an edge, or at a corner, in the coordinates that are stored.
-    fn aim(&self, eye: DVec3, number: impl Fn(u64) -> f64) -> Option<Aim> {
-        let map = self.shown.map();
-        let at = |corner: u32| map.transform_point3(self.data.positions.at(corner as usize));
+    fn aim_point(&self, eye: DVec3, number: impl Fn(u64) -> f64) -> Option<AimPoint> {
+        let map = self.placed_object.map();
+        let at = |corner: u32| map.transform_point3(self.data.positions.position(corner as usize));
         let pick = |count: usize| (number(0) * count as f64) as usize;
         if number(2) < 0.5 && !self.fans.is_empty() {
             let fan = &self.fans[pick(self.fans.len())];
@@ -164,7 +165,7 @@ impl Target<'_> {
                     normal.length() / (c - b).length(),
                 ]
             };
-            return Some(Aim {
+            return Some(AimPoint {
                 point,
                 faces: fan.across.iter().map(face).collect(),
             });
@@ -182,7 +183,7 @@ impl Target<'_> {
                 height.length().min((b - a).length()),
             ]
         };
-        Some(Aim {
+        Some(AimPoint {
             point,
             faces: [(across[0], 1.0), (across[1], -1.0)].map(face).into(),
         })
@@ -193,11 +194,12 @@ impl Target<'_> {
 /// rounding may lead it past all triangles there.
 fn leak<R: Real>(
     prepared: &Prepared<R>,
-    target: &Target<'_>,
+    target: &PlacedMesh<'_>,
     eye: DVec3,
     [seed, index]: [u64; 2],
 ) -> Option<DVec3> {
-    let Aim { point, faces } = target.aim(eye, |which| unit(seed, index, 32 + which))?;
+    let AimPoint { point, faces } =
+        target.aim_point(eye, |selected| unit(seed, index, 32 + selected))?;
     let (distance, side) = (point.distance(eye), faces.first()?[0]);
     let rounding =
         R::ROUNDOFF.to_f64() * (distance + point.abs().max_element() + eye.abs().max_element());
@@ -232,7 +234,7 @@ mod tests {
         const SIDES: usize = 24;
         let at = |row: usize, column: usize| -> [f64; 3] {
             let [a, b] = [(row, SIDES), (2 * column, SIDES)]
-                .map(|(i, of)| core::f64::consts::PI * i as f64 / of as f64);
+                .map(|(i, total)| core::f64::consts::PI * i as f64 / total as f64);
             [
                 libm::sin(a) * libm::cos(b),
                 libm::cos(a),
@@ -272,12 +274,12 @@ mod tests {
     #[test]
     fn leaks_are_found() {
         let whole = globe(usize::MAX);
-        let facts = SceneFacts::new(
+        let scene_facts = SceneFacts::new(
             &whole,
             crate::dispatch::extent(&whole, Default::default()).bounds,
         );
-        let topologies = super::super::meshes::topologies(&facts);
-        let deadline = Deadline {
+        let topologies = super::super::meshes::topologies(&scene_facts);
+        let deadline = RayDeadline {
             observer: &(),
             end: None,
         };
@@ -288,11 +290,11 @@ mod tests {
             let leaks = |scene: &Scene| {
                 let settings = Settings {
                     precision,
-                    ..Settings::of(scene)
+                    ..Settings::from_scene(scene)
                 };
                 let ready = crate::prepare(scene, &settings, &()).unwrap_or_else(|e| panic!("{e}"));
                 let rays = ready.work(&EdgeAim {
-                    facts: &facts,
+                    scene_facts: &scene_facts,
                     topologies: &topologies,
                     seed: 7,
                     deadline: &deadline,

@@ -5,8 +5,10 @@ use std::collections::BTreeMap;
 use super::aimed::AimedRays;
 use super::coplanar::{Resolution, remedy};
 use super::duplicates::Doubles;
-use super::facts::{SceneFacts, place};
-use super::finding::{Code, Finding, Severity, Subject, decimal, one_digit_above};
+use super::facts::{SceneFacts, scene_point};
+use super::finding::{
+    FindingCode, FindingSubject, Severity, StressFinding, decimal, one_digit_above,
+};
 use super::ray_survey::{RaySurvey, Sighting};
 use super::topology::Topology;
 use crate::prepare::{ClosedGap, Lamp, LightLeak};
@@ -19,184 +21,188 @@ const OF_ALL: f64 = 0.002;
 
 /// What rays met.
 pub(super) struct Bodies<'a> {
-    pub facts: &'a SceneFacts<'a>,
+    pub scene_facts: &'a SceneFacts<'a>,
     pub topologies: &'a BTreeMap<usize, Topology>,
     pub doubles: &'a Doubles,
-    pub seen: &'a RaySurvey,
+    pub survey: &'a RaySurvey,
     pub resolution: &'a Resolution<'a>,
 }
 
 impl Bodies<'_> {
     /// What rays say.
-    pub fn check(&self, aimed: &[AimedRays]) -> Vec<Finding> {
-        let mut found = self.open_bodies();
-        found.extend(self.nested());
-        found.extend(self.flickering());
-        found.extend(self.starts());
+    pub fn check(&self, aimed: &[AimedRays]) -> Vec<StressFinding> {
+        let mut findings = self.open_bodies();
+        findings.extend(self.nested());
+        findings.extend(self.flickering());
+        findings.extend(self.starts());
         let sent = aimed.iter().map(|rays| rays.sent).sum();
         for (&object, &(count, point)) in aimed.iter().flat_map(|rays| &rays.leaks) {
-            let why = "rays pass between triangles that share an edge or a corner";
+            let reason = "rays pass between triangles that share an edge or a corner";
             let remedy = "please report this: it is a fault of the program";
             let predicate = "aimed at edges and corners passed";
-            found.push(
-                self.finding(Code::Leak, object, why, remedy)
+            findings.push(
+                self.finding(FindingCode::Leak, object, reason, remedy)
                     .counted(count, sent, "rays", predicate)
-                    .at(place(point)),
+                    .with_place(scene_point(point)),
             );
         }
-        found
+        findings
     }
 
     /// A finding that makes the picture wrong.
     fn finding(
         &self,
-        code: Code,
+        code: FindingCode,
         object: usize,
-        why: impl Into<String>,
+        reason: impl Into<String>,
         remedy: impl Into<String>,
-    ) -> Finding {
-        let subject = self.facts.objects[object].subject;
-        Finding::new(code, Severity::PictureWrong, subject, why, remedy)
+    ) -> StressFinding {
+        let subject = self.scene_facts.objects[object].subject;
+        StressFinding::new(code, Severity::PictureWrong, subject, reason, remedy)
     }
 
     /// Rays that start from a surface.
-    fn starts(&self) -> Vec<Finding> {
-        let seen = self.seen;
-        let mut found = Vec::new();
-        for (&object, sighting) in &seen.self_hits {
-            let why = "rays that leave the surface meet it again where they start, which shows as dark speckles";
+    fn starts(&self) -> Vec<StressFinding> {
+        let survey = self.survey;
+        let mut findings = Vec::new();
+        for (&object, sighting) in &survey.self_hits {
+            let reason = "rays that leave the surface meet it again where they start, which shows as dark speckles";
             let remedy = "leave `classic.spawn` away, or give it a larger `offset`";
             let predicate = "that start from a surface met it again";
-            found.push(
-                self.finding(Code::SelfHit, object, why, remedy)
-                    .counted(sighting.count, seen.starts, "rays", predicate)
-                    .at(place(sighting.place)),
+            findings.push(
+                self.finding(FindingCode::SelfHit, object, reason, remedy)
+                    .counted(sighting.count, survey.starts, "rays", predicate)
+                    .with_place(scene_point(sighting.position)),
             );
         }
-        let many = |sighting: &Sighting| sighting.count as f64 > OF_ALL * seen.starts as f64;
-        for (&object, sighting) in seen.beyond.iter().filter(|(_, sighting)| many(sighting)) {
-            let why = "rays that leave the surface start beyond another one: its shadow and its reflection are missing there";
+        let many = |sighting: &Sighting| sighting.count as f64 > OF_ALL * survey.starts as f64;
+        for (&object, sighting) in survey.beyond.iter().filter(|(_, sighting)| many(sighting)) {
+            let reason = "rays that leave the surface start beyond another one: its shadow and its reflection are missing there";
             let remedy = "leave `classic.spawn` away, or give it a smaller `offset`";
             let predicate = "that start from a surface started beyond another";
-            found.push(
-                self.finding(Code::StartBeyondSurface, object, why, remedy)
-                    .counted(sighting.count, seen.starts, "rays", predicate)
-                    .at(place(sighting.place)),
+            findings.push(
+                self.finding(FindingCode::StartBeyondSurface, object, reason, remedy)
+                    .counted(sighting.count, survey.starts, "rays", predicate)
+                    .with_place(scene_point(sighting.position)),
             );
         }
-        found
+        findings
     }
 
     /// Bodies of glass that are not closed, and are no meshes whose edges say so.
-    fn open_bodies(&self) -> Vec<Finding> {
+    fn open_bodies(&self) -> Vec<StressFinding> {
         let finding = |(&object, sighting): (&usize, &Sighting)| {
-            let own = &self.facts.objects[object];
+            let object_facts = &self.scene_facts.objects[object];
             let edges_tell = self
-                .facts
-                .mesh(own.object)
+                .scene_facts
+                .mesh(object_facts.object)
                 .and_then(|(mesh, _)| self.topologies.get(&mesh))
                 .is_some_and(|t| !t.is_closed());
-            let met = RaySurvey::count(&self.seen.met, &object);
+            let hit_count = RaySurvey::count(&self.survey.sightings, &object);
             // What has no end has an inside that nothing leaves.
-            let is_endless = matches!(own.object.shape, Shape::Plane { .. });
-            let is_few = sighting.count < 3 || (sighting.count as f64) < SEEN * met as f64;
+            let is_endless = matches!(object_facts.object.shape, Shape::Plane { .. });
+            let is_few = sighting.count < 3 || (sighting.count as f64) < SEEN * hit_count as f64;
             if edges_tell || is_endless || is_few || self.doubles.has_twin(object) {
                 return None;
             }
-            let why = "rays go into a body of glass and do not come out of it, or the other way round: it is open, and they are bent and tinted wrongly";
+            let reason = "rays go into a body of glass and do not come out of it, or the other way round: it is open, and they are bent and tinted wrongly";
             let remedy = "close it (a tube by `caps`), or set `thin_walled` where it is to be a pane without an inside";
             let predicate = "on whose way it lies went only in or only out";
             Some(
-                self.finding(Code::OpenBody, object, why, remedy)
-                    .counted(sighting.count, met, "rays", predicate)
-                    .at(place(sighting.place)),
+                self.finding(FindingCode::OpenBody, object, reason, remedy)
+                    .counted(sighting.count, hit_count, "rays", predicate)
+                    .with_place(scene_point(sighting.position)),
             )
         };
-        self.seen.unbalanced.iter().filter_map(finding).collect()
+        self.survey.unbalanced.iter().filter_map(finding).collect()
     }
 
-    fn nested(&self) -> Vec<Finding> {
+    fn nested(&self) -> Vec<StressFinding> {
         let is_nested =
             |material: &Material| matches!(&material.model, Model::Physical(m) if m.is_nested());
-        let used = self.facts.used_materials();
+        let used = self.scene_facts.used_materials();
         if used.iter().any(|(_, material)| is_nested(material)) {
             return Vec::new();
         }
         let finding = |(&[outer, inner], sighting): (&[usize; 2], &Sighting)| {
-            let met = RaySurvey::count(&self.seen.met, &inner);
-            let is_few = sighting.count < 3 || (sighting.count as f64) < SEEN * met as f64;
+            let hit_count = RaySurvey::count(&self.survey.sightings, &inner);
+            let is_few = sighting.count < 3 || (sighting.count as f64) < SEEN * hit_count as f64;
             if is_few || self.doubles.are_one([outer, inner]) {
                 return None;
             }
-            let around = self.facts.objects[outer].subject.words(self.facts.scene);
-            let why = format!(
+            let around = self.scene_facts.objects[outer]
+                .subject
+                .words(self.scene_facts.scene);
+            let reason = format!(
                 "it is within {around} or reaches into it, and each boundary bends light as if there were air between them"
             );
             let remedy = "give both materials a `priority`: the body with the greater one is there where they overlap";
             let predicate = "on whose way it lies came into it within the other body";
             Some(
-                self.finding(Code::NestedGlass, inner, why, remedy)
-                    .counted(sighting.count, met, "rays", predicate)
-                    .at(place(sighting.place)),
+                self.finding(FindingCode::NestedGlass, inner, reason, remedy)
+                    .counted(sighting.count, hit_count, "rays", predicate)
+                    .with_place(scene_point(sighting.position)),
             )
         };
-        self.seen.nested.iter().filter_map(finding).collect()
+        self.survey.nested.iter().filter_map(finding).collect()
     }
 
     /// Whether of two surfaces in one place each is seen here and there.
     pub fn flickers(&self, [a, b]: [usize; 2]) -> bool {
-        let objects = &self.facts.objects;
+        let objects = &self.scene_facts.objects;
         let [one, other] =
-            [[a, b], [b, a]].map(|pair| RaySurvey::count(&self.seen.coincident, &pair));
+            [[a, b], [b, a]].map(|pair| RaySurvey::count(&self.survey.coincident, &pair));
         let differ = objects[a].object.material != objects[b].object.material;
         differ && one + other >= 10 && 20 * one.min(other) >= one + other
     }
 
     /// Those of which that is so.
-    fn flickering(&self) -> Vec<Finding> {
+    fn flickering(&self) -> Vec<StressFinding> {
         let finding = |(pair, sighting): (&[usize; 2], &Sighting)| {
             let [a, b] = *pair;
             if a > b || !self.flickers(*pair) || self.doubles.are_one(*pair) {
                 return None;
             }
             let pairs = [[a, b], [b, a]];
-            let all = pairs.map(|pair| RaySurvey::count(&self.seen.coincident, &pair));
+            let all = pairs.map(|pair| RaySurvey::count(&self.survey.coincident, &pair));
             let apart = pairs
                 .iter()
-                .filter_map(|pair| self.seen.apart.get(pair))
-                .fold(0.0_f64, |most, &apart| most.max(apart));
-            let with = self.facts.objects[b].subject.words(self.facts.scene);
-            let why = format!(
+                .filter_map(|pair| self.survey.apart.get(pair))
+                .fold(0.0_f64, |maximum, &apart| maximum.max(apart));
+            let with = self.scene_facts.objects[b]
+                .subject
+                .words(self.scene_facts.scene);
+            let reason = format!(
                 "it lies in one place with {with}, at most {} metres apart, and rounding decides from ray to ray which of them is seen",
                 decimal(apart)
             );
             let remedy = remedy(
-                self.resolution.at(sighting.place),
+                self.resolution.at(sighting.position),
                 apart,
                 self.resolution.precision,
             );
             let predicate = "of the cameras met both in one place";
             Some(
-                self.finding(Code::FlickeringSurfaces, a, why, remedy)
-                    .counted(all.iter().sum(), self.seen.rays, "rays", predicate)
-                    .at(place(sighting.place)),
+                self.finding(FindingCode::FlickeringSurfaces, a, reason, remedy)
+                    .counted(all.iter().sum(), self.survey.rays, "rays", predicate)
+                    .with_place(scene_point(sighting.position)),
             )
         };
-        self.seen.coincident.iter().filter_map(finding).collect()
+        self.survey.coincident.iter().filter_map(finding).collect()
     }
 }
 
 /// Gaps and covers that storing closes.
 pub(super) fn closed(
-    facts: &SceneFacts<'_>,
+    scene_facts: &SceneFacts<'_>,
     doubles: &Doubles,
     gaps: &[ClosedGap],
     leaks: &[LightLeak],
-) -> Vec<Finding> {
-    let subject = |object: usize| facts.objects[facts.index_of(object as u32)].subject;
-    let words = |object: usize| subject(object).words(facts.scene);
+) -> Vec<StressFinding> {
+    let subject = |object: usize| scene_facts.objects[scene_facts.index_of(object as u32)].subject;
+    let words = |object: usize| subject(object).words(scene_facts.scene);
     let gap = |gap: &ClosedGap| {
-        let why = format!(
+        let reason = format!(
             "the gap to {} is closed: light that passes the one starts beyond the other, since they touch or are nearer than rounding tells apart",
             words(gap.other)
         );
@@ -204,20 +210,20 @@ pub(super) fn closed(
             "leave {} metres or more between them, or add --precision reference",
             one_digit_above(gap.resolved)
         );
-        Finding::new(
-            Code::ClosedGap,
+        StressFinding::new(
+            FindingCode::ClosedGap,
             Severity::PictureWrong,
             subject(gap.object),
-            why,
+            reason,
             remedy,
         )
     };
     let leak = |leak: &LightLeak| {
         let lamp = match leak.lamp {
-            Lamp::Light(index) => Subject::Light(index),
+            Lamp::Light(index) => FindingSubject::Light(index),
             Lamp::Object(object) => subject(object),
         };
-        let why = format!(
+        let reason = format!(
             "it shines through {}, which is opaque but nearer before it than rounding tells apart",
             words(leak.cover)
         );
@@ -225,16 +231,16 @@ pub(super) fn closed(
             "leave {} metres or more between them, or add --precision reference",
             one_digit_above(leak.resolved)
         );
-        Finding::new(
-            Code::LightThroughCover,
+        StressFinding::new(
+            FindingCode::LightThroughCover,
             Severity::PictureWrong,
             lamp,
-            why,
+            reason,
             remedy,
         )
     };
     let apart = gaps.iter().filter(|gap| {
-        let pair = [gap.object, gap.other].map(|object| facts.index_of(object as u32));
+        let pair = [gap.object, gap.other].map(|object| scene_facts.index_of(object as u32));
         !doubles.are_one(pair)
     });
     apart.map(gap).chain(leaks.iter().map(leak)).collect()

@@ -4,24 +4,24 @@
 use glam::DVec3;
 use raywright_bvh::{Aabb, Ray};
 
-use super::facts::{Matter, SceneFacts};
-use super::finding::{Code, Finding, Severity, Subject, decimal};
+use super::facts::{SceneFacts, SurfaceMatter};
+use super::finding::{FindingCode, FindingSubject, Severity, StressFinding, decimal};
 use super::ray_survey::RaySurvey;
-use crate::camera::{Camera as Prepared, axes};
+use crate::camera::{PreparedCamera as Prepared, axes};
 use crate::scene::{Camera, Fit, Projection, Shape};
 
 /// A camera with its picture.
-pub(super) struct View {
+pub(super) struct CameraPicture {
     /// Its place in the scene's list, and what messages call it.
     pub index: usize,
-    pub subject: Subject,
+    pub subject: FindingSubject,
     pub data: Camera,
     pub size: [u32; 2],
     prepared: Prepared<f64>,
 }
 
-impl View {
-    pub fn new(index: usize, subject: Subject, data: Camera, size: [u32; 2]) -> Self {
+impl CameraPicture {
+    pub fn new(index: usize, subject: FindingSubject, data: Camera, size: [u32; 2]) -> Self {
         let prepared = Prepared::new(&data, size);
         Self {
             index,
@@ -41,7 +41,7 @@ impl View {
 
     /// The ray through the middle of the lens to a place of its picture.
     pub fn ray_to(&self, [x, y]: [f64; 2]) -> Ray<f64> {
-        self.prepared.ray(x, y, [0.5; 2])
+        self.prepared.generate_ray(x, y, [0.5; 2])
     }
 
     /// From its eye, in metres.
@@ -66,29 +66,34 @@ impl View {
 }
 
 /// How near a place is to the cameras: what is in view of one before what is not, then by distance.
-pub(super) fn nearness(views: &[View], place: DVec3) -> (bool, f64) {
-    let of = |view: &View| (view.pixel_of(place).is_none(), place.distance(view.eye()));
+pub(super) fn nearness(views: &[CameraPicture], position: DVec3) -> (bool, f64) {
+    let value_of = |view: &CameraPicture| {
+        (
+            view.pixel_of(position).is_none(),
+            position.distance(view.eye()),
+        )
+    };
     let nearer = |a: &(bool, f64), b: &(bool, f64)| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1));
     views
         .iter()
-        .map(of)
+        .map(value_of)
         .min_by(nearer)
         .unwrap_or((true, f64::INFINITY))
 }
 
 /// Of things in places the one that is nearest to a camera.
 pub(super) fn nearest<T>(
-    views: &[View],
+    views: &[CameraPicture],
     places: impl Iterator<Item = (T, DVec3)>,
 ) -> Option<(T, DVec3)> {
     places
-        .map(|(thing, place)| (nearness(views, place), (thing, place)))
+        .map(|(thing, position)| (nearness(views, position), (thing, position)))
         .min_by(|(a, _), (b, _)| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)))
         .map(|(_, nearest)| nearest)
 }
 
 /// Whether a corner or the middle of a box is in view.
-pub(super) fn is_in_view(views: &[View], bounds: &Aabb) -> bool {
+pub(super) fn is_in_view(views: &[CameraPicture], bounds: &Aabb) -> bool {
     let corner = |i: u32| {
         let high = glam::BVec3::new(i & 1 == 1, i & 2 == 2, i & 4 == 4);
         DVec3::select(high, bounds.max, bounds.min)
@@ -96,117 +101,126 @@ pub(super) fn is_in_view(views: &[View], bounds: &Aabb) -> bool {
     (0..8)
         .map(corner)
         .chain([bounds.centre()])
-        .any(|place| views.iter().any(|view| view.pixel_of(place).is_some()))
+        .any(|position| views.iter().any(|view| view.pixel_of(position).is_some()))
 }
 
 /// What is wrong with the cameras, by what rays of each saw.
-pub(super) fn check(facts: &SceneFacts<'_>, views: &[View], seen: &[RaySurvey]) -> Vec<Finding> {
-    let mut found = Vec::new();
-    for (view, seen) in views.iter().zip(seen) {
-        if seen.hits == 0 && !facts.is_empty() {
-            let why = "no ray of it meets anything: its picture shows the sky or nothing";
+pub(super) fn check(
+    scene_facts: &SceneFacts<'_>,
+    views: &[CameraPicture],
+    surveys: &[RaySurvey],
+) -> Vec<StressFinding> {
+    let mut findings = Vec::new();
+    for (view, survey) in views.iter().zip(surveys) {
+        if survey.hits == 0 && !scene_facts.is_empty() {
+            let reason = "no ray of it meets anything: its picture shows the sky or nothing";
             let remedy = match view.subject {
-                Subject::Camera(None) => {
+                FindingSubject::Camera(None) => {
                     "look whether objects are hidden, or nothing is left of them"
                 }
                 _ => {
                     "turn it to the scene with --eye and --target, or leave it out: a scene without a camera is shown whole"
                 }
             };
-            found.push(Finding::new(
-                Code::NothingSeen,
+            findings.push(StressFinding::new(
+                FindingCode::NothingSeen,
                 Severity::PictureWrong,
                 view.subject,
-                why,
+                reason,
                 remedy,
             ));
         }
-        found.extend(within_bodies(facts, view, seen));
-        found.extend(too_small(facts, view));
-        found.extend(unfocused(facts, view));
+        findings.extend(within_bodies(scene_facts, view, survey));
+        findings.extend(too_small(scene_facts, view));
+        findings.extend(unfocused(scene_facts, view));
         let [width, height] = view.size.map(f64::from);
         if let Some(aspect) = view.data.aspect.filter(|aspect| {
             view.data.fit == Fit::Stretch && (aspect * height / width - 1.0).abs() > 0.02
         }) {
-            let why = format!(
+            let reason = format!(
                 "its `aspect` is {aspect:.3} and the picture's {:.3}, so that everything is stretched",
                 width / height
             );
             let remedy = "leave `aspect` away, or give the picture that shape with --size";
-            found.push(Finding::new(
-                Code::StretchedPicture,
+            findings.push(StressFinding::new(
+                FindingCode::StretchedPicture,
                 Severity::Harmless,
                 view.subject,
-                why,
+                reason,
                 remedy,
             ));
         }
     }
-    found
+    findings
 }
 
 /// Bodies that a camera is in: of glass, or so that it sees nothing else.
-fn within_bodies(facts: &SceneFacts<'_>, view: &View, seen: &RaySurvey) -> Vec<Finding> {
-    let mut found = Vec::new();
-    for (&object, sighting) in &seen.within {
-        let body = facts.objects[object].subject.words(facts.scene);
-        let why = format!(
+fn within_bodies(
+    scene_facts: &SceneFacts<'_>,
+    view: &CameraPicture,
+    survey: &RaySurvey,
+) -> Vec<StressFinding> {
+    let mut findings = Vec::new();
+    for (&object, sighting) in &survey.within {
+        let body = scene_facts.objects[object].subject.words(scene_facts.scene);
+        let reason = format!(
             "it is within {body}, which light goes through: everything is seen from inside of it"
         );
-        found.push(
-            Finding::new(
-                Code::CameraInBody,
+        findings.push(
+            StressFinding::new(
+                FindingCode::CameraInBody,
                 Severity::Harmless,
                 view.subject,
-                why,
+                reason,
                 "move it out, unless it is meant to be in there",
             )
             .counted(
                 sighting.count,
-                seen.rays,
+                survey.rays,
                 "rays",
                 "left it without entering it",
             ),
         );
     }
-    let alone = seen
+    let alone = survey
         .first_within
         .iter()
-        .find(|(_, sighting)| sighting.count == seen.rays);
+        .find(|(_, sighting)| sighting.count == survey.rays);
     let others = |object: usize| {
-        facts
+        scene_facts
             .objects
             .iter()
             .enumerate()
-            .any(|(index, own)| index != object && is_bounded(&own.object.shape))
+            .any(|(index, object_facts)| index != object && is_bounded(&object_facts.object.shape))
     };
     let encloses = |object: usize| {
-        facts.objects[object].matter == Matter::Opaque && is_around(facts, object, view.eye())
+        scene_facts.objects[object].matter == SurfaceMatter::Opaque
+            && is_around(scene_facts, object, view.eye())
     };
     if let Some((&object, sighting)) =
         alone.filter(|(object, _)| others(**object) && encloses(**object))
     {
-        let body = facts.objects[object].subject.words(facts.scene);
-        let why = format!(
+        let body = scene_facts.objects[object].subject.words(scene_facts.scene);
+        let reason = format!(
             "it is within {body} and sees nothing but its inside, though there are other objects"
         );
-        found.push(
-            Finding::new(
-                Code::CameraInBody,
+        findings.push(
+            StressFinding::new(
+                FindingCode::CameraInBody,
                 Severity::PictureWrong,
                 view.subject,
-                why,
+                reason,
                 "move it out of there",
             )
-            .counted(sighting.count, seen.rays, "rays", "met its inside first"),
+            .counted(sighting.count, survey.rays, "rays", "met its inside first"),
         );
     }
-    found
+    findings
 }
 
 /// Whether a point may be within an object, which is a body and no sheet.
-fn is_around(facts: &SceneFacts<'_>, object: usize, point: DVec3) -> bool {
-    let own = facts.objects[object].object;
+fn is_around(scene_facts: &SceneFacts<'_>, object: usize, point: DVec3) -> bool {
+    let own = scene_facts.objects[object].object;
     match &own.shape {
         Shape::Sphere { .. }
         | Shape::Box { .. }
@@ -214,8 +228,8 @@ fn is_around(facts: &SceneFacts<'_>, object: usize, point: DVec3) -> bool {
         | Shape::Torus { .. }
         | Shape::Cone { .. } => true,
         Shape::Cylinder { height, caps, .. } => height.is_some() && *caps,
-        Shape::Mesh(_) => facts.mesh(own).is_some_and(|(_, data)| {
-            let map = facts.objects[object].map;
+        Shape::Mesh(_) => scene_facts.mesh(own).is_some_and(|(_, data)| {
+            let map = scene_facts.objects[object].map;
             let bounds = Aabb::from_points(
                 data.positions
                     .iter()
@@ -234,30 +248,33 @@ fn is_bounded(shape: &Shape) -> bool {
     )
 }
 
-fn too_small(facts: &SceneFacts<'_>, view: &View) -> Option<Finding> {
-    let has_plane = facts
+fn too_small(scene_facts: &SceneFacts<'_>, view: &CameraPicture) -> Option<StressFinding> {
+    let has_plane = scene_facts
         .objects
         .iter()
-        .any(|own| !is_bounded(&own.object.shape));
-    if facts.diagonal() == 0.0 || has_plane {
+        .any(|object_facts| !is_bounded(&object_facts.object.shape));
+    if scene_facts.diagonal() == 0.0 || has_plane {
         return None;
     }
-    let (size, pixel) = (facts.diagonal(), view.pixel_at(facts.bounds.centre()));
-    let why = format!("all of the scene is {:.2} pixels wide in it", size / pixel);
+    let (size, pixel) = (
+        scene_facts.diagonal(),
+        view.pixel_at(scene_facts.bounds.centre()),
+    );
+    let reason = format!("all of the scene is {:.2} pixels wide in it", size / pixel);
     let remedy = "move it nearer with --eye, or narrow its field of view";
     (size < 2.0 * pixel).then(|| {
-        Finding::new(
-            Code::SceneBelowPixel,
+        StressFinding::new(
+            FindingCode::SceneBelowPixel,
             Severity::PictureWrong,
             view.subject,
-            why,
+            reason,
             remedy,
         )
     })
 }
 
 /// A lens that is sharp before or behind everything.
-fn unfocused(facts: &SceneFacts<'_>, view: &View) -> Option<Finding> {
+fn unfocused(scene_facts: &SceneFacts<'_>, view: &CameraPicture) -> Option<StressFinding> {
     let Projection::ThinLens {
         aperture_radius,
         focus_distance,
@@ -267,31 +284,34 @@ fn unfocused(facts: &SceneFacts<'_>, view: &View) -> Option<Finding> {
         return None;
     };
     if aperture_radius == 0.0
-        || facts.bounds.is_empty()
-        || facts
+        || scene_facts.bounds.is_empty()
+        || scene_facts
             .objects
             .iter()
-            .any(|own| !is_bounded(&own.object.shape))
+            .any(|object_facts| !is_bounded(&object_facts.object.shape))
     {
         return None;
     }
     let (eye, frame) = axes(&view.data.pose);
-    let (centre, half) = (facts.bounds.centre(), 0.5 * facts.bounds.extent());
+    let (centre, half) = (
+        scene_facts.bounds.centre(),
+        0.5 * scene_facts.bounds.extent(),
+    );
     let along = (centre - eye).dot(-frame.z_axis);
     let reach = half.dot(frame.z_axis.abs());
     let [near, far] = [along - reach, along + reach];
-    let why = format!(
+    let reason = format!(
         "its lens is sharp at {focus_distance} metres, and everything lies between {} and {} metres",
         decimal(near),
         decimal(far)
     );
     let remedy = "set `focus_distance` to the distance of what is to be sharp";
     (focus_distance < near || focus_distance > far).then(|| {
-        Finding::new(
-            Code::FocusNowhere,
+        StressFinding::new(
+            FindingCode::FocusNowhere,
             Severity::Harmless,
             view.subject,
-            why,
+            reason,
             remedy,
         )
     })

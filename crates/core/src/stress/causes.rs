@@ -1,7 +1,7 @@
 //! Each cause is told once: what follows from another finding is left out.
 
 use super::facts::SceneFacts;
-use super::finding::{Code, Finding, Severity, Subject};
+use super::finding::{FindingCode, FindingSubject, Severity, StressFinding};
 use crate::scene::Sky;
 
 /// What of a finding has to be the same in another one that follows from it.
@@ -16,91 +16,103 @@ enum Scope {
 }
 
 /// Causes with what follows from them.
-const CONSEQUENCES: [(Code, Scope, &[Code]); 9] = [
-    (Code::EnergyMade, Scope::Scene, &[Code::BrighterThanLights]),
+const CONSEQUENCES: [(FindingCode, Scope, &[FindingCode]); 9] = [
     (
-        Code::LightByChance,
+        FindingCode::EnergyMade,
         Scope::Scene,
-        &[Code::BrighterThanLights],
+        &[FindingCode::BrighterThanLights],
     ),
     (
-        Code::LightByChance,
+        FindingCode::LightByChance,
+        Scope::Scene,
+        &[FindingCode::BrighterThanLights],
+    ),
+    (
+        FindingCode::LightByChance,
         Scope::Subject,
-        &[Code::UnreachedLight, Code::LampBelowPixel],
+        &[FindingCode::UnreachedLight, FindingCode::LampBelowPixel],
     ),
     (
-        Code::ValuesNotNumbers,
+        FindingCode::ValuesNotNumbers,
         Scope::Scene,
-        &[Code::SamplesNotFinite, Code::BlackPicture],
+        &[FindingCode::SamplesNotFinite, FindingCode::BlackPicture],
     ),
     (
-        Code::ImageNotLight,
+        FindingCode::ImageNotLight,
         Scope::Image,
         &[
-            Code::ValuesNotNumbers,
-            Code::SamplesNotFinite,
-            Code::BlackPicture,
-            Code::EnergyMade,
+            FindingCode::ValuesNotNumbers,
+            FindingCode::SamplesNotFinite,
+            FindingCode::BlackPicture,
+            FindingCode::EnergyMade,
         ],
     ),
-    (Code::CameraInBody, Scope::Subject, &[Code::BlackPicture]),
-    (Code::SceneBelowPixel, Scope::Subject, &[Code::NothingSeen]),
     (
-        Code::UnresolvedObject,
+        FindingCode::CameraInBody,
         Scope::Subject,
-        &[Code::LostTriangles],
+        &[FindingCode::BlackPicture],
     ),
     (
-        Code::LightMissesScene,
+        FindingCode::SceneBelowPixel,
         Scope::Subject,
-        &[Code::UnreachedLight],
+        &[FindingCode::NothingSeen],
+    ),
+    (
+        FindingCode::UnresolvedObject,
+        Scope::Subject,
+        &[FindingCode::LostTriangles],
+    ),
+    (
+        FindingCode::LightMissesScene,
+        Scope::Subject,
+        &[FindingCode::UnreachedLight],
     ),
 ];
 
 /// The findings without those that follow from others among them.
 pub(super) fn without_consequences(
-    facts: &SceneFacts<'_>,
-    mut findings: Vec<Finding>,
-) -> Vec<Finding> {
+    scene_facts: &SceneFacts<'_>,
+    mut findings: Vec<StressFinding>,
+) -> Vec<StressFinding> {
     for (cause, scope, codes) in CONSEQUENCES {
-        let causes: Vec<(Subject, Severity)> = findings
+        let causes: Vec<(FindingSubject, Severity)> = findings
             .iter()
-            .filter(|found| found.code == cause)
-            .map(|found| (found.subject, found.severity))
+            .filter(|finding| finding.code == cause)
+            .map(|finding| (finding.subject, finding.severity))
             .collect();
-        let follows = |found: &Finding| {
-            codes.contains(&found.code)
+        let follows = |finding: &StressFinding| {
+            codes.contains(&finding.code)
                 && causes.iter().any(|&(subject, severity)| match scope {
                     Scope::Scene => true,
                     // What is harmless makes nothing else wrong.
-                    Scope::Subject => subject == found.subject && severity <= found.severity,
-                    Scope::Image => reads(facts, found.subject, subject),
+                    Scope::Subject => subject == finding.subject && severity <= finding.severity,
+                    Scope::Image => reads(scene_facts, finding.subject, subject),
                 })
         };
-        findings.retain(|found| !follows(found));
+        findings.retain(|finding| !follows(finding));
     }
     findings
 }
 
 /// Whether a material reads an image; of the scene and its cameras whether the sky or any material
 /// does.
-fn reads(facts: &SceneFacts<'_>, reader: Subject, image: Subject) -> bool {
-    let Subject::Image(image) = image else {
+fn reads(scene_facts: &SceneFacts<'_>, reader: FindingSubject, image: FindingSubject) -> bool {
+    let FindingSubject::Image(image) = image else {
         return false;
     };
-    let is_it = |name: &str| facts.lookup.images.get(name) == Some(image);
+    let is_it = |name: &str| scene_facts.lookup.images.get(name) == Some(image);
     let of_material = |index: usize| {
-        facts.scene.materials[index]
+        scene_facts.scene.materials[index]
             .textures()
-            .filter_map(|reference| facts.lookup.texture(&reference.name))
+            .filter_map(|reference| scene_facts.lookup.texture(&reference.name))
             .any(|texture| is_it(&texture.image))
     };
     match reader {
-        Subject::Material(index) => of_material(index),
+        FindingSubject::Material(index) => of_material(index),
         _ => {
-            let in_sky = matches!(&facts.scene.sky, Some(Sky::Map(map)) if is_it(&map.image));
+            let in_sky = matches!(&scene_facts.scene.sky, Some(Sky::Map(map)) if is_it(&map.image));
             in_sky
-                || facts
+                || scene_facts
                     .used_materials()
                     .iter()
                     .any(|(index, _)| of_material(*index))

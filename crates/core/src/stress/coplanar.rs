@@ -8,10 +8,10 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 
-use super::cameras::View;
+use super::cameras::CameraPicture;
 use super::faces::{ALL_MESH_FACES, Face, area, clipped, counter_clockwise, faces};
-use super::facts::{SceneFacts, place};
-use super::finding::{Code, Finding, Severity, decimal, one_digit_above};
+use super::facts::{SceneFacts, scene_point};
+use super::finding::{FindingCode, Severity, StressFinding, decimal, one_digit_above};
 use super::ray_survey::RaySurvey;
 use super::topology::Topology;
 use crate::settings::PrecisionChoice;
@@ -37,7 +37,7 @@ pub(super) struct Overlap {
     normal: DVec3,
     /// Convex, counter-clockwise about the normal; empty where both have no end.
     outline: Vec<DVec3>,
-    place: DVec3,
+    position: DVec3,
     /// How far apart they are there at most, in metres.
     gap: f64,
     tolerance: f64,
@@ -46,7 +46,7 @@ pub(super) struct Overlap {
 /// What a precision tells apart in the pictures of some cameras.
 pub(super) struct Resolution<'a> {
     pub precision: PrecisionChoice,
-    pub views: &'a [View],
+    pub views: &'a [CameraPicture],
 }
 
 impl Resolution<'_> {
@@ -59,15 +59,15 @@ impl Resolution<'_> {
 
     /// How far surfaces have to be apart at a place, in metres: a ray's way there is rounded, and
     /// so is the place itself.
-    pub fn at(&self, place: DVec3) -> f64 {
+    pub fn at(&self, position: DVec3) -> f64 {
         let in_view = self
             .views
             .iter()
-            .filter(|view| view.pixel_of(place).is_some());
+            .filter(|view| view.pixel_of(position).is_some());
         let farthest = in_view
-            .map(|view| view.distance_to(place))
+            .map(|view| view.distance_to(position))
             .fold(0.0, f64::max);
-        ROUNDINGS * self.roundoff() * (place.abs().max_element() + farthest)
+        ROUNDINGS * self.roundoff() * (position.abs().max_element() + farthest)
     }
 }
 
@@ -79,7 +79,7 @@ impl Overlap {
             self.normal.cross(to - from).dot(point - from) >= 0.0
         };
         normal.dot(self.normal).abs() > 0.999
-            && (point - self.place).dot(self.normal).abs() <= 16.0 * self.tolerance
+            && (point - self.position).dot(self.normal).abs() <= 16.0 * self.tolerance
             && (0..self.outline.len()).all(within)
     }
 }
@@ -112,18 +112,20 @@ impl Overlaps {
 
 /// Finds what lies in one plane and overlaps there, of objects of different materials.
 pub(super) fn overlaps(
-    facts: &SceneFacts<'_>,
+    scene_facts: &SceneFacts<'_>,
     topologies: &BTreeMap<usize, Topology>,
     resolution: &Resolution<'_>,
 ) -> Overlaps {
     let mut room = ALL_MESH_FACES;
-    let mut all: Vec<Face> = (0..facts.scene.objects.len())
-        .flat_map(|object| faces(object, facts, topologies, &mut room))
+    let mut all: Vec<Face> = (0..scene_facts.scene.objects.len())
+        .flat_map(|object| faces(object, scene_facts, topologies, &mut room))
         .collect();
     let reach = all
         .iter()
         .flat_map(|face| &face.corners)
-        .fold(0.0_f64, |most, corner| most.max(corner.abs().max_element()));
+        .fold(0.0_f64, |maximum, corner| {
+            maximum.max(corner.abs().max_element())
+        });
     let way = resolution
         .views
         .iter()
@@ -135,7 +137,7 @@ pub(super) fn overlaps(
     for parallel in all.chunk_by_mut(|a, b| b.key()[0] - a.key()[0] <= PARALLEL) {
         parallel.sort_by(|a, b| a.key()[1].total_cmp(&b.key()[1]));
         for plane in parallel.chunk_by_mut(|a, b| b.key()[1] - a.key()[1] <= tolerance) {
-            sweep(facts, plane, tolerance, &mut found);
+            sweep(scene_facts, plane, tolerance, &mut found);
         }
     }
     for (index, overlap) in found.list.iter().enumerate() {
@@ -148,7 +150,7 @@ pub(super) fn overlaps(
 
 /// Compares the faces of a plane that are beside each other along the axis in which they reach
 /// furthest.
-fn sweep(facts: &SceneFacts<'_>, faces: &mut [Face], tolerance: f64, found: &mut Overlaps) {
+fn sweep(scene_facts: &SceneFacts<'_>, faces: &mut [Face], tolerance: f64, found: &mut Overlaps) {
     let reach = |axis: usize| {
         let along = faces
             .iter()
@@ -182,15 +184,17 @@ fn sweep(facts: &SceneFacts<'_>, faces: &mut [Face], tolerance: f64, found: &mut
             if found.list.len() >= MOST || found.pairs > MOST_PAIRS {
                 return;
             }
-            found.list.extend(overlap(facts, other, face, tolerance));
+            found
+                .list
+                .extend(overlap(scene_facts, other, face, tolerance));
         }
         open.push(face);
     }
 }
 
 /// What two faces have in common.
-fn overlap(facts: &SceneFacts<'_>, a: &Face, b: &Face, tolerance: f64) -> Option<Overlap> {
-    let material = |face: &Face| &facts.objects[face.object].object.material;
+fn overlap(scene_facts: &SceneFacts<'_>, a: &Face, b: &Face, tolerance: f64) -> Option<Overlap> {
+    let material = |face: &Face| &scene_facts.objects[face.object].object.material;
     // Bodies back to back touch.
     let touch = !a.is_sheet && !b.is_sheet && a.normal.dot(b.normal) < 0.0;
     if a.object == b.object
@@ -218,11 +222,11 @@ fn overlap(facts: &SceneFacts<'_>, a: &Face, b: &Face, tolerance: f64) -> Option
             return None;
         }
     }
-    let place = outline.iter().sum::<DVec3>() / outline.len() as f64;
+    let position = outline.iter().sum::<DVec3>() / outline.len() as f64;
     // What rounding makes of corners is no gap.
-    let reach = outline
-        .iter()
-        .fold(0.0_f64, |most, corner| most.max(corner.abs().max_element()));
+    let reach = outline.iter().fold(0.0_f64, |maximum, corner| {
+        maximum.max(corner.abs().max_element())
+    });
     let gap = outline.iter().map(apart).fold(0.0, f64::max);
     let gap = if gap > ONE_PLANE * reach { gap } else { 0.0 };
     let outline = if bounded.is_endless {
@@ -236,19 +240,19 @@ fn overlap(facts: &SceneFacts<'_>, a: &Face, b: &Face, tolerance: f64) -> Option
         are_sheets: a.is_sheet && b.is_sheet,
         normal,
         outline,
-        place,
+        position,
         gap,
         tolerance,
     })
 }
 
 /// An object that others cover, of which one is named.
-struct Covered {
+struct CoveredObject {
     other: usize,
     others: usize,
     /// Rays that see any of them there, and those of which that is itself.
     rays: [u64; 2],
-    place: DVec3,
+    position: DVec3,
     gap: f64,
     /// Whether each is seen here and there.
     flickers: bool,
@@ -258,33 +262,34 @@ struct Covered {
 /// wrong where all that is to be seen of one of them is where others are seen, and where rounding
 /// decides from ray to ray.
 pub(super) fn check(
-    facts: &SceneFacts<'_>,
+    scene_facts: &SceneFacts<'_>,
     overlaps: &Overlaps,
-    seen: &RaySurvey,
+    survey: &RaySurvey,
     resolution: &Resolution<'_>,
     is_told: impl Fn([usize; 2]) -> bool,
-) -> Vec<Finding> {
+) -> Vec<StressFinding> {
     let mut pairs: BTreeMap<[usize; 2], &Overlap> = BTreeMap::new();
     for overlap in &overlaps.list {
         pairs.entry(overlap.objects).or_insert(overlap);
     }
-    let mut all: BTreeMap<(bool, usize), Covered> = BTreeMap::new();
+    let mut all: BTreeMap<(bool, usize), CoveredObject> = BTreeMap::new();
     for ([a, b], overlap) in pairs {
-        let [first, second] = [[a, b], [b, a]].map(|pair| RaySurvey::count(&seen.coplanar, &pair));
+        let [first, second] =
+            [[a, b], [b, a]].map(|pair| RaySurvey::count(&survey.coplanar, &pair));
         let is_seen = first + second >= 3;
         let flickers = first + second >= 10 && 20 * first.min(second) >= first + second;
-        let is_apart = overlap.gap > resolution.at(overlap.place) && !flickers;
+        let is_apart = overlap.gap > resolution.at(overlap.position) && !flickers;
         if is_told([a, b]) || is_apart || !is_seen && !overlap.are_sheets {
             continue;
         }
         let [hidden, other] = if second > first { [a, b] } else { [b, a] };
-        let sighting = seen.coplanar.get(&[other, hidden]).filter(|_| is_seen);
-        let place = sighting.map_or(overlap.place, |sighting| sighting.place);
-        let covered = all.entry((flickers, hidden)).or_insert(Covered {
+        let sighting = survey.coplanar.get(&[other, hidden]).filter(|_| is_seen);
+        let position = sighting.map_or(overlap.position, |sighting| sighting.position);
+        let covered = all.entry((flickers, hidden)).or_insert(CoveredObject {
             other,
             others: 0,
             rays: [0; 2],
-            place,
+            position,
             gap: overlap.gap,
             flickers,
         });
@@ -297,64 +302,66 @@ pub(super) fn check(
         covered.others += 1;
     }
     all.iter()
-        .map(|(&(_, hidden), covered)| finding(facts, hidden, covered, seen, resolution))
+        .map(|(&(_, hidden), covered)| finding(scene_facts, hidden, covered, survey, resolution))
         .collect()
 }
 
 fn finding(
-    facts: &SceneFacts<'_>,
+    scene_facts: &SceneFacts<'_>,
     hidden: usize,
-    covered: &Covered,
-    seen: &RaySurvey,
+    covered: &CoveredObject,
+    survey: &RaySurvey,
     resolution: &Resolution<'_>,
-) -> Finding {
-    let named = facts.objects[covered.other].subject.words(facts.scene);
+) -> StressFinding {
+    let named = scene_facts.objects[covered.other]
+        .subject
+        .words(scene_facts.scene);
     let others = match covered.others {
         1 => named,
         more => format!("{named} and {} more", more - 1),
     };
     let [rays, own] = covered.rays;
-    let is_lost = 20 * own < rays && RaySurvey::count(&seen.first, &hidden) <= own;
-    let least = resolution.at(covered.place);
+    let is_lost = 20 * own < rays && RaySurvey::count(&survey.first, &hidden) <= own;
+    let minimum = resolution.at(covered.position);
     let lies = match covered.gap {
         0.0 => format!("it lies in one plane with {others}"),
         gap => format!(
             "it lies {} metres from {others}, and only what is {} metres apart is told apart there",
             decimal(gap),
-            one_digit_above(least)
+            one_digit_above(minimum)
         ),
     };
     let (code, severity, end) = if covered.flickers {
         let end = ": rounding decides from ray to ray which of them is seen";
-        (Code::FlickeringSurfaces, Severity::PictureWrong, end)
+        (FindingCode::FlickeringSurfaces, Severity::PictureWrong, end)
     } else if is_lost {
         let end = ", which is seen everywhere in its place";
-        (Code::CoplanarSurfaces, Severity::PictureWrong, end)
+        (FindingCode::CoplanarSurfaces, Severity::PictureWrong, end)
     } else {
         let end = ": the order of objects or rounding decides what is seen where both are";
-        (Code::CoplanarSurfaces, Severity::Harmless, end)
+        (FindingCode::CoplanarSurfaces, Severity::Harmless, end)
     };
-    let finding = Finding::new(
+    let finding = StressFinding::new(
         code,
         severity,
-        facts.objects[hidden].subject,
+        scene_facts.objects[hidden].subject,
         lies + end,
-        remedy(least, covered.gap, resolution.precision),
+        remedy(minimum, covered.gap, resolution.precision),
     );
-    let counted = if rays > 0 {
-        finding.counted(rays, seen.rays, "rays", "of the cameras met that place")
+    let counted_finding = if rays > 0 {
+        finding.counted(rays, survey.rays, "rays", "of the cameras met that place")
     } else {
         finding
     };
-    counted.at(place(covered.place))
+    counted_finding.with_place(scene_point(covered.position))
 }
 
 /// What to do about surfaces so far apart, where only those of another distance are told apart.
-pub(super) fn remedy(least: f64, gap: f64, precision: PrecisionChoice) -> String {
+pub(super) fn remedy(minimum: f64, gap: f64, precision: PrecisionChoice) -> String {
     let exact = match precision {
         PrecisionChoice::Robust if gap > 0.0 => ", or add --precision reference",
         _ => "",
     };
-    let least = one_digit_above(least);
+    let least = one_digit_above(minimum);
     format!("move one of them {least} metres or more away, or take it away{exact}")
 }

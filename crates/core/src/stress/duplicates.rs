@@ -4,8 +4,8 @@ use std::collections::HashMap;
 use std::collections::hash_map::DefaultHasher;
 use std::hash::{Hash, Hasher};
 
-use super::facts::{Matter, ObjectFacts, SceneFacts, place};
-use super::finding::{Code, Finding, Severity};
+use super::facts::{ObjectFacts, SceneFacts, SurfaceMatter, scene_point};
+use super::finding::{FindingCode, Severity, StressFinding};
 use super::ray_survey::RaySurvey;
 use crate::scene::{MeshData, Object, Shape};
 
@@ -25,15 +25,18 @@ pub(super) struct Doubles {
 }
 
 impl Doubles {
-    pub fn of(facts: &SceneFacts<'_>) -> Self {
+    pub fn of(scene_facts: &SceneFacts<'_>) -> Self {
         let mut places: HashMap<Key, usize> = HashMap::new();
         let mut meshes: HashMap<usize, u64> = HashMap::new();
-        let listed = facts.objects.iter().take(facts.scene.objects.len());
-        let first_of = |(index, own): (usize, &ObjectFacts<'_>)| {
-            let content = facts
-                .mesh(own.object)
+        let listed = scene_facts
+            .objects
+            .iter()
+            .take(scene_facts.scene.objects.len());
+        let first_of = |(index, object_facts): (usize, &ObjectFacts<'_>)| {
+            let content = scene_facts
+                .mesh(object_facts.object)
                 .map(|(mesh, data)| *meshes.entry(mesh).or_insert_with(|| content_of(data)));
-            *places.entry(key(own, content)).or_insert(index)
+            *places.entry(key(object_facts, content)).or_insert(index)
         };
         let first: Vec<usize> = listed.enumerate().map(first_of).collect();
         let mut have_twins = vec![false; first.len()];
@@ -58,11 +61,15 @@ impl Doubles {
 }
 
 /// Objects that are there twice.
-pub(super) fn check(facts: &SceneFacts<'_>, doubles: &Doubles, seen: &RaySurvey) -> Vec<Finding> {
+pub(super) fn check(
+    scene_facts: &SceneFacts<'_>,
+    doubles: &Doubles,
+    survey: &RaySurvey,
+) -> Vec<StressFinding> {
     let twins = doubles.first.iter().enumerate();
     twins
         .filter(|(index, first)| index != *first)
-        .map(|(index, &first)| finding(facts, seen, [first, index]))
+        .map(|(index, &first)| finding(scene_facts, survey, [first, index]))
         .collect()
 }
 
@@ -76,31 +83,34 @@ fn content_of(data: &MeshData) -> u64 {
     hasher.finish()
 }
 
-fn key(own: &ObjectFacts<'_>, content: Option<u64>) -> Key {
+fn key(object_facts: &ObjectFacts<'_>, content: Option<u64>) -> Key {
     let Object {
         shape,
         transform_end,
         transform,
         side,
         ..
-    } = own.object;
+    } = object_facts.object;
     // On its way it is where both ends are said alike.
     let way = transform_end
         .as_ref()
         .map(|end| format!("{transform:?}{end:?}"));
-    let matrix = own.map.matrix3;
+    let matrix = object_facts.map.matrix3;
     let scale = matrix.determinant().abs().cbrt();
     // A ball is the same however it is turned.
     if let Shape::Sphere { centre, radius } = *shape
         && is_similar(matrix, scale)
         && way.is_none()
     {
-        let (centre, size) = (own.map.transform_point3(centre.into()), radius * scale);
+        let (centre, size) = (
+            object_facts.map.transform_point3(centre.into()),
+            radius * scale,
+        );
         let mut place = steps(&centre.to_array(), size);
         place.extend(steps(&[libm::log(size)], 1.0));
         return (format!("ball{side:?}"), place);
     }
-    let what = match content {
+    let label = match content {
         Some(content) => format!("mesh{content:x}"),
         None => format!("{shape:?}"),
     };
@@ -109,10 +119,12 @@ fn key(own: &ObjectFacts<'_>, content: Option<u64>) -> Key {
         .iter()
         .flat_map(|column| steps(&column.to_array(), scale.max(f64::MIN_POSITIVE)))
         .collect();
-    let size = own.bounds.map_or(1.0, |bounds| bounds.extent().length());
-    let origin = own.map.translation.to_array();
+    let size = object_facts
+        .bounds
+        .map_or(1.0, |bounds| bounds.extent().length());
+    let origin = object_facts.map.translation.to_array();
     place.extend(steps(&origin, size.max(f64::MIN_POSITIVE)));
-    (format!("{what}{side:?}{way:?}"), place)
+    (format!("{label}{side:?}{way:?}"), place)
 }
 
 /// Numbers in steps of a size. Where that is finer than their own digits, the digits count.
@@ -135,40 +147,51 @@ fn is_similar(matrix: glam::DMat3, scale: f64) -> bool {
     square.abs_diff_eq(other, 1e-9 * scale * scale)
 }
 
-fn finding(facts: &SceneFacts<'_>, seen: &RaySurvey, [before, index]: [usize; 2]) -> Finding {
-    let own = &facts.objects[index];
-    let pair = [&facts.objects[before], own];
-    let other = pair[0].subject.words(facts.scene);
-    let sightings = [before, index].map(|object| RaySurvey::count(&seen.met, &object));
+fn finding(
+    scene_facts: &SceneFacts<'_>,
+    survey: &RaySurvey,
+    [before, index]: [usize; 2],
+) -> StressFinding {
+    let object_facts = &scene_facts.objects[index];
+    let pair = [&scene_facts.objects[before], object_facts];
+    let other = pair[0].subject.words(scene_facts.scene);
+    let sightings = [before, index].map(|object| RaySurvey::count(&survey.sightings, &object));
     let is_seen = sightings.iter().sum::<u64>() > 0;
-    let (severity, what) = if pair.iter().any(|own| own.matter != Matter::Opaque) {
-        let what = "light that passes is bent or dimmed twice";
-        (Severity::PictureWrong, what)
-    } else if pair.iter().all(|own| own.emits()) {
-        let what = "both shine, so that it lights twice as much as it is seen to";
-        (Severity::PictureWrong, what)
+    let (severity, label) = if pair
+        .iter()
+        .any(|object_facts| object_facts.matter != SurfaceMatter::Opaque)
+    {
+        let label = "light that passes is bent or dimmed twice";
+        (Severity::PictureWrong, label)
+    } else if pair.iter().all(|object_facts| object_facts.emits()) {
+        let label = "both shine, so that it lights twice as much as it is seen to";
+        (Severity::PictureWrong, label)
     } else if pair[0].object.material == pair[1].object.material {
         (
             Severity::Harmless,
             "of the same material, so that nothing of it is seen",
         )
     } else if is_seen {
-        let what = "of another material, and only one of the two is seen, whichever rounding or the file's order brings to the front";
-        (Severity::PictureWrong, what)
+        let label = "of another material, and only one of the two is seen, whichever rounding or the file's order brings to the front";
+        (Severity::PictureWrong, label)
     } else {
         (Severity::Harmless, "of another material; no camera sees it")
     };
-    let why = format!("it is in one place with {other}: {what}");
+    let reason = format!("it is in one place with {other}: {label}");
     let seen_at = [before, index]
         .iter()
-        .find_map(|object| place(seen.met.get(object)?.place));
-    let at = seen_at.or_else(|| own.bounds.and_then(|bounds| place(bounds.centre())));
-    Finding::new(
-        Code::DuplicateObject,
+        .find_map(|object| scene_point(survey.sightings.get(object)?.position));
+    let at = seen_at.or_else(|| {
+        object_facts
+            .bounds
+            .and_then(|bounds| scene_point(bounds.centre()))
+    });
+    StressFinding::new(
+        FindingCode::DuplicateObject,
         severity,
-        own.subject,
-        why,
+        object_facts.subject,
+        reason,
         "remove one of them",
     )
-    .at(at)
+    .with_place(at)
 }

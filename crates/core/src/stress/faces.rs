@@ -37,19 +37,19 @@ impl Face {
 /// The flat faces of an object that stands still, of meshes of those with few triangles.
 pub(super) fn faces(
     object: usize,
-    facts: &SceneFacts<'_>,
+    scene_facts: &SceneFacts<'_>,
     topologies: &BTreeMap<usize, Topology>,
     room: &mut usize,
 ) -> Vec<Face> {
-    let own = &facts.objects[object];
-    if own.object.transform_end.is_some() {
+    let object_facts = &scene_facts.objects[object];
+    if object_facts.object.transform_end.is_some() {
         return Vec::new();
     }
-    let turned = own.map.matrix3.inverse().transpose();
+    let turned = object_facts.map.matrix3.inverse().transpose();
     let face = |normal: DVec3, corners: &[DVec3], is_sheet: bool| {
         let corners = corners
             .iter()
-            .map(|&corner| own.map.transform_point3(corner))
+            .map(|&corner| object_facts.map.transform_point3(corner))
             .collect();
         Face {
             object,
@@ -60,7 +60,7 @@ pub(super) fn faces(
         }
     };
     let v = DVec3::from_array;
-    let found = match own.object.shape {
+    let found = match object_facts.object.shape {
         Shape::Plane { point, normal } => vec![Face {
             is_endless: true,
             ..face(v(normal), &[v(point)], true)
@@ -111,16 +111,16 @@ pub(super) fn faces(
             };
             (0..6).map(side).collect()
         }
-        Shape::Mesh(_) => match facts.mesh(own.object) {
+        Shape::Mesh(_) => match scene_facts.mesh(object_facts.object) {
             Some((mesh, data)) if data.indices.len() <= MESH_FACES.min(*room) => {
                 *room -= data.indices.len();
                 let is_sheet = topologies.get(&mesh).is_none_or(|t| !t.is_closed());
-                let at = |corner: u32| data.positions.at(corner as usize);
-                let of = |&corners: &[u32; 3]| {
+                let at = |corner: u32| data.positions.position(corner as usize);
+                let value_of = |&corners: &[u32; 3]| {
                     let [a, b, c] = corners.map(at);
                     face((b - a).cross(c - a), &[a, b, c], is_sheet)
                 };
-                data.indices.iter().map(of).collect()
+                data.indices.iter().map(value_of).collect()
             }
             _ => Vec::new(),
         },

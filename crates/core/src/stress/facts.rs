@@ -7,16 +7,16 @@ use glam::{DAffine3, DVec3};
 use raywright_bvh::shapes::transform_bounds;
 use raywright_bvh::{Aabb, Shape as _};
 
-use super::finding::Subject;
+use super::finding::FindingSubject;
 use crate::affine::affine;
 use crate::generate::{count_of, places};
-use crate::lookup::Lookup;
+use crate::lookup::SceneLookup;
 use crate::scene::{AlphaMode, Material, MeshData, Model, Object, Scene, Shape, SideRule};
 use crate::shape::placed_shape;
 
 /// What a material makes of a surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Matter {
+pub(crate) enum SurfaceMatter {
     /// Light ends at it or is sent back.
     Opaque,
     /// It bounds a body that light goes through, so that it has to be closed.
@@ -25,7 +25,7 @@ pub(crate) enum Matter {
     Veil,
 }
 
-impl Matter {
+impl SurfaceMatter {
     fn of(material: &Material) -> Self {
         match &material.model {
             Model::Physical(m) if m.alpha == AlphaMode::Blend => Self::Veil,
@@ -56,10 +56,10 @@ impl Matter {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ObjectFacts<'a> {
     pub object: &'a Object,
-    pub subject: Subject,
+    pub subject: FindingSubject,
     /// Its material with its place in the scene's list.
     pub material: Option<(usize, &'a Material)>,
-    pub matter: Matter,
+    pub matter: SurfaceMatter,
     /// From its own space to the world, of a generator's the first one's.
     pub map: DAffine3,
     /// The box around it, of a generator's around the first one; none where it has no end.
@@ -80,7 +80,7 @@ impl ObjectFacts<'_> {
 /// A scene as checks see it.
 pub(crate) struct SceneFacts<'a> {
     pub scene: &'a Scene,
-    pub lookup: Lookup<'a>,
+    pub lookup: SceneLookup<'a>,
     /// The listed objects, and one for each generator.
     pub objects: Vec<ObjectFacts<'a>>,
     /// Around everything that has an end.
@@ -91,20 +91,22 @@ pub(crate) struct SceneFacts<'a> {
 
 impl<'a> SceneFacts<'a> {
     pub fn new(scene: &'a Scene, bounds: Aabb) -> Self {
-        let lookup = Lookup::new(scene);
+        let lookup = SceneLookup::new(scene);
         let listed = scene.objects.iter().map(|object| (object, DVec3::ZERO));
         let generated = scene.generators.iter().map(|generator| {
             let first = places(&generator.kind).next();
             (&generator.object, first.unwrap_or_default())
         });
         let mut meshes = BTreeMap::new();
-        let mut facts = |(index, (object, place)): (usize, (&'a Object, DVec3))| {
+        let mut object_facts = |(index, (object, position)): (usize, (&'a Object, DVec3))| {
             let material = lookup.material(&object.material);
-            let matter = material.map_or(Matter::Opaque, |(_, material)| Matter::of(material));
-            let map = DAffine3::from_translation(place) * affine(&object.transform);
+            let matter = material.map_or(SurfaceMatter::Opaque, |(_, material)| {
+                SurfaceMatter::of(material)
+            });
+            let map = DAffine3::from_translation(position) * affine(&object.transform);
             ObjectFacts {
                 object,
-                subject: Subject::Object(index),
+                subject: FindingSubject::Object(index),
                 material,
                 matter,
                 map,
@@ -114,7 +116,7 @@ impl<'a> SceneFacts<'a> {
         let objects = listed
             .chain(generated)
             .enumerate()
-            .map(&mut facts)
+            .map(&mut object_facts)
             .collect();
         let mut next = scene.objects.len() as u64;
         let start = |kind| {
@@ -158,13 +160,13 @@ impl<'a> SceneFacts<'a> {
     /// The objects that show each mesh, by its place in the scene's list.
     pub fn shown_meshes(&self) -> BTreeMap<usize, (&'a MeshData, Vec<&ObjectFacts<'a>>)> {
         let mut shown: BTreeMap<usize, (&MeshData, Vec<&ObjectFacts<'_>>)> = BTreeMap::new();
-        for facts in &self.objects {
-            if let Some((mesh, data)) = self.mesh(facts.object) {
+        for object_facts in &self.objects {
+            if let Some((mesh, data)) = self.mesh(object_facts.object) {
                 shown
                     .entry(mesh)
                     .or_insert_with(|| (data, Vec::new()))
                     .1
-                    .push(facts);
+                    .push(object_facts);
             }
         }
         shown
@@ -175,7 +177,7 @@ impl<'a> SceneFacts<'a> {
         let mut used: Vec<(usize, &Material)> = self
             .objects
             .iter()
-            .filter_map(|facts| facts.material)
+            .filter_map(|object_facts| object_facts.material)
             .collect();
         used.sort_by_key(|(index, _)| *index);
         used.dedup_by_key(|(index, _)| *index);
@@ -199,7 +201,7 @@ impl<'a> SceneFacts<'a> {
 
 /// The box around an object where a map puts it.
 fn bounds_of<'a>(
-    lookup: &Lookup<'a>,
+    lookup: &SceneLookup<'a>,
     meshes: &mut BTreeMap<&'a str, Aabb>,
     object: &'a Object,
     map: DAffine3,
@@ -208,8 +210,8 @@ fn bounds_of<'a>(
         Shape::Mesh(name) => {
             let data = lookup.mesh_data(name)?;
             let around = || Aabb::from_points(data.positions.iter());
-            let own = meshes.entry(name.as_str()).or_insert_with(around);
-            (!own.is_empty()).then(|| transform_bounds(&map, own))
+            let own_bounds = meshes.entry(name.as_str()).or_insert_with(around);
+            (!own_bounds.is_empty()).then(|| transform_bounds(&map, own_bounds))
         }
         shape => match placed_shape::<f64>(shape, map)? {
             (shape, None) => shape.bounds(),
@@ -220,17 +222,17 @@ fn bounds_of<'a>(
 }
 
 /// A place as findings have it.
-pub(super) fn place(point: DVec3) -> Option<[f64; 3]> {
+pub(super) fn scene_point(point: DVec3) -> Option<[f64; 3]> {
     point.is_finite().then(|| point.to_array())
 }
 
 /// A number in [0, 1) by a seed and two indices.
-pub(super) fn unit(seed: u64, index: u64, which: u64) -> f64 {
+pub(super) fn unit(seed: u64, index: u64, selected: u64) -> f64 {
     let bits = crate::hash::mix(
         seed ^ crate::hash::mix(
             index
                 .wrapping_mul(0x9e37_79b9)
-                .wrapping_add(crate::hash::mix(which)),
+                .wrapping_add(crate::hash::mix(selected)),
         ),
     );
     (bits >> 11) as f64 / (1_u64 << 53) as f64

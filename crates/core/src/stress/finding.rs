@@ -34,11 +34,11 @@ macro_rules! codes {
     ($($(#[$doc:meta])* $variant:ident = $name:literal;)*) => {
         /// What is found, by a name that stays.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-        pub enum Code {
+        pub enum FindingCode {
             $($(#[$doc])* $variant,)*
         }
 
-        impl Code {
+        impl FindingCode {
             /// Every kind of finding, family by family.
             pub const ALL: &'static [Self] = &[$(Self::$variant),*];
 
@@ -157,7 +157,7 @@ codes! {
     StretchedPicture = "stretched-picture";
 }
 
-impl Serialize for Code {
+impl Serialize for FindingCode {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.serialize_str(self.name())
     }
@@ -165,7 +165,7 @@ impl Serialize for Code {
 
 /// What of a scene a finding is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Subject {
+pub enum FindingSubject {
     /// An object by its index, those of generators after the listed ones, one for each generator.
     Object(usize),
     /// A light without size.
@@ -182,7 +182,7 @@ pub enum Subject {
     Scene,
 }
 
-impl Subject {
+impl FindingSubject {
     /// Its place in its list; zero where there is none.
     pub(super) fn index(self) -> usize {
         match self {
@@ -257,15 +257,15 @@ impl Subject {
 
 /// One thing that was found.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Finding {
+pub struct StressFinding {
     /// What kind.
-    pub code: Code,
+    pub code: FindingCode,
     /// How bad.
     pub severity: Severity,
     /// What it is about.
-    pub subject: Subject,
+    pub subject: FindingSubject,
     /// Other subjects of which the same is found, for the same cause.
-    pub others: Vec<Subject>,
+    pub others: Vec<FindingSubject>,
     /// A primitive of the subject that has it, the nearest to a camera, where it is about
     /// primitives.
     pub primitive: Option<u32>,
@@ -283,21 +283,21 @@ pub struct Finding {
     /// What is so of those that are counted, in the past tense and said after their number.
     pub predicate: &'static str,
     /// What is wrong, in one sentence.
-    pub why: String,
+    pub reason: String,
     /// What to do.
     pub remedy: String,
 }
 
-impl Finding {
+impl StressFinding {
     /// One thing of a subject.
     pub fn new(
-        code: Code,
+        code: FindingCode,
         severity: Severity,
-        subject: Subject,
-        why: impl Into<String>,
+        subject: FindingSubject,
+        reason: impl Into<String>,
         remedy: impl Into<String>,
     ) -> Self {
-        let (why, remedy) = (why.into(), remedy.into());
+        let (reason, remedy) = (reason.into(), remedy.into());
         Self {
             code,
             severity,
@@ -310,17 +310,23 @@ impl Finding {
             of: 0,
             unit: "",
             predicate: "",
-            why,
+            reason,
             remedy,
         }
     }
 
     /// So many of so many, and what is so of them.
     #[must_use]
-    pub fn counted(self, count: u64, of: u64, unit: &'static str, predicate: &'static str) -> Self {
+    pub fn counted(
+        self,
+        count: u64,
+        total: u64,
+        unit: &'static str,
+        predicate: &'static str,
+    ) -> Self {
         Self {
             count,
-            of,
+            of: total,
             unit,
             predicate,
             ..self
@@ -363,7 +369,7 @@ impl Finding {
 
     /// At a place.
     #[must_use]
-    pub fn at(self, place: Option<Triple>) -> Self {
+    pub fn with_place(self, place: Option<Triple>) -> Self {
         Self { place, ..self }
     }
 

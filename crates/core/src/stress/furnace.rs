@@ -1,7 +1,7 @@
 //! A furnace for each material: a ball of it in even white light, which may send back no more than
 //! it gets.
 
-use super::Deadline;
+use super::RayDeadline;
 use super::facts::SceneFacts;
 use crate::dispatch::prepare;
 use crate::effects::chosen;
@@ -36,16 +36,16 @@ impl FurnaceResult {
 /// The furnaces of all materials that objects show, as many as there is time for, and how many
 /// there would be. Classic materials in Whitted's rules are no model of energy, and are not asked.
 pub(super) fn measure(
-    facts: &SceneFacts<'_>,
+    scene_facts: &SceneFacts<'_>,
     settings: &Settings,
-    deadline: &Deadline<'_>,
+    deadline: &RayDeadline<'_>,
 ) -> (Vec<FurnaceResult>, usize) {
-    let by_paths = chosen(facts.scene, settings) == Integrator::Path;
+    let by_paths = chosen(scene_facts.scene, settings) == Integrator::Path;
     let judged = |model: &Model| match model {
         Model::Physical(m) => !m.unlit,
         Model::Classic(_) => by_paths,
     };
-    let materials: Vec<_> = facts
+    let materials: Vec<_> = scene_facts
         .used_materials()
         .into_iter()
         .filter(|(_, material)| judged(&material.model))
@@ -55,12 +55,14 @@ pub(super) fn measure(
         if deadline.is_over() {
             break;
         }
-        measured.extend(sent_back(facts.scene, material, settings).map(|sent_back| {
-            FurnaceResult {
-                material: index,
-                sent_back,
-            }
-        }));
+        measured.extend(
+            directional_albedo(scene_facts.scene, material, settings).map(|sent_back| {
+                FurnaceResult {
+                    material: index,
+                    sent_back,
+                }
+            }),
+        );
     }
     (measured, materials.len())
 }
@@ -83,7 +85,7 @@ fn dark(material: &Material) -> Material {
 
 /// The mean of what a ball in white light sends back, by the brightest channel; none where the ball
 /// can't be shown.
-fn sent_back(scene: &Scene, material: &Material, settings: &Settings) -> Option<f64> {
+fn directional_albedo(scene: &Scene, material: &Material, settings: &Settings) -> Option<f64> {
     let camera = Camera {
         name: String::new(),
         pose: Pose::LookAt {
@@ -132,7 +134,7 @@ fn sent_back(scene: &Scene, material: &Material, settings: &Settings) -> Option<
         integrator: Integrator::Path,
         max_depth: 32,
         seed: settings.seed,
-        ..Settings::of(&furnace)
+        ..Settings::from_scene(&furnace)
     };
     let picture = prepare(&furnace, &settings, &()).ok()?.render(&()).picture;
     let mean = |channel: usize| {

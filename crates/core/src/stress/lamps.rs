@@ -6,9 +6,9 @@ use std::collections::HashMap;
 use glam::DVec3;
 use raywright_bvh::Aabb;
 
-use super::cameras::{View, nearest};
-use super::facts::{Matter, ObjectFacts, SceneFacts, place};
-use super::finding::{Code, Finding, Severity, Subject, decimal};
+use super::cameras::{CameraPicture, nearest};
+use super::facts::{ObjectFacts, SceneFacts, SurfaceMatter, scene_point};
+use super::finding::{FindingCode, FindingSubject, Severity, StressFinding, decimal};
 use crate::display::curve::decode;
 use crate::scene::{
     Colour, ColourSpace, ImageData, Light, LightKind, Model, Physical, Pixels, Shape, SideRule,
@@ -16,32 +16,31 @@ use crate::scene::{
 };
 
 /// What is wrong with the lights of a scene.
-pub(super) fn check(facts: &SceneFacts<'_>, views: &[View]) -> Vec<Finding> {
-    let (mut found, mut first) = (Vec::new(), HashMap::new());
-    for (index, light) in facts.scene.lights.iter().enumerate() {
-        let subject = Subject::Light(index);
-        found.extend(misses(subject, light, &facts.bounds));
+pub(super) fn check(scene_facts: &SceneFacts<'_>, views: &[CameraPicture]) -> Vec<StressFinding> {
+    let (mut findings, mut first) = (Vec::new(), HashMap::new());
+    for (index, light) in scene_facts.scene.lights.iter().enumerate() {
+        let subject = FindingSubject::Light(index);
+        findings.extend(misses(subject, light, &scene_facts.bounds));
         let twin = *first.entry(format!("{:?}", light.kind)).or_insert(index);
         if twin != index {
-            found.push(twins(facts, [twin, index]));
+            findings.push(twins(scene_facts, [twin, index]));
         }
     }
     let lamps = || {
-        facts
-            .objects
-            .iter()
-            .filter(|own| own.emits() && !matches!(own.object.shape, Shape::Mesh(_)))
+        scene_facts.objects.iter().filter(|object_facts| {
+            object_facts.emits() && !matches!(object_facts.object.shape, Shape::Mesh(_))
+        })
     };
-    found.extend(lamps().filter_map(|own| faces_away(facts, own)));
-    found.extend(small_lamps(lamps(), views));
-    found.extend(sky_spikes(facts));
-    found
+    findings.extend(lamps().filter_map(|object_facts| faces_away(scene_facts, object_facts)));
+    findings.extend(small_lamps(lamps(), views));
+    findings.extend(sky_spikes(scene_facts));
+    findings
 }
 
 /// A light that is in the place of another one.
-fn twins(facts: &SceneFacts<'_>, [twin, index]: [usize; 2]) -> Finding {
-    let [a, b] = [twin, index].map(|index| &facts.scene.lights[index]);
-    let other = Subject::Light(twin).words(facts.scene);
+fn twins(scene_facts: &SceneFacts<'_>, [twin, index]: [usize; 2]) -> StressFinding {
+    let [a, b] = [twin, index].map(|index| &scene_facts.scene.lights[index]);
+    let other = FindingSubject::Light(twin).words(scene_facts.scene);
     let (severity, end) = if a.colour == b.colour {
         let end = "it lights twice as much as one does";
         (Severity::PictureWrong, end)
@@ -53,18 +52,18 @@ fn twins(facts: &SceneFacts<'_>, [twin, index]: [usize; 2]) -> Finding {
         LightKind::Directional { .. } => None,
         LightKind::Point { position, .. } | LightKind::Spot { position, .. } => Some(position),
     };
-    Finding::new(
-        Code::DuplicateLight,
+    StressFinding::new(
+        FindingCode::DuplicateLight,
         severity,
-        Subject::Light(index),
+        FindingSubject::Light(index),
         format!("it is in one place with {other}: {end}"),
         "remove one of them; if both are meant, make one with the sum of their colours",
     )
-    .at(at)
+    .with_place(at)
 }
 
 /// A light of which nothing comes to where the scene is.
-fn misses(subject: Subject, light: &Light, bounds: &Aabb) -> Option<Finding> {
+fn misses(subject: FindingSubject, light: &Light, bounds: &Aabb) -> Option<StressFinding> {
     if bounds.is_empty() {
         return None;
     }
@@ -78,13 +77,20 @@ fn misses(subject: Subject, light: &Light, bounds: &Aabb) -> Option<Finding> {
             position, range, ..
         } => (DVec3::from(position), range),
     };
-    let finding = |why: String, remedy: String| {
+    let finding = |reason: String, remedy: String| {
         let severity = Severity::SlowOrNoisy;
-        Finding::new(Code::LightMissesScene, severity, subject, why, remedy).at(place(position))
+        StressFinding::new(
+            FindingCode::LightMissesScene,
+            severity,
+            subject,
+            reason,
+            remedy,
+        )
+        .with_place(scene_point(position))
     };
     let nearest = position.clamp(bounds.min, bounds.max).distance(position);
     if let Some(range) = range.filter(|range| *range <= nearest) {
-        let why = format!(
+        let reason = format!(
             "its `range` of {range} metres ends before anything, so that it lights nothing: the nearest object is {} metres away",
             decimal(nearest)
         );
@@ -92,7 +98,7 @@ fn misses(subject: Subject, light: &Light, bounds: &Aabb) -> Option<Finding> {
             "move it nearer, or raise its `range` above {} metres, or leave that away",
             decimal(nearest)
         );
-        return Some(finding(why, remedy));
+        return Some(finding(reason, remedy));
     }
     let LightKind::Spot {
         direction,
@@ -102,33 +108,36 @@ fn misses(subject: Subject, light: &Light, bounds: &Aabb) -> Option<Finding> {
     else {
         return None;
     };
-    let way = centre - position;
-    if way.length() <= radius {
+    let unit_direction = centre - position;
+    if unit_direction.length() <= radius {
         return None;
     }
-    let off = way
+    let off = unit_direction
         .normalize()
         .dot(DVec3::from(direction).normalize())
         .clamp(-1.0, 1.0)
         .acos();
-    let reach = outer_angle.to_radians() + (radius / way.length()).min(1.0).asin();
-    let why = format!(
+    let reach = outer_angle.to_radians() + (radius / unit_direction.length()).min(1.0).asin();
+    let reason = format!(
         "its cone points past everything: the scene is {:.0} degrees from its `direction`, and its `outer_angle` is {outer_angle} degrees",
         off.to_degrees()
     );
     let remedy = "turn its `direction` to the scene, or widen its `outer_angle`";
-    (off > reach).then(|| finding(why, remedy.to_owned()))
+    (off > reach).then(|| finding(reason, remedy.to_owned()))
 }
 
 /// A flat lamp with one side, behind which everything is.
-fn faces_away(facts: &SceneFacts<'_>, own: &ObjectFacts<'_>) -> Option<Finding> {
-    let shines_out = match own.object.side {
+fn faces_away(
+    scene_facts: &SceneFacts<'_>,
+    object_facts: &ObjectFacts<'_>,
+) -> Option<StressFinding> {
+    let shines_out = match object_facts.object.side {
         SideRule::Both => return None,
         SideRule::Outside | SideRule::Culled => true,
         SideRule::Inside => false,
     };
-    let map = own.map;
-    let (point, normal) = match own.object.shape {
+    let map = object_facts.map;
+    let (point, normal) = match object_facts.object.shape {
         Shape::Quad {
             corner,
             edge_u,
@@ -146,69 +155,69 @@ fn faces_away(facts: &SceneFacts<'_>, own: &ObjectFacts<'_>) -> Option<Finding> 
     let point: DVec3 = map.transform_point3(point);
     let normal: DVec3 = map.matrix3.inverse().transpose() * normal;
     let normal = if shines_out { normal } else { -normal }.normalize();
-    let Aabb { min, max } = facts.bounds;
+    let Aabb { min, max } = scene_facts.bounds;
     let farthest = DVec3::select(normal.cmpgt(DVec3::ZERO), max, min);
-    let why = "it gives off light to one side, and everything is on its other side";
+    let reason = "it gives off light to one side, and everything is on its other side";
     let remedy = "turn it over, or give it `side = \"both\"`";
     let ahead = (farthest - point).dot(normal);
-    (ahead <= 1e-9 * facts.diagonal()).then(|| {
-        Finding::new(
-            Code::LightMissesScene,
+    (ahead <= 1e-9 * scene_facts.diagonal()).then(|| {
+        StressFinding::new(
+            FindingCode::LightMissesScene,
             Severity::SlowOrNoisy,
-            own.subject,
-            why,
+            object_facts.subject,
+            reason,
             remedy,
         )
-        .at(place(point))
+        .with_place(scene_point(point))
     })
 }
 
 /// Lamps in view that are smaller than a pixel.
 fn small_lamps<'a>(
     lamps: impl Iterator<Item = &'a ObjectFacts<'a>>,
-    views: &[View],
-) -> Option<Finding> {
-    let (mut of, mut small) = (0, Vec::new());
-    for own in lamps {
-        let Some(bounds) = own.bounds else {
+    views: &[CameraPicture],
+) -> Option<StressFinding> {
+    let (mut total, mut small) = (0, Vec::new());
+    for object_facts in lamps {
+        let Some(bounds) = object_facts.bounds else {
             continue;
         };
         let (centre, radius) = (bounds.centre(), 0.5 * bounds.extent().length());
-        of += 1;
+        total += 1;
         if views
             .iter()
             .any(|view| view.sees_within_pixel(centre, radius))
         {
-            small.push((own.subject, centre));
+            small.push((object_facts.subject, centre));
         }
     }
     let count = small.len() as u64;
     let (subject, centre) = nearest(views, small.into_iter())?;
-    let why = "lamps that are in view are smaller than a pixel: samples meet one here and there, as bright specks";
+    let reason = "lamps that are in view are smaller than a pixel: samples meet one here and there, as bright specks";
     let remedy =
         "make them larger, hide them from the camera, or light by a `lights` entry in their place";
     Some(
-        Finding::new(
-            Code::LampBelowPixel,
+        StressFinding::new(
+            FindingCode::LampBelowPixel,
             Severity::SlowOrNoisy,
             subject,
-            why,
+            reason,
             remedy,
         )
-        .counted(count, of, "lamps", "came out smaller than a pixel")
-        .at(place(centre)),
+        .counted(count, total, "lamps", "came out smaller than a pixel")
+        .with_place(scene_point(centre)),
     )
 }
 
 /// Points of a sky picture that have most of its light.
-fn sky_spikes(facts: &SceneFacts<'_>) -> Option<Finding> {
+fn sky_spikes(scene_facts: &SceneFacts<'_>) -> Option<StressFinding> {
     /// How many times the mean a point is, and how small its share of the sky.
     const SPIKE: f64 = 1e4;
     const FEW: f64 = 1e-4;
-    let Some(Sky::Map(map)) = &facts.scene.sky else {
+    let Some(Sky::Map(map)) = &scene_facts.scene.sky else {
         return None;
     };
-    let data = facts.lookup.image(&map.image)?.data.as_deref()?;
+    let data = scene_facts.lookup.image(&map.image)?.data.as_deref()?;
     let Pixels::Linear(pixels) = &data.pixels else {
         return None;
     };
@@ -234,17 +243,17 @@ fn sky_spikes(facts: &SceneFacts<'_>) -> Option<Finding> {
     let spikes = || finite().filter(|(_, pixel)| bright(pixel) > SPIKE * median.max(1e-6));
     let share = spikes().map(|(index, _)| row(index)).sum::<f64>() / weight;
     let count = spikes().count() as u64;
-    let why = format!(
+    let reason = format!(
         "points of it are over {SPIKE:.0} times as bright as most of it, and hardly any of it is so: what mirrors and glass show of them is noise"
     );
     let remedy =
         "take the sun out of the picture and add it as a directional light, or take more --spp";
     (count > 0 && share < FEW).then(|| {
-        Finding::new(
-            Code::SkySpikes,
+        StressFinding::new(
+            FindingCode::SkySpikes,
             Severity::SlowOrNoisy,
-            Subject::Sky,
-            why,
+            FindingSubject::Sky,
+            reason,
             remedy,
         )
         .counted(count, pixels.len() as u64, "texels", "had that much light")
@@ -252,14 +261,15 @@ fn sky_spikes(facts: &SceneFacts<'_>) -> Option<Finding> {
 }
 
 /// The body of glass that an object is within.
-pub(super) fn glass_around(facts: &SceneFacts<'_>, object: usize) -> Option<Subject> {
+pub(super) fn glass_around(scene_facts: &SceneFacts<'_>, object: usize) -> Option<FindingSubject> {
     const MOST: usize = 1000;
-    let own = facts.objects[object].bounds?;
-    let holds = |outer: &Aabb| outer.min.cmplt(own.min).all() && outer.max.cmpgt(own.max).all();
-    facts
+    let bounds = scene_facts.objects[object].bounds?;
+    let holds =
+        |outer: &Aabb| outer.min.cmplt(bounds.min).all() && outer.max.cmpgt(bounds.max).all();
+    scene_facts
         .objects
         .iter()
-        .filter(|other| other.matter == Matter::Body)
+        .filter(|other| other.matter == SurfaceMatter::Body)
         .take(MOST)
         .find(|other| other.bounds.is_some_and(|outer| holds(&outer)))
         .map(|other| other.subject)
@@ -267,8 +277,8 @@ pub(super) fn glass_around(facts: &SceneFacts<'_>, object: usize) -> Option<Subj
 
 /// The greatest radiance that anything in a scene gives off; none where that is not known, or where
 /// radiance is no measure of its lights.
-pub(super) fn brightest(facts: &SceneFacts<'_>) -> Option<f64> {
-    let scene = facts.scene;
+pub(super) fn brightest(scene_facts: &SceneFacts<'_>) -> Option<f64> {
+    let scene = scene_facts.scene;
     if !scene.lights.is_empty() || scene.render.veil != Colour::BLACK {
         return None;
     }
@@ -280,27 +290,28 @@ pub(super) fn brightest(facts: &SceneFacts<'_>) -> Option<f64> {
             greatest(*bottom).max(greatest(*top)) + suns.iter().map(sun).sum::<f64>()
         }
         Some(Sky::Map(map)) => {
-            map.strength * greatest_texel(facts.lookup.image(&map.image)?.data.as_deref()?, true)
+            map.strength
+                * greatest_texel(scene_facts.lookup.image(&map.image)?.data.as_deref()?, true)
         }
         Some(Sky::Expression(_) | Sky::Studio(_)) => return None,
     };
-    for (_, material) in facts.used_materials() {
+    for (_, material) in scene_facts.used_materials() {
         let Model::Physical(m) = &material.model else {
             return None;
         };
-        brightest = brightest.max(given_off(facts, m)?);
+        brightest = brightest.max(given_off(scene_facts, m)?);
     }
     Some(brightest)
 }
 
-fn given_off(facts: &SceneFacts<'_>, m: &Physical) -> Option<f64> {
+fn given_off(scene_facts: &SceneFacts<'_>, m: &Physical) -> Option<f64> {
     let (input, texture) = match m.unlit {
         true => (&m.base_colour, &m.base_colour_texture),
         false => (&m.emission, &m.emission_texture),
     };
     let of_texture = |reference: &TextureRef| {
-        let texture = facts.lookup.texture(&reference.name)?;
-        let data = facts.lookup.image(&texture.image)?.data.as_deref();
+        let texture = scene_facts.lookup.texture(&reference.name)?;
+        let data = scene_facts.lookup.image(&texture.image)?.data.as_deref();
         Some(
             greatest(reference.factor)
                 * data.map_or(1.0, |data| {
@@ -321,7 +332,7 @@ fn greatest_texel(data: &ImageData, has_curve: bool) -> f64 {
         Pixels::Linear(pixels) => pixels
             .iter()
             .flat_map(|pixel| &pixel[..3])
-            .fold(0.0, |most, &x| f64::from(x).max(most)),
+            .fold(0.0, |maximum, &x| f64::from(x).max(maximum)),
         Pixels::Codes(pixels) => {
             let code = f64::from(
                 pixels

@@ -1,7 +1,7 @@
 //! Materials: values that are none, energy, glass and what it absorbs.
 
-use super::facts::{Matter, SceneFacts, place};
-use super::finding::{Code, Finding, Severity, Subject, decimal};
+use super::facts::{SceneFacts, SurfaceMatter, scene_point};
+use super::finding::{FindingCode, FindingSubject, Severity, StressFinding, decimal};
 use super::furnace::FurnaceResult;
 use super::ray_survey::RaySurvey;
 use crate::scene::{AlphaMode, Model};
@@ -14,32 +14,32 @@ const CLEAR: f64 = 1e-5;
 
 /// What is wrong with the materials that objects show.
 pub(super) fn check(
-    facts: &SceneFacts<'_>,
+    scene_facts: &SceneFacts<'_>,
     settings: &Settings,
-    seen: &RaySurvey,
+    survey: &RaySurvey,
     furnaces: &[FurnaceResult],
-) -> Vec<Finding> {
-    let mut found = Vec::new();
-    for (&(material, key), sighting) in &seen.not_numbers {
-        let why = format!(
+) -> Vec<StressFinding> {
+    let mut findings = Vec::new();
+    for (&(material, key), sighting) in &survey.not_numbers {
+        let reason = format!(
             "its `{key}` is no finite number in places: an expression or an image gives none there"
         );
-        let finding = Finding::new(
-            Code::ValuesNotNumbers,
+        let finding = StressFinding::new(
+            FindingCode::ValuesNotNumbers,
             Severity::PictureWrong,
-            Subject::Material(material),
-            why,
+            FindingSubject::Material(material),
+            reason,
             "look for a division by zero, a root or logarithm of what is negative, and for numbers that are too large",
         );
-        found.push(
+        findings.push(
             finding
                 .counted(
                     sighting.count,
-                    seen.hits,
+                    survey.hits,
                     "rays",
                     "that met anything saw it so",
                 )
-                .at(place(sighting.place)),
+                .with_place(scene_point(sighting.position)),
         );
     }
     let makes_energy = |material: usize| {
@@ -47,47 +47,50 @@ pub(super) fn check(
             .iter()
             .any(|furnace| furnace.material == material && furnace.makes_energy())
     };
-    for (key, sighting) in seen
+    for (key, sighting) in survey
         .out_of_range
         .iter()
         .filter(|((material, _), _)| !makes_energy(*material))
     {
         let &(material, name) = key;
-        let greatest = seen.greatest.get(key).copied().unwrap_or(1.0);
-        let why = format!("its `{name}` is up to {greatest:.3}, and its range ends at 1");
-        let finding = Finding::new(
-            Code::ValuesOutOfRange,
+        let greatest = survey.greatest.get(key).copied().unwrap_or(1.0);
+        let reason = format!("its `{name}` is up to {greatest:.3}, and its range ends at 1");
+        let finding = StressFinding::new(
+            FindingCode::ValuesOutOfRange,
             Severity::Harmless,
-            Subject::Material(material),
-            why,
+            FindingSubject::Material(material),
+            reason,
             "bring it into 0 to 1; an expression by `clamp`",
         );
-        found.push(
+        findings.push(
             finding
                 .counted(
                     sighting.count,
-                    seen.hits,
+                    survey.hits,
                     "rays",
                     "that met anything saw it so",
                 )
-                .at(place(sighting.place)),
+                .with_place(scene_point(sighting.position)),
         );
     }
-    found.extend(
+    findings.extend(
         furnaces
             .iter()
             .filter(|furnace| furnace.makes_energy())
-            .map(|furnace| energy(furnace, seen)),
+            .map(|furnace| energy(furnace, survey)),
     );
-    found.extend(invisible(facts));
-    found.extend(absorption(facts));
-    found.extend(shallow(facts, settings.max_depth));
-    found
+    findings.extend(invisible(scene_facts));
+    findings.extend(absorption(scene_facts));
+    findings.extend(shallow(scene_facts, settings.max_depth));
+    findings
 }
 
-fn energy(furnace: &FurnaceResult, seen: &RaySurvey) -> Finding {
+fn energy(furnace: &FurnaceResult, survey: &RaySurvey) -> StressFinding {
     let (sent_back, material) = (furnace.sent_back, furnace.material);
-    let beyond = seen.greatest.iter().filter(|((of, _), _)| *of == material);
+    let beyond = survey
+        .greatest
+        .iter()
+        .filter(|((of, _), _)| *of == material);
     let values: Vec<String> = beyond
         .map(|((_, key), value)| format!("`{key}` is up to {value:.3}"))
         .collect();
@@ -95,40 +98,40 @@ fn energy(furnace: &FurnaceResult, seen: &RaySurvey) -> Finding {
         true => String::new(),
         false => format!(" ({})", values.join(", ")),
     };
-    let why = format!(
+    let reason = format!(
         "under even light it sends back {sent_back:.3} times what it gets{values}: it glows, and between two of it light has no end"
     );
     let remedy = "bring its colours, weights and factors to 1 at most";
     let severity = Severity::PictureWrong;
-    let subject = Subject::Material(material);
-    let finding = Finding::new(Code::EnergyMade, severity, subject, why, remedy);
-    let sighting = seen
+    let subject = FindingSubject::Material(material);
+    let finding = StressFinding::new(FindingCode::EnergyMade, severity, subject, reason, remedy);
+    let sighting = survey
         .out_of_range
         .iter()
         .find(|((of, _), _)| *of == material);
-    finding.at(sighting.and_then(|(_, sighting)| place(sighting.place)))
+    finding.with_place(sighting.and_then(|(_, sighting)| scene_point(sighting.position)))
 }
 
 /// Glass through which no path has segments to come.
-fn shallow(facts: &SceneFacts<'_>, deepest: u32) -> Option<Finding> {
-    let own = facts
+fn shallow(scene_facts: &SceneFacts<'_>, deepest: u32) -> Option<StressFinding> {
+    let object_facts = scene_facts
         .objects
         .iter()
-        .find(|own| own.matter == Matter::Body && deepest < 3)?;
-    let why =
+        .find(|object_facts| object_facts.matter == SurfaceMatter::Body && deepest < 3)?;
+    let reason =
         format!("paths have {deepest} segments at most, and the way through glass takes three");
     let remedy = "raise `render.max_depth` or --max-depth to 8";
-    Some(Finding::new(
-        Code::DepthBelowGlass,
+    Some(StressFinding::new(
+        FindingCode::DepthBelowGlass,
         Severity::PictureWrong,
-        own.subject,
-        why,
+        object_facts.subject,
+        reason,
         remedy,
     ))
 }
 
 /// Objects that are nowhere there.
-fn invisible(facts: &SceneFacts<'_>) -> Vec<Finding> {
+fn invisible(scene_facts: &SceneFacts<'_>) -> Vec<StressFinding> {
     let is_absent = |model: &Model| match model {
         Model::Physical(m) => {
             let opacity = m.opacity.constant();
@@ -142,26 +145,26 @@ fn invisible(facts: &SceneFacts<'_>) -> Vec<Finding> {
         }
         Model::Classic(_) => false,
     };
-    let finding = |own: &super::facts::ObjectFacts<'_>| {
-        let (_, material) = own.material?;
-        let why = "its opacity leaves nothing of it";
+    let finding = |object_facts: &super::facts::ObjectFacts<'_>| {
+        let (_, material) = object_facts.material?;
+        let reason = "its opacity leaves nothing of it";
         let remedy = "raise `opacity`, lower the cutoff of `alpha`, or take the object away";
         is_absent(&material.model).then(|| {
-            Finding::new(
-                Code::InvisibleObject,
+            StressFinding::new(
+                FindingCode::InvisibleObject,
                 Severity::Harmless,
-                own.subject,
-                why,
+                object_facts.subject,
+                reason,
                 remedy,
             )
         })
     };
-    facts.objects.iter().filter_map(finding).collect()
+    scene_facts.objects.iter().filter_map(finding).collect()
 }
 
 /// Bodies that let nothing through, or absorb nothing.
-fn absorption(facts: &SceneFacts<'_>) -> Vec<Finding> {
-    let size = facts.diagonal();
+fn absorption(scene_facts: &SceneFacts<'_>) -> Vec<StressFinding> {
+    let size = scene_facts.diagonal();
     let finding = |(index, material): (usize, &crate::scene::Material)| {
         let Model::Physical(m) = &material.model else {
             return None;
@@ -172,7 +175,7 @@ fn absorption(facts: &SceneFacts<'_>) -> Vec<Finding> {
             .filter(|a| a.is_finite())
             .fold(0.0_f64, f64::max);
         let depth = greatest * size;
-        let why = match depth {
+        let reason = match depth {
             _ if depth > BLACK * 10.0 => format!(
                 "light is absorbed within {} metres, and the scene is {} metres across, so that the body is black",
                 decimal(1.0 / greatest),
@@ -186,15 +189,15 @@ fn absorption(facts: &SceneFacts<'_>) -> Vec<Finding> {
             _ => return None,
         };
         let remedy = "give `attenuation_distance` in metres, about as large as the body";
-        Some(Finding::new(
-            Code::AbsorptionOutOfScale,
+        Some(StressFinding::new(
+            FindingCode::AbsorptionOutOfScale,
             Severity::Harmless,
-            Subject::Material(index),
-            why,
+            FindingSubject::Material(index),
+            reason,
             remedy,
         ))
     };
-    facts
+    scene_facts
         .used_materials()
         .into_iter()
         .filter_map(finding)

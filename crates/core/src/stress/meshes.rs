@@ -4,11 +4,11 @@ use std::collections::{BTreeMap, HashSet};
 
 use glam::DVec3;
 
-use super::cameras::{View, nearest};
-use super::facts::{Matter, ObjectFacts, SceneFacts, place};
-use super::finding::{Code, Finding, Severity, decimal};
+use super::cameras::{CameraPicture, nearest};
+use super::facts::{ObjectFacts, SceneFacts, SurfaceMatter, scene_point};
+use super::finding::{FindingCode, Severity, StressFinding, decimal};
 use super::ray_survey::{RaySurvey, Sightings};
-use super::topology::{Tally, Topology, TriangleEdge};
+use super::topology::{CountAndFirst, Topology, TriangleEdge};
 use super::triangles::TriangleCounts;
 use crate::scene::{MeshData, Model};
 
@@ -16,8 +16,8 @@ use crate::scene::{MeshData, Model};
 const SEEN: f64 = 0.01;
 
 /// How triangles of the shown meshes hang together.
-pub(super) fn topologies(facts: &SceneFacts<'_>) -> BTreeMap<usize, Topology> {
-    facts
+pub(super) fn topologies(scene_facts: &SceneFacts<'_>) -> BTreeMap<usize, Topology> {
+    scene_facts
         .shown_meshes()
         .into_iter()
         .map(|(mesh, (data, _))| (mesh, Topology::of(data)))
@@ -26,101 +26,99 @@ pub(super) fn topologies(facts: &SceneFacts<'_>) -> BTreeMap<usize, Topology> {
 
 /// What is wrong with the meshes of a scene.
 pub(super) fn check(
-    facts: &SceneFacts<'_>,
+    scene_facts: &SceneFacts<'_>,
     topologies: &BTreeMap<usize, Topology>,
-    seen: &RaySurvey,
-    views: &[View],
-) -> Vec<Finding> {
-    let mut found = Vec::new();
-    for (mesh, (data, objects)) in facts.shown_meshes() {
+    survey: &RaySurvey,
+    views: &[CameraPicture],
+) -> Vec<StressFinding> {
+    let mut findings = Vec::new();
+    for (mesh, (data, objects)) in scene_facts.shown_meshes() {
         let Some(topology) = topologies.get(&mesh) else {
             continue;
         };
-        let shown = Shown {
+        let shown_mesh = ShownMesh {
             data,
             objects,
-            seen,
+            survey,
             views,
         };
-        shown.single(&TriangleCounts::of(data), &mut found);
-        shown.duplicates(topology, &mut found);
-        shown.edges(topology, &mut found);
-        shown.flipped(topology, &mut found);
-        shown.texture_coordinates(&mut found);
+        shown_mesh.single(&TriangleCounts::of(data), &mut findings);
+        shown_mesh.duplicates(topology, &mut findings);
+        shown_mesh.edges(topology, &mut findings);
+        shown_mesh.flipped(topology, &mut findings);
+        shown_mesh.texture_coordinates(&mut findings);
     }
-    found
+    findings
 }
 
 /// A mesh with the objects that show it.
-struct Shown<'a> {
+struct ShownMesh<'a> {
     data: &'a MeshData,
     objects: Vec<&'a ObjectFacts<'a>>,
-    seen: &'a RaySurvey,
-    views: &'a [View],
+    survey: &'a RaySurvey,
+    views: &'a [CameraPicture],
 }
 
-impl Shown<'_> {
+impl ShownMesh<'_> {
     /// Where a triangle of an object is.
-    fn place(&self, facts: &ObjectFacts<'_>, triangle: u32) -> DVec3 {
+    fn place(&self, object_facts: &ObjectFacts<'_>, triangle: u32) -> DVec3 {
         let corners = self.data.indices[triangle as usize];
-        self.middle(facts, &corners)
+        self.middle(object_facts, &corners)
     }
 
     /// The middle of some corners as an object shows them.
-    fn middle(&self, facts: &ObjectFacts<'_>, corners: &[u32]) -> DVec3 {
+    fn middle(&self, object_facts: &ObjectFacts<'_>, corners: &[u32]) -> DVec3 {
         let sum: DVec3 = corners
             .iter()
-            .map(|&corner| self.data.positions.at(corner as usize))
+            .map(|&corner| self.data.positions.position(corner as usize))
             .sum();
-        facts.map.transform_point3(sum / corners.len() as f64)
+        object_facts
+            .map
+            .transform_point3(sum / corners.len() as f64)
     }
 
     /// A finding about triangles, at the one that is nearest to a camera.
     fn about_triangles(
         &self,
-        (code, severity): (Code, Severity),
-        facts: &ObjectFacts<'_>,
-        (tally, predicate): (&Tally, &'static str),
-        (why, remedy): (&str, &str),
-    ) -> Finding {
+        (code, severity): (FindingCode, Severity),
+        object_facts: &ObjectFacts<'_>,
+        (tally, predicate): (&CountAndFirst, &'static str),
+        (reason, remedy): (&str, &str),
+    ) -> StressFinding {
         let places = tally
             .some
             .iter()
-            .map(|&triangle| (triangle, self.place(facts, triangle)));
+            .map(|&triangle| (triangle, self.place(object_facts, triangle)));
         let near = nearest(self.views, places);
-        let finding = Finding::new(code, severity, facts.subject, why, remedy).counted(
-            tally.count,
-            self.triangles(),
-            "triangles",
-            predicate,
-        );
-        Finding {
+        let finding = StressFinding::new(code, severity, object_facts.subject, reason, remedy)
+            .counted(tally.count, self.triangles(), "triangles", predicate);
+        StressFinding {
             primitive: near.map(|(triangle, _)| triangle),
             ..finding
         }
-        .at(near.and_then(|(_, at)| place(at)))
+        .with_place(near.and_then(|(_, point)| scene_point(point)))
     }
 
     /// A finding about edges, in the middle of the one that is nearest to a camera, with its
     /// triangle.
     fn about_edges(
         &self,
-        (code, severity): (Code, Severity),
-        facts: &ObjectFacts<'_>,
-        (tally, of, predicate): (&Tally<TriangleEdge>, u64, &'static str),
-        (why, remedy): (&str, &str),
-    ) -> Finding {
+        (code, severity): (FindingCode, Severity),
+        object_facts: &ObjectFacts<'_>,
+        (tally, total, predicate): (&CountAndFirst<TriangleEdge>, u64, &'static str),
+        (reason, remedy): (&str, &str),
+    ) -> StressFinding {
         let places = tally
             .some
             .iter()
-            .map(|edge| (edge.triangle, self.middle(facts, &edge.ends)));
+            .map(|edge| (edge.triangle, self.middle(object_facts, &edge.ends)));
         let near = nearest(self.views, places);
-        let finding = Finding::new(code, severity, facts.subject, why, remedy);
-        Finding {
+        let finding = StressFinding::new(code, severity, object_facts.subject, reason, remedy);
+        StressFinding {
             primitive: near.map(|(triangle, _)| triangle),
-            ..finding.counted(tally.count, of, "edges", predicate)
+            ..finding.counted(tally.count, total, "edges", predicate)
         }
-        .at(near.and_then(|(_, at)| place(at)))
+        .with_place(near.and_then(|(_, point)| scene_point(point)))
     }
 
     fn triangles(&self) -> u64 {
@@ -128,37 +126,49 @@ impl Shown<'_> {
     }
 
     /// Whether more than a hundredth of the rays that see an object saw something of it.
-    fn is_seen(&self, sightings: &Sightings<usize>, facts: &ObjectFacts<'_>) -> bool {
-        let of = |sightings| RaySurvey::count(sightings, &facts.subject.index()) as f64;
-        of(sightings) > 2.0 && of(sightings) > SEEN * of(&self.seen.met)
+    fn is_seen(&self, sightings: &Sightings<usize>, object_facts: &ObjectFacts<'_>) -> bool {
+        let value_of =
+            |sightings| RaySurvey::count(sightings, &object_facts.subject.index()) as f64;
+        value_of(sightings) > 2.0 && value_of(sightings) > SEEN * value_of(&self.survey.sightings)
     }
 
-    fn single(&self, counts: &TriangleCounts, found: &mut Vec<Finding>) {
+    fn single(&self, counts: &TriangleCounts, findings: &mut Vec<StressFinding>) {
         let Some(&first) = self.objects.first() else {
             return;
         };
-        let mut add = |kind, facts: &ObjectFacts<'_>, what: (&Tally, &'static str), words| {
-            if what.0.count > 0 {
-                found.push(self.about_triangles(kind, facts, what, words));
-            }
-        };
+        let mut add =
+            |kind, object_facts: &ObjectFacts<'_>, label: (&CountAndFirst, &'static str), words| {
+                if label.0.count > 0 {
+                    findings.push(self.about_triangles(kind, object_facts, label, words));
+                }
+            };
         let harmless = Severity::Harmless;
         let words = (
             "triangles have no area, so that no ray meets them: two corners are one, or all three lie on a line",
             "nothing, or remove them where the model is made",
         );
-        let what = (&counts.degenerate, "had no area");
-        add((Code::DegenerateTriangles, harmless), first, what, words);
+        let label = (&counts.degenerate, "had no area");
+        add(
+            (FindingCode::DegenerateTriangles, harmless),
+            first,
+            label,
+            words,
+        );
         let words = (
             "triangles are over 10,000 times as long as they are high",
             "nothing, unless shading looks broken there: mesh that part anew",
         );
-        let what = (&counts.slivers, "had such a shape");
-        add((Code::SliverTriangles, harmless), first, what, words);
+        let label = (&counts.slivers, "had such a shape");
+        add(
+            (FindingCode::SliverTriangles, harmless),
+            first,
+            label,
+            words,
+        );
         let worst = self
             .objects
             .iter()
-            .find(|facts| self.is_seen(&self.seen.against, facts));
+            .find(|object_facts| self.is_seen(&self.survey.against, object_facts));
         let severity = if worst.is_some() {
             Severity::PictureWrong
         } else {
@@ -168,22 +178,30 @@ impl Shown<'_> {
             "all three vertex normals point to the other side than the triangle, so that it is shaded as if it were turned away",
             "compute the normals anew, or turn the triangles over",
         );
-        let what = (&counts.against, "had such normals");
-        let facts = worst.copied().unwrap_or(first);
-        add((Code::NormalsAgainstFaces, severity), facts, what, words);
+        let label = (&counts.against, "had such normals");
+        let object_facts = worst.copied().unwrap_or(first);
+        add(
+            (FindingCode::NormalsAgainstFaces, severity),
+            object_facts,
+            label,
+            words,
+        );
     }
 
-    fn duplicates(&self, topology: &Topology, found: &mut Vec<Finding>) {
+    fn duplicates(&self, topology: &Topology, findings: &mut Vec<StressFinding>) {
         let [same, turned] = &topology.duplicates;
         let tally = if same.count > 0 { same } else { turned };
-        let passes = self
+        let is_transmissive = self
             .objects
             .iter()
-            .find(|facts| facts.matter != Matter::Opaque && same.count > 0);
-        let Some(&facts) = passes.or(self.objects.first()).filter(|_| tally.count > 0) else {
+            .find(|object_facts| object_facts.matter != SurfaceMatter::Opaque && same.count > 0);
+        let Some(&object_facts) = is_transmissive
+            .or(self.objects.first())
+            .filter(|_| tally.count > 0)
+        else {
             return;
         };
-        let (severity, why) = match passes {
+        let (severity, reason) = match is_transmissive {
             Some(_) => (
                 Severity::PictureWrong,
                 "triangles are there twice, and light that passes them is bent or dimmed twice",
@@ -193,58 +211,59 @@ impl Shown<'_> {
                 "triangles are there twice in one place; one of each two is never seen",
             ),
         };
-        let words = (why, "remove the copies");
-        let kind = (Code::DuplicateTriangles, severity);
-        found.push(self.about_triangles(kind, facts, (tally, "repeated another"), words));
+        let words = (reason, "remove the copies");
+        let kind = (FindingCode::DuplicateTriangles, severity);
+        findings.push(self.about_triangles(kind, object_facts, (tally, "repeated another"), words));
     }
 
     /// Edges of bodies that have to be closed.
-    fn edges(&self, topology: &Topology, found: &mut Vec<Finding>) {
+    fn edges(&self, topology: &Topology, findings: &mut Vec<StressFinding>) {
         let bodies = || {
             self.objects
                 .iter()
-                .filter(|facts| facts.matter == Matter::Body)
+                .filter(|object_facts| object_facts.matter == SurfaceMatter::Body)
         };
-        let seen = bodies().find(|facts| self.is_seen(&self.seen.unbalanced, facts));
-        let Some(&facts) = seen.or(bodies().next()) else {
+        let seen_object_facts =
+            bodies().find(|object_facts| self.is_seen(&self.survey.unbalanced, object_facts));
+        let Some(&object_facts) = seen_object_facts.or(bodies().next()) else {
             return;
         };
-        let severity = if seen.is_some() {
+        let severity = if seen_object_facts.is_some() {
             Severity::PictureWrong
         } else {
             Severity::Harmless
         };
         if topology.open.count > 0 {
-            let (why, remedy) = open_words(topology.seam, severity);
-            let what = (&topology.open, topology.edges, "had one triangle only");
-            let kind = (Code::OpenEdges, severity);
-            found.push(self.about_edges(kind, facts, what, (&why, &remedy)));
+            let (reason, remedy) = open_words(topology.seam, severity);
+            let label = (&topology.open, topology.edges, "had one triangle only");
+            let kind = (FindingCode::OpenEdges, severity);
+            findings.push(self.about_edges(kind, object_facts, label, (&reason, &remedy)));
         }
         if topology.non_manifold.count > 0 {
-            let what = (
+            let label = (
                 &topology.non_manifold,
                 topology.edges,
                 "had more than two triangles",
             );
-            let why = "more than two triangles meet at an edge of a body of glass, so that its inside is not told from its outside";
+            let reason = "more than two triangles meet at an edge of a body of glass, so that its inside is not told from its outside";
             let remedy = "divide the body there, or remove the walls within it";
-            let kind = (Code::NonManifoldEdges, severity);
-            found.push(self.about_edges(kind, facts, what, (why, remedy)));
+            let kind = (FindingCode::NonManifoldEdges, severity);
+            findings.push(self.about_edges(kind, object_facts, label, (reason, remedy)));
         }
     }
 
     /// What is turned over, by how it is seen.
-    fn flipped(&self, topology: &Topology, found: &mut Vec<Finding>) {
+    fn flipped(&self, topology: &Topology, findings: &mut Vec<StressFinding>) {
         let inside_out = topology.inside_out();
         if topology.flipped.count == 0 && inside_out.is_empty() {
             return;
         }
-        let is_wrong = |facts: &&&ObjectFacts<'_>| match facts.matter {
-            Matter::Body => self.is_seen(&self.seen.unbalanced, facts),
-            _ => facts.hides_back() && self.is_seen(&self.seen.backs, facts),
+        let is_wrong = |object_facts: &&&ObjectFacts<'_>| match object_facts.matter {
+            SurfaceMatter::Body => self.is_seen(&self.survey.unbalanced, object_facts),
+            _ => object_facts.hides_back() && self.is_seen(&self.survey.backs, object_facts),
         };
         let worst = self.objects.iter().find(is_wrong);
-        let Some(&facts) = worst.or(self.objects.first()) else {
+        let Some(&object_facts) = worst.or(self.objects.first()) else {
             return;
         };
         let severity = if worst.is_some() {
@@ -252,35 +271,42 @@ impl Shown<'_> {
         } else {
             Severity::Harmless
         };
-        let why = |what: &str| match (severity, facts.matter) {
-            (Severity::PictureWrong, Matter::Body) => {
-                format!("{what}, so that glass bends light the wrong way there")
+        let reason = |label: &str| match (severity, object_facts.matter) {
+            (Severity::PictureWrong, SurfaceMatter::Body) => {
+                format!("{label}, so that glass bends light the wrong way there")
             }
-            (Severity::PictureWrong, _) => format!("{what}, so that the camera looks through them"),
-            _ => format!("{what}; both sides are shown alike, so nothing of it is seen"),
+            (Severity::PictureWrong, _) => {
+                format!("{label}, so that the camera looks through them")
+            }
+            _ => format!("{label}; both sides are shown alike, so nothing of it is seen"),
         };
         let remedy = "turn them over where the model is made (\"recalculate outside\")";
         if topology.flipped.count > 0 {
-            let what = (&topology.flipped, "faced the other way than most");
-            let why = why("triangles disagree with their neighbours about which side is out");
-            let kind = (Code::FlippedTriangles, severity);
-            found.push(self.about_triangles(kind, facts, what, (&why, remedy)));
+            let label = (&topology.flipped, "faced the other way than most");
+            let reason = reason("triangles disagree with their neighbours about which side is out");
+            let kind = (FindingCode::FlippedTriangles, severity);
+            findings.push(self.about_triangles(kind, object_facts, label, (&reason, remedy)));
         }
         if !inside_out.is_empty() {
-            let tally = Tally {
+            let tally = CountAndFirst {
                 count: inside_out.iter().map(|part| part.triangles).sum(),
                 some: inside_out.iter().map(|part| part.first).collect(),
             };
-            let why = why("closed surfaces have their outside within");
-            let (kind, what) = ((Code::InsideOut, severity), (&tally, "belonged to them"));
-            found.push(self.about_triangles(kind, facts, what, (&why, remedy)));
+            let reason = reason("closed surfaces have their outside within");
+            let (kind, label) = (
+                (FindingCode::InsideOut, severity),
+                (&tally, "belonged to them"),
+            );
+            findings.push(self.about_triangles(kind, object_facts, label, (&reason, remedy)));
         }
     }
 
-    fn texture_coordinates(&self, found: &mut Vec<Finding>) {
+    fn texture_coordinates(&self, findings: &mut Vec<StressFinding>) {
         let mut judged = HashSet::new();
-        for facts in &self.objects {
-            let Some((_, material)) = facts.material.filter(|(index, _)| judged.insert(*index))
+        for object_facts in &self.objects {
+            let Some((_, material)) = object_facts
+                .material
+                .filter(|(index, _)| judged.insert(*index))
             else {
                 continue;
             };
@@ -296,7 +322,7 @@ impl Shown<'_> {
                     .uvs
                     .get(set as usize)
                     .is_some_and(|uvs| !uvs.is_empty());
-                let why = match (set, is_there) {
+                let reason = match (set, is_there) {
                     (_, true) => format!(
                         "the material shows an image by set {set} of texture coordinates, which the mesh lacks or which is (0, 0) everywhere: one texel is shown everywhere"
                     ),
@@ -306,17 +332,17 @@ impl Shown<'_> {
                     ),
                 };
                 let remedy = "export the mesh with texture coordinates, or take the image away";
-                let finding = Finding::new(
-                    Code::NoTextureCoordinates,
+                let finding = StressFinding::new(
+                    FindingCode::NoTextureCoordinates,
                     Severity::PictureWrong,
-                    facts.subject,
-                    why,
+                    object_facts.subject,
+                    reason,
                     remedy,
                 );
                 let all = (0..self.triangles().min(1 << 10) as u32)
-                    .map(|triangle| ((), self.place(facts, triangle)));
-                let at = nearest(self.views, all).and_then(|(_, at)| place(at));
-                found.push(finding.at(at));
+                    .map(|triangle| ((), self.place(object_facts, triangle)));
+                let at = nearest(self.views, all).and_then(|(_, point)| scene_point(point));
+                findings.push(finding.with_place(at));
                 return;
             }
             let Model::Physical(m) = &material.model else {
@@ -329,15 +355,15 @@ impl Shown<'_> {
             else {
                 continue;
             };
-            if let Some(finding) = self.flat_coordinates(facts, set) {
-                found.push(finding);
+            if let Some(finding) = self.flat_coordinates(object_facts, set) {
+                findings.push(finding);
                 return;
             }
         }
     }
 
     /// Triangles on which no direction of a normal map is known.
-    fn flat_coordinates(&self, facts: &ObjectFacts<'_>, set: u32) -> Option<Finding> {
+    fn flat_coordinates(&self, object_facts: &ObjectFacts<'_>, set: u32) -> Option<StressFinding> {
         let uvs = self
             .data
             .uvs
@@ -359,18 +385,18 @@ impl Shown<'_> {
             .iter()
             .enumerate()
             .filter(|(_, corners)| is_flat(corners));
-        let tally = Tally::of(flat.map(|(index, _)| index as u32));
+        let tally = CountAndFirst::of(flat.map(|(index, _)| index as u32));
         let most = 2 * tally.count > self.triangles();
         let severity = if most {
             Severity::PictureWrong
         } else {
             Severity::Harmless
         };
-        let why = "triangles with a normal map have texture coordinates without area, so that the map's directions are not known there";
-        let words = (why, "unwrap the mesh anew, or give it tangents");
-        let what = (&tally, "had such coordinates");
-        let kind = (Code::FlatTextureCoordinates, severity);
-        (tally.count > 0).then(|| self.about_triangles(kind, facts, what, words))
+        let reason = "triangles with a normal map have texture coordinates without area, so that the map's directions are not known there";
+        let words = (reason, "unwrap the mesh anew, or give it tangents");
+        let label = (&tally, "had such coordinates");
+        let kind = (FindingCode::FlatTextureCoordinates, severity);
+        (tally.count > 0).then(|| self.about_triangles(kind, object_facts, label, words))
     }
 }
 
@@ -385,18 +411,18 @@ fn open_words(seam: Option<f64>, severity: Severity) -> (String, String) {
         };
         // The same for meshes that differ in rounding alone.
         let apart = decimal(libm::pow(10.0, apart.log10().ceil()));
-        let why = format!(
+        let reason = format!(
             "a body of glass has a seam: its corners there are less than {apart} metres apart, where rounding has parted what was one corner; {seen}"
         );
         let remedy =
             "merge them by distance where the model is made: 1e-5 of the mesh's size is enough";
-        return (why, remedy.to_owned());
+        return (reason, remedy.to_owned());
     }
-    let why = if is_seen {
+    let reason = if is_seen {
         "a body of glass is open: light goes in and does not come out, or the other way round, and is bent and tinted wrongly"
     } else {
         "a body of glass has open edges; no ray of the cameras has come through one"
     };
     let remedy = "close the body, or set `thin_walled` where it is to be a pane without an inside";
-    (why.to_owned(), remedy.to_owned())
+    (reason.to_owned(), remedy.to_owned())
 }

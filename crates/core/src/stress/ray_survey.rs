@@ -11,7 +11,7 @@ use super::finding::CheckRun;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct RayPoint {
     pub ray: u64,
-    pub place: DVec3,
+    pub position: DVec3,
     /// From where the ray starts, in metres.
     pub distance: f64,
 }
@@ -20,7 +20,7 @@ pub(super) struct RayPoint {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sighting {
     pub count: u64,
-    pub place: DVec3,
+    pub position: DVec3,
     ray: u64,
     distance: f64,
 }
@@ -29,12 +29,12 @@ impl From<RayPoint> for Sighting {
     fn from(at: RayPoint) -> Self {
         let RayPoint {
             ray,
-            place,
+            position,
             distance,
         } = at;
         Self {
             count: 1,
-            place,
+            position,
             ray,
             distance,
         }
@@ -44,19 +44,19 @@ impl From<RayPoint> for Sighting {
 /// Sightings by what they are of.
 pub(crate) type Sightings<K> = BTreeMap<K, Sighting>;
 
-pub(super) fn note<K: Ord>(sightings: &mut Sightings<K>, key: K, at: RayPoint) {
+pub(super) fn record<K: Ord>(sightings: &mut Sightings<K>, key: K, at: RayPoint) {
     merge(sightings, key, at.into());
 }
 
 fn merge<K: Ord>(sightings: &mut Sightings<K>, key: K, other: Sighting) {
-    let known = sightings
+    let sighting = sightings
         .entry(key)
         .or_insert(Sighting { count: 0, ..other });
-    let count = known.count + other.count;
-    if (other.distance, other.ray) < (known.distance, known.ray) {
-        *known = other;
+    let count = sighting.count + other.count;
+    if (other.distance, other.ray) < (sighting.distance, sighting.ray) {
+        *sighting = other;
     }
-    known.count = count;
+    sighting.count = count;
 }
 
 /// Keeps a value where it is the greatest of its key.
@@ -76,7 +76,7 @@ pub(crate) struct RaySurvey {
     /// Rays that met anything.
     pub hits: u64,
     /// Rays on whose way an object is, and rays that see it first.
-    pub met: Sightings<usize>,
+    pub sightings: Sightings<usize>,
     pub first: Sightings<usize>,
     /// Rays that see it first from within.
     pub first_within: Sightings<usize>,
@@ -114,7 +114,7 @@ impl RaySurvey {
         self.hits += other.hits;
         self.starts += other.starts;
         for (own, others) in [
-            (&mut self.met, other.met),
+            (&mut self.sightings, other.sightings),
             (&mut self.first, other.first),
             (&mut self.first_within, other.first_within),
             (&mut self.within, other.within),

@@ -7,15 +7,15 @@ use glam::DVec3;
 use rayon::prelude::*;
 use raywright_bvh::{Hit, Interval, Ray, Real, Surface, Vector};
 
-use super::Deadline;
+use super::RayDeadline;
 use super::coplanar::Overlaps;
-use super::facts::{Matter, SceneFacts, unit};
-use super::ray_survey::{RayPoint, RaySurvey, keep_greatest, note};
-use super::values::{Values, judge_values};
+use super::facts::{SceneFacts, SurfaceMatter, unit};
+use super::ray_survey::{RayPoint, RaySurvey, keep_greatest, record};
+use super::values::{ValueClass, judge_values};
 use crate::dispatch::PreparedWork;
 use crate::integrator::PathSegment;
 use crate::interaction::Interaction;
-use crate::prepare::{Prepared, Spawn};
+use crate::prepare::{Prepared, PreparedSpawn};
 use crate::scene::Shape;
 
 /// Rays of a round along the picture's width and height, and rounds.
@@ -30,11 +30,11 @@ const STARTS: u64 = 2;
 
 /// Rays through a picture of a size, in rounds of which each is finished.
 pub(super) struct PictureRays<'a> {
-    pub facts: &'a SceneFacts<'a>,
+    pub scene_facts: &'a SceneFacts<'a>,
     pub overlaps: &'a Overlaps,
     pub size: [u32; 2],
     pub seed: u64,
-    pub deadline: &'a Deadline<'a>,
+    pub deadline: &'a RayDeadline<'a>,
 }
 
 impl PreparedWork for PictureRays<'_> {
@@ -47,25 +47,25 @@ impl PreparedWork for PictureRays<'_> {
 
 fn survey<R: Real>(prepared: &Prepared<R>, of: &PictureRays<'_>) -> RaySurvey {
     let &PictureRays {
-        facts,
+        scene_facts,
         overlaps,
         size,
         seed,
         deadline,
     } = of;
-    let looks_through = facts
+    let looks_through = scene_facts
         .objects
         .iter()
-        .any(|object| object.matter == Matter::Body);
-    let walker = Walker {
+        .any(|object| object.matter == SurfaceMatter::Body);
+    let walker = RayWalker {
         prepared,
-        facts,
+        scene_facts,
         overlaps,
         size,
         seed,
         looks_through,
     };
-    let mut found = RaySurvey {
+    let mut survey = RaySurvey {
         planned: ROUNDS * GRID[0] * GRID[1],
         ..RaySurvey::default()
     };
@@ -75,24 +75,24 @@ fn survey<R: Real>(prepared: &Prepared<R>, of: &PictureRays<'_>) -> RaySurvey {
         }
         let row = |row: u64| {
             let first = (round * GRID[1] + row) * GRID[0];
-            (0..GRID[0]).fold(RaySurvey::default(), |mut found, column| {
-                walker.walk([column, row], first + column, &mut found);
-                found
+            (0..GRID[0]).fold(RaySurvey::default(), |mut survey, column| {
+                walker.walk([column, row], first + column, &mut survey);
+                survey
             })
         };
-        found = (0..GRID[1])
+        survey = (0..GRID[1])
             .into_par_iter()
             .map(row)
             .reduce(RaySurvey::default, RaySurvey::plus)
-            .plus(found);
+            .plus(survey);
     }
-    found.settle();
-    found
+    survey.settle();
+    survey
 }
 
-struct Walker<'a, R: Real> {
+struct RayWalker<'a, R: Real> {
     prepared: &'a Prepared<R>,
-    facts: &'a SceneFacts<'a>,
+    scene_facts: &'a SceneFacts<'a>,
     overlaps: &'a Overlaps,
     size: [u32; 2],
     seed: u64,
@@ -107,29 +107,29 @@ struct Crossing<R: Real> {
     enters: bool,
 }
 
-impl<R: Real> Walker<'_, R> {
-    fn walk(&self, cell: [u64; 2], index: u64, found: &mut RaySurvey) {
+impl<R: Real> RayWalker<'_, R> {
+    fn walk(&self, cell: [u64; 2], index: u64, survey: &mut RaySurvey) {
         let at = |axis: usize| {
             let share =
                 (cell[axis] as f64 + unit(self.seed, index, axis as u64)) / GRID[axis] as f64;
             R::from_f64(share * f64::from(self.size[axis]))
         };
         let camera = &self.prepared.camera;
-        let lens = [2, 3].map(|which| unit(self.seed, index, which) as f32);
+        let lens = [2, 3].map(|selected| unit(self.seed, index, selected) as f32);
         let ray = camera.ray_during(
             at(0),
             at(1),
             lens.map(|x| x.min(0.999_999)),
             unit(self.seed, index, 4) as f32,
         );
-        found.rays += 1;
+        survey.rays += 1;
         if let Some(first) = self
             .prepared
             .geometry
             .closest(&ray, Interval::positive(), &mut ())
         {
-            found.hits += 1;
-            self.look_at_first(&ray, &first, index, found);
+            survey.hits += 1;
+            self.look_at_first(&ray, &first, index, survey);
         }
         self.look_behind(
             &Ray {
@@ -137,7 +137,7 @@ impl<R: Real> Walker<'_, R> {
                 ..ray
             },
             index,
-            found,
+            survey,
         );
     }
 
@@ -145,7 +145,7 @@ impl<R: Real> Walker<'_, R> {
         let surface = self.prepared.geometry.surface(ray, hit);
         let enters = surface.normal.to_f64().dot(ray.direction.to_f64()) < 0.0;
         Crossing {
-            object: self.facts.index_of(hit.outermost()),
+            object: self.scene_facts.index_of(hit.outermost()),
             surface,
             enters,
         }
@@ -155,43 +155,45 @@ impl<R: Real> Walker<'_, R> {
     fn point_of(&self, surface: &Surface<R>, hit: &Hit<R>, ray: u64) -> RayPoint {
         RayPoint {
             ray,
-            place: self.prepared.in_world(surface.point),
+            position: self.prepared.in_world(surface.point),
             distance: hit.t.to_f64(),
         }
     }
 
     /// What is seen: values there, rays that start there, and what else is in its place.
-    fn look_at_first(&self, ray: &Ray<R>, hit: &Hit<R>, index: u64, found: &mut RaySurvey) {
+    fn look_at_first(&self, ray: &Ray<R>, hit: &Hit<R>, index: u64, survey: &mut RaySurvey) {
         let prepared = self.prepared;
-        let leg = PathSegment {
+        let segment = PathSegment {
             ray: *ray,
-            ..PathSegment::of_camera(prepared)
+            ..PathSegment::from_camera(prepared)
         };
-        let at = Interaction::of(prepared, &leg, hit);
-        let object = self.facts.index_of(hit.outermost());
-        let seen = self.point_of(&at.surface, hit, index);
-        note(&mut found.first, object, seen);
-        let normal = at.surface.normal.to_f64();
-        for other in self.overlaps.at(object, seen.place, normal) {
-            note(&mut found.coplanar, [object, other], seen);
+        let interaction = Interaction::from_hit(prepared, &segment, hit);
+        let object = self.scene_facts.index_of(hit.outermost());
+        let seen = self.point_of(&interaction.surface, hit, index);
+        record(&mut survey.first, object, seen);
+        let normal = interaction.surface.normal.to_f64();
+        for other in self.overlaps.at(object, seen.position, normal) {
+            record(&mut survey.coplanar, [object, other], seen);
         }
-        if !at.outside {
-            note(&mut found.first_within, object, seen);
+        if !interaction.outside {
+            record(&mut survey.first_within, object, seen);
         }
         if self.turns_away(ray, hit) {
-            note(&mut found.against, object, seen);
+            record(&mut survey.against, object, seen);
         }
-        let material = at.material as usize;
-        match judge_values(prepared, &at) {
-            Values::Fine => {}
-            Values::NotNumbers { key } => note(&mut found.not_numbers, (material, key), seen),
-            Values::OutOfRange { key, value } => {
-                note(&mut found.out_of_range, (material, key), seen);
-                keep_greatest(&mut found.greatest, (material, key), value);
+        let material = interaction.material as usize;
+        match judge_values(prepared, &interaction) {
+            ValueClass::Fine => {}
+            ValueClass::NotNumbers { key } => {
+                record(&mut survey.not_numbers, (material, key), seen)
+            }
+            ValueClass::OutOfRange { key, value } => {
+                record(&mut survey.out_of_range, (material, key), seen);
+                keep_greatest(&mut survey.greatest, (material, key), value);
             }
         }
         for start in 0..STARTS {
-            self.start_from(&at, hit, [index, start], found);
+            self.start_from(&interaction, hit, [index, start], survey);
         }
     }
 
@@ -219,29 +221,31 @@ impl<R: Real> Walker<'_, R> {
     /// A ray that starts there to the side that is seen.
     fn start_from(
         &self,
-        at: &Interaction<R>,
+        interaction: &Interaction<R>,
         hit: &Hit<R>,
         [index, start]: [u64; 2],
-        found: &mut RaySurvey,
+        survey: &mut RaySurvey,
     ) {
         let prepared = self.prepared;
-        let number = |which: u64| unit(self.seed, index, 8 + 2 * start + which);
+        let number = |selected: u64| unit(self.seed, index, 8 + 2 * start + selected);
         let (z, turn) = (2.0 * number(0) - 1.0, number(1) * core::f64::consts::TAU);
         let ring = (1.0 - z * z).sqrt();
         let ball = DVec3::new(ring * libm::cos(turn), ring * libm::sin(turn), z);
-        let side = if at.outside {
-            at.surface.normal.to_f64()
+        let side = if interaction.outside {
+            interaction.surface.normal.to_f64()
         } else {
-            -at.surface.normal.to_f64()
+            -interaction.surface.normal.to_f64()
         };
         let Some(direction) = (side + ball * 0.99).try_normalize() else {
             return;
         };
         let direction = R::Vec3::from_f64(direction);
-        let ray = prepared.spawn(at, direction, R::ONE).at_time(at.time);
-        let object = self.facts.index_of(hit.outermost());
-        let seen = self.point_of(&at.surface, hit, index);
-        found.starts += 1;
+        let ray = prepared
+            .spawn(interaction, direction, R::ONE)
+            .at_time(interaction.time);
+        let object = self.scene_facts.index_of(hit.outermost());
+        let seen = self.point_of(&interaction.surface, hit, index);
+        survey.starts += 1;
         let range = Interval {
             min: prepared.least_distances().secondary,
             max: R::INFINITY,
@@ -249,34 +253,35 @@ impl<R: Real> Walker<'_, R> {
         let again = prepared.geometry.closest(&ray, range, &mut ());
         let is_same =
             |other: &Hit<R>| (other.order(), other.instance) == (hit.order(), hit.instance);
-        if again.as_ref().is_some_and(is_same) && self.meets_rays_once(object, at.outside) {
-            note(&mut found.self_hits, object, seen);
+        if again.as_ref().is_some_and(is_same) && self.meets_rays_once(object, interaction.outside)
+        {
+            record(&mut survey.self_hits, object, seen);
         }
-        if matches!(prepared.rules.spawn, Spawn::Constant { .. }) {
-            let own = at.surface.spawn(direction);
-            let way = ray.origin - own;
-            let length = way.length();
+        if matches!(prepared.rules.spawn, PreparedSpawn::Constant { .. }) {
+            let own = interaction.surface.spawn(direction);
+            let unit_direction = ray.origin - own;
+            let length = unit_direction.length();
             let range = Interval {
                 min: R::ZERO,
                 max: length,
             };
             let between = || {
                 prepared.geometry.closest(
-                    &Ray::new(own, way / length).at_time(at.time),
+                    &Ray::new(own, unit_direction / length).at_time(interaction.time),
                     range,
                     &mut (),
                 )
             };
             // Its own surface is looked at above.
             if length > R::ZERO && between().is_some_and(|other| !is_same(&other)) {
-                note(&mut found.beyond, object, seen);
+                record(&mut survey.beyond, object, seen);
             }
         }
     }
 
     /// Whether a ray that leaves a primitive of an object on this side can't meet it again.
     fn meets_rays_once(&self, object: usize, outside: bool) -> bool {
-        match self.facts.objects[object].object.shape {
+        match self.scene_facts.objects[object].object.shape {
             Shape::Mesh(_)
             | Shape::Triangle { .. }
             | Shape::Quad { .. }
@@ -292,35 +297,38 @@ impl<R: Real> Walker<'_, R> {
     }
 
     /// What a ray meets that no surface stops and no back is hidden from.
-    fn look_behind(&self, ray: &Ray<R>, index: u64, found: &mut RaySurvey) {
+    fn look_behind(&self, ray: &Ray<R>, index: u64, survey: &mut RaySurvey) {
         let (mut range, mut depths) = (Interval::positive(), BTreeMap::<usize, i64>::new());
         let mut before: Option<Crossing<R>> = None;
-        let mut met: Vec<(usize, RayPoint)> = Vec::new();
+        let mut hits: Vec<(usize, RayPoint)> = Vec::new();
         for step in 0..HITS {
             let Some(hit) = self.prepared.geometry.closest(ray, range, &mut ()) else {
-                return end(&depths, &met, found);
+                return end(&depths, &hits, survey);
             };
             range.min = hit.t;
             let crossing = self.crossing(ray, &hit);
             let seen = self.point_of(&crossing.surface, &hit, index);
-            if !met.iter().any(|(object, _)| *object == crossing.object) {
-                met.push((crossing.object, seen));
-                note(&mut found.met, crossing.object, seen);
+            if !hits.iter().any(|(object, _)| *object == crossing.object) {
+                hits.push((crossing.object, seen));
+                record(&mut survey.sightings, crossing.object, seen);
             }
-            if step == 0 && !crossing.enters && self.facts.objects[crossing.object].hides_back() {
-                note(&mut found.backs, crossing.object, seen);
+            if step == 0
+                && !crossing.enters
+                && self.scene_facts.objects[crossing.object].hides_back()
+            {
+                record(&mut survey.backs, crossing.object, seen);
             }
             if let Some(first) = before.as_ref().filter(|_| step == 1)
                 && let Some(apart) = coincidence(ray, first, &crossing)
             {
                 let pair = [first.object, crossing.object];
-                note(&mut found.coincident, pair, seen);
-                keep_greatest(&mut found.apart, pair, apart);
+                record(&mut survey.coincident, pair, seen);
+                keep_greatest(&mut survey.apart, pair, apart);
             }
             if step > 0 && !self.looks_through {
                 return;
             }
-            self.enter_or_leave(&crossing, &mut depths, seen, found);
+            self.enter_or_leave(&crossing, &mut depths, seen, survey);
             before = Some(crossing);
         }
     }
@@ -331,10 +339,10 @@ impl<R: Real> Walker<'_, R> {
         crossing: &Crossing<R>,
         depths: &mut BTreeMap<usize, i64>,
         seen: RayPoint,
-        found: &mut RaySurvey,
+        survey: &mut RaySurvey,
     ) {
-        let facts = &self.facts.objects[crossing.object];
-        if facts.matter != Matter::Body || facts.hides_back() {
+        let object_facts = &self.scene_facts.objects[crossing.object];
+        if object_facts.matter != SurfaceMatter::Body || object_facts.hides_back() {
             return;
         }
         if crossing.enters {
@@ -342,7 +350,7 @@ impl<R: Real> Walker<'_, R> {
                 .iter()
                 .filter(|(object, depth)| **depth > 0 && **object != crossing.object);
             for (&other, _) in around {
-                note(&mut found.nested, [other, crossing.object], seen);
+                record(&mut survey.nested, [other, crossing.object], seen);
             }
         }
         *depths.entry(crossing.object).or_insert(0) += if crossing.enters { 1 } else { -1 };
@@ -362,15 +370,15 @@ fn coincidence<R: Real>(ray: &Ray<R>, first: &Crossing<R>, second: &Crossing<R>)
 }
 
 /// The end of a ray that has met everything on its way: bodies that it entered and did not leave.
-fn end(depths: &BTreeMap<usize, i64>, met: &[(usize, RayPoint)], found: &mut RaySurvey) {
+fn end(depths: &BTreeMap<usize, i64>, hits: &[(usize, RayPoint)], survey: &mut RaySurvey) {
     for (&object, &depth) in depths.iter().filter(|(_, depth)| **depth != 0) {
         let of = if depth == -1 {
-            &mut found.within
+            &mut survey.within
         } else {
-            &mut found.unbalanced
+            &mut survey.unbalanced
         };
-        if let Some(&(_, seen)) = met.iter().find(|(other, _)| *other == object) {
-            note(of, object, seen);
+        if let Some(&(_, seen)) = hits.iter().find(|(other, _)| *other == object) {
+            record(of, object, seen);
         }
     }
 }

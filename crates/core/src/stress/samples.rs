@@ -1,32 +1,32 @@
 //! A small picture of each camera: samples that are no numbers, rays that were cut short, what is
 //! black, and lights that were not found.
 
-use super::facts::{SceneFacts, place};
-use super::finding::{CheckRun, Code, Finding, Severity, Subject, decimal};
-use super::{Deadline, lamps};
+use super::facts::{SceneFacts, scene_point};
+use super::finding::{CheckRun, FindingCode, FindingSubject, Severity, StressFinding, decimal};
+use super::{RayDeadline, lamps};
 use crate::counters::{Counters, SampleLoss};
-use crate::dispatch::Ready;
+use crate::dispatch::ReadyScene;
 use crate::picture::Picture;
-use crate::prepare::ShutAway;
+use crate::prepare::UnreachedLight;
 
 /// What a small picture of a camera showed.
 pub(super) struct SmallPicture {
     pub camera: usize,
     pub picture: Picture,
     pub counters: Counters,
-    pub shut_away: Vec<ShutAway>,
+    pub shut_away: Vec<UnreachedLight>,
     pub run: CheckRun,
 }
 
 impl SmallPicture {
     /// Renders it, as far as there is time.
-    pub fn of(ready: &Ready, camera: usize, deadline: &Deadline<'_>) -> Self {
+    pub fn of(ready: &ReadyScene, camera: usize, deadline: &RayDeadline<'_>) -> Self {
         let mut film = ready.film("");
-        let whole = film.whole();
+        let part = film.whole_part();
         let pixels = u64::from(film.size()[0]) * u64::from(film.size()[1]);
         let planned = pixels * u64::from(ready.settings().sampling.count());
         // The film is its own, so that it can't be refused.
-        let _ = ready.render_part(&mut film, &whole, deadline);
+        let _ = ready.render_part(&mut film, &part, deadline);
         let (shut_away, counters) = (ready.shut_away(&film), film.counters());
         let looked_at = if film.unfinished() == 0 {
             planned
@@ -69,37 +69,41 @@ impl SmallPicture {
 
 /// What is wrong with the samples of all cameras.
 pub(super) fn check(
-    facts: &SceneFacts<'_>,
+    scene_facts: &SceneFacts<'_>,
     pictures: &[SmallPicture],
     size: [u32; 2],
-) -> Vec<Finding> {
-    let mut found: Vec<Finding> = pictures
+) -> Vec<StressFinding> {
+    let mut findings: Vec<StressFinding> = pictures
         .iter()
         .flat_map(|picture| losses(picture, size))
         .collect();
-    found.extend(pictures.iter().filter_map(|picture| black(facts, picture)));
-    if let Some(brightest) = lamps::brightest(facts) {
-        found.extend(
+    findings.extend(
+        pictures
+            .iter()
+            .filter_map(|picture| black(scene_facts, picture)),
+    );
+    if let Some(brightest) = lamps::brightest(scene_facts) {
+        findings.extend(
             pictures
                 .iter()
                 .filter_map(|picture| too_bright(picture, brightest, size)),
         );
     }
-    found.extend(unreached(facts, pictures));
-    tell_why_black(facts, &mut found);
-    found.extend(
+    findings.extend(unreached(scene_facts, pictures));
+    tell_why_black(scene_facts, &mut findings);
+    findings.extend(
         pictures
             .iter()
-            .filter_map(|picture| by_chance(facts, picture)),
+            .filter_map(|picture| by_chance(scene_facts, picture)),
     );
-    found
+    findings
 }
 
-fn subject(facts: &SceneFacts<'_>, picture: &SmallPicture) -> Subject {
-    Subject::Camera((!facts.scene.cameras.is_empty()).then_some(picture.camera))
+fn subject(scene_facts: &SceneFacts<'_>, picture: &SmallPicture) -> FindingSubject {
+    FindingSubject::Camera((!scene_facts.scene.cameras.is_empty()).then_some(picture.camera))
 }
 
-fn losses(picture: &SmallPicture, size: [u32; 2]) -> Vec<Finding> {
+fn losses(picture: &SmallPicture, size: [u32; 2]) -> Vec<StressFinding> {
     let fewest = |layer: &[f32]| {
         layer
             .iter()
@@ -115,22 +119,22 @@ fn losses(picture: &SmallPicture, size: [u32; 2]) -> Vec<Finding> {
     let at = layer.and_then(|layer| fewest(&layer.samples));
     let finding = |loss| {
         match loss {
-        SampleLoss::NotFinite { dropped, of } => Finding {
+        SampleLoss::NotFinite { dropped, of: total } => StressFinding {
             pixel: at.and_then(|pixel| picture.full(pixel, size)),
-            ..Finding::new(
-                Code::SamplesNotFinite,
+            ..StressFinding::new(
+                FindingCode::SamplesNotFinite,
                 Severity::PictureWrong,
-                Subject::Scene,
+                FindingSubject::Scene,
                 "samples are not finite numbers and are dropped, so that the picture is wrong where they lie",
                 "look for numbers that are too large or not defined in materials, lights and sky, or add --precision reference",
             )
-            .counted(dropped, of, "samples", "had to be dropped")
+            .counted(dropped, total, "samples", "had to be dropped")
         },
-        SampleLoss::CutShort { rays, most } => Finding::new(
-            Code::RaysCutShort,
+        SampleLoss::CutShort { rays, most: maximum } => StressFinding::new(
+            FindingCode::RaysCutShort,
             Severity::PictureWrong,
-            Subject::Scene,
-            format!("rays end after {most} surfaces that are absent or there in part, and what lies behind is missing"),
+            FindingSubject::Scene,
+            format!("rays end after {maximum} surfaces that are absent or there in part, and what lies behind is missing"),
             "leave fewer such surfaces one behind the other",
         )
         .counted(rays, 0, "rays", "ended so"),
@@ -139,28 +143,28 @@ fn losses(picture: &SmallPicture, size: [u32; 2]) -> Vec<Finding> {
     picture.counters.losses().map(finding).collect()
 }
 
-fn black(facts: &SceneFacts<'_>, picture: &SmallPicture) -> Option<Finding> {
+fn black(scene_facts: &SceneFacts<'_>, picture: &SmallPicture) -> Option<StressFinding> {
     let is_black = picture
         .first(|pixel| pixel.iter().any(|&channel| channel > 0.0))
         .is_none();
-    let subject = subject(facts, picture);
-    if picture.counters.met > 0 && is_black && !picture.run.is_cut() {
-        let (why, remedy) = (
+    let subject = subject(scene_facts, picture);
+    if picture.counters.hits > 0 && is_black && !picture.run.is_cut() {
+        let (reason, remedy) = (
             "everything that is seen is black: no light arrives",
             "add a light or a sky, or open what is in its way",
         );
-        return Some(Finding::new(
-            Code::BlackPicture,
+        return Some(StressFinding::new(
+            FindingCode::BlackPicture,
             Severity::PictureWrong,
             subject,
-            why,
+            reason,
             remedy,
         ));
     }
     None
 }
 
-fn too_bright(picture: &SmallPicture, brightest: f64, size: [u32; 2]) -> Option<Finding> {
+fn too_bright(picture: &SmallPicture, brightest: f64, size: [u32; 2]) -> Option<StressFinding> {
     // A few samples of a surface that is right may well be as bright as four lights together.
     let is_beyond = |pixel: [f32; 3]| {
         pixel
@@ -174,47 +178,50 @@ fn too_bright(picture: &SmallPicture, brightest: f64, size: [u32; 2]) -> Option<
         .iter()
         .filter(|&&pixel| is_beyond(pixel))
         .count();
-    let why = "pixels are over four times as bright as the brightest light of the scene, which no surface can be: light is found too rarely there";
+    let reason = "pixels are over four times as bright as the brightest light of the scene, which no surface can be: light is found too rarely there";
     let remedy = "take more --spp, or --clamp for less noise and less light";
-    let finding = Finding::new(
-        Code::BrighterThanLights,
+    let finding = StressFinding::new(
+        FindingCode::BrighterThanLights,
         Severity::SlowOrNoisy,
-        Subject::Scene,
-        why,
+        FindingSubject::Scene,
+        reason,
         remedy,
     );
-    let of = picture.picture.rgb.len() as u64;
-    let finding = finding.counted(count as u64, of, "pixels", "came out that bright");
-    Some(Finding {
+    let total = picture.picture.rgb.len() as u64;
+    let finding = finding.counted(count as u64, total, "pixels", "came out that bright");
+    Some(StressFinding {
         pixel: picture.full(first, size),
         ..finding
     })
 }
 
 /// Where everything is black since lights are shut away, tells that as one.
-fn tell_why_black(facts: &SceneFacts<'_>, found: &mut Vec<Finding>) {
-    if !found.iter().any(|found| found.code == Code::BlackPicture) {
+fn tell_why_black(scene_facts: &SceneFacts<'_>, findings: &mut Vec<StressFinding>) {
+    if !findings
+        .iter()
+        .any(|finding| finding.code == FindingCode::BlackPicture)
+    {
         return;
     }
-    let is_shut = |found: &Finding| found.code == Code::UnreachedLight;
-    let shut: Vec<String> = found
+    let is_shut = |finding: &StressFinding| finding.code == FindingCode::UnreachedLight;
+    let shut: Vec<String> = findings
         .iter()
-        .filter(|found| is_shut(found))
-        .map(|found| found.subject.words(facts.scene))
+        .filter(|finding| is_shut(finding))
+        .map(|finding| finding.subject.words(scene_facts.scene))
         .collect();
     let Some(first) = shut.first() else {
         return;
     };
-    found.retain(|found| !is_shut(found));
+    findings.retain(|finding| !is_shut(finding));
     let lights = match shut.len() {
         1 => format!("{first} is"),
         more => format!("{first} and {} more are", more - 1),
     };
-    for black in found
+    for black in findings
         .iter_mut()
-        .filter(|found| found.code == Code::BlackPicture)
+        .filter(|finding| finding.code == FindingCode::BlackPicture)
     {
-        black.why = format!(
+        black.reason = format!(
             "everything that is seen is black: {lights} shut away, or turned from all of that"
         );
         black.remedy =
@@ -223,46 +230,50 @@ fn tell_why_black(facts: &SceneFacts<'_>, found: &mut Vec<Finding>) {
 }
 
 /// Lights from which nothing arrives in the picture of any camera.
-fn unreached(facts: &SceneFacts<'_>, pictures: &[SmallPicture]) -> Vec<Finding> {
-    let subject_of = |shut: &ShutAway| match *shut {
-        ShutAway::Light { index, .. } => Subject::Light(index),
-        ShutAway::Object { index, .. } => Subject::Object(facts.index_of(index as u32)),
+fn unreached(scene_facts: &SceneFacts<'_>, pictures: &[SmallPicture]) -> Vec<StressFinding> {
+    let subject_of = |unreached_light: &UnreachedLight| match *unreached_light {
+        UnreachedLight::Light { index, .. } => FindingSubject::Light(index),
+        UnreachedLight::Object { index, .. } => {
+            FindingSubject::Object(scene_facts.index_of(index as u32))
+        }
     };
-    let in_vain = |shut: &ShutAway| match *shut {
-        ShutAway::Light { rays, .. } | ShutAway::Object { rays, .. } => rays,
+    let in_vain = |unreached_light: &UnreachedLight| match *unreached_light {
+        UnreachedLight::Light { rays, .. } | UnreachedLight::Object { rays, .. } => rays,
     };
     let Some((first, others)) = pictures.split_first() else {
         return Vec::new();
     };
-    let everywhere = |subject: Subject| {
-        others
-            .iter()
-            .all(|p| p.shut_away.iter().any(|shut| subject_of(shut) == subject))
+    let everywhere = |subject: FindingSubject| {
+        others.iter().all(|p| {
+            p.shut_away
+                .iter()
+                .any(|unreached_light| subject_of(unreached_light) == subject)
+        })
     };
-    let finding = |shut: &ShutAway| {
-        let subject = subject_of(shut);
-        if let Subject::Object(index) = subject
-            && let Some(glass) = lamps::glass_around(facts, index)
+    let finding = |unreached_light: &UnreachedLight| {
+        let subject = subject_of(unreached_light);
+        if let FindingSubject::Object(index) = subject
+            && let Some(glass) = lamps::glass_around(scene_facts, index)
         {
-            return Some(through_glass(facts, index, glass));
+            return Some(through_glass(scene_facts, index, glass));
         }
-        let why = "it lights nothing that is seen: it is shut away, or turned from all of that";
+        let reason = "it lights nothing that is seen: it is shut away, or turned from all of that";
         let remedy =
             "open its cover or take it away; if it is meant to be hidden, it only costs noise";
         // Of a generator's lamps some may well be hidden.
-        let is_one =
-            subject.index() < facts.scene.objects.len() || matches!(subject, Subject::Light(_));
+        let is_one = subject.index() < scene_facts.scene.objects.len()
+            || matches!(subject, FindingSubject::Light(_));
         (is_one && everywhere(subject)).then(|| {
-            Finding::new(
-                Code::UnreachedLight,
+            StressFinding::new(
+                FindingCode::UnreachedLight,
                 Severity::SlowOrNoisy,
                 subject,
-                why,
+                reason,
                 remedy,
             )
             .counted(
-                in_vain(shut),
-                in_vain(shut),
+                in_vain(unreached_light),
+                in_vain(unreached_light),
                 "rays",
                 "to it ended on their way",
             )
@@ -272,48 +283,65 @@ fn unreached(facts: &SceneFacts<'_>, pictures: &[SmallPicture]) -> Vec<Finding> 
 }
 
 /// Light that is found by chance alone, by what it comes from.
-fn by_chance(facts: &SceneFacts<'_>, picture: &SmallPicture) -> Option<Finding> {
+fn by_chance(scene_facts: &SceneFacts<'_>, picture: &SmallPicture) -> Option<StressFinding> {
     const ENOUGH: u64 = 1000;
     const RARE: u64 = 1000;
     let Counters { unaided, found, .. } = picture.counters;
     if unaided < ENOUGH || found * RARE > unaided {
         return None;
     }
-    let lamps = || facts.objects.iter().filter(|own| own.emits());
-    let within = lamps().find_map(|own| {
-        let glass = lamps::glass_around(facts, own.subject.index())?;
-        Some((own, glass))
+    let lamps = || {
+        scene_facts
+            .objects
+            .iter()
+            .filter(|object_facts| object_facts.emits())
+    };
+    let within = lamps().find_map(|object_facts| {
+        let glass = lamps::glass_around(scene_facts, object_facts.subject.index())?;
+        Some((object_facts, glass))
     });
-    let finding = if let Some((own, glass)) = within {
-        through_glass(facts, own.subject.index(), glass)
+    let finding = if let Some((object_facts, glass)) = within {
+        through_glass(scene_facts, object_facts.subject.index(), glass)
     } else if lamps().next().is_some() {
-        let why = "lamps and suns that shine by way of mirrors or glass are met by chance, and hardly any path meets one";
+        let reason = "lamps and suns that shine by way of mirrors or glass are met by chance, and hardly any path meets one";
         let remedy = "make them larger, or what they shine through thin (`thin_walled`) or rough; or take more --spp";
-        met_by_chance(Subject::Scene, why, remedy)
+        met_by_chance(FindingSubject::Scene, reason, remedy)
     } else {
-        let why = "the sky has a small bright sun, and hardly any path by way of mirrors or glass meets it";
+        let reason = "the sky has a small bright sun, and hardly any path by way of mirrors or glass meets it";
         let remedy = "take more --spp, or a sky with a larger sun or none";
-        met_by_chance(Subject::Sky, why, remedy)
+        met_by_chance(FindingSubject::Sky, reason, remedy)
     };
     Some(finding.counted(unaided - found, unaided, "paths", "met no light"))
 }
 
-fn met_by_chance(subject: Subject, why: impl Into<String>, remedy: impl Into<String>) -> Finding {
-    let (code, severity) = (Code::LightByChance, Severity::SlowOrNoisy);
-    Finding::new(code, severity, subject, why, remedy)
+fn met_by_chance(
+    subject: FindingSubject,
+    reason: impl Into<String>,
+    remedy: impl Into<String>,
+) -> StressFinding {
+    let (code, severity) = (FindingCode::LightByChance, Severity::SlowOrNoisy);
+    StressFinding::new(code, severity, subject, reason, remedy)
 }
 
 /// A lamp within a body of glass.
-fn through_glass(facts: &SceneFacts<'_>, lamp: usize, glass: Subject) -> Finding {
-    let (own, glass) = (&facts.objects[lamp], glass.words(facts.scene));
-    let across = own.bounds.map_or(0.0, |bounds| bounds.extent().length());
-    let why = format!(
+fn through_glass(
+    scene_facts: &SceneFacts<'_>,
+    lamp: usize,
+    glass: FindingSubject,
+) -> StressFinding {
+    let (object_facts, glass) = (&scene_facts.objects[lamp], glass.words(scene_facts.scene));
+    let across = object_facts
+        .bounds
+        .map_or(0.0, |bounds| bounds.extent().length());
+    let reason = format!(
         "it is {} metres across and shines through {glass}, which is glass around it: paths come to it by chance alone, and hardly any does",
         decimal(across)
     );
     let remedy = format!(
         "set `thin_walled` for the material of {glass}, make the lamp larger, or take more --spp"
     );
-    let at = own.bounds.and_then(|bounds| place(bounds.centre()));
-    met_by_chance(own.subject, why, remedy).at(at)
+    let at = object_facts
+        .bounds
+        .and_then(|bounds| scene_point(bounds.centre()));
+    met_by_chance(object_facts.subject, reason, remedy).with_place(at)
 }

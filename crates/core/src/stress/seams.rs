@@ -10,7 +10,7 @@ const ROUNDING: f64 = 1e-5;
 /// How far corners are apart that are one but for rounding, where as one they leave none of these
 /// edges open. Edges run from a corner to another in the direction of their triangle.
 pub(super) fn seam(data: &MeshData, open: &[[u32; 2]]) -> Option<f64> {
-    let at = |corner: u32| data.positions.at(corner as usize);
+    let at = |corner: u32| data.positions.position(corner as usize);
     let bounds = raywright_bvh::Aabb::from_points(data.positions.iter());
     let reach = ROUNDING * bounds.extent().length();
     if open.is_empty() || reach == 0.0 || !reach.is_finite() {
@@ -23,12 +23,12 @@ pub(super) fn seam(data: &MeshData, open: &[[u32; 2]]) -> Option<f64> {
     let mut merged: HashMap<u32, u32> = HashMap::with_capacity(corners.len());
     let mut apart: f64 = 0.0;
     for corner in corners {
-        let place = at(corner);
-        let cell = ((place - bounds.min) / reach).floor().as_i64vec3();
+        let position = at(corner);
+        let cell = ((position - bounds.min) / reach).floor().as_i64vec3();
         let near = (0..27)
             .map(|i| cell + glam::I64Vec3::new(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1))
             .filter_map(|cell| cells.get(&cell.to_array()).copied())
-            .map(|other| (at(other).distance(place), other))
+            .map(|other| (at(other).distance(position), other))
             .filter(|(distance, _)| *distance <= reach)
             .min_by(|a, b| a.0.total_cmp(&b.0));
         match near {
@@ -46,8 +46,8 @@ pub(super) fn seam(data: &MeshData, open: &[[u32; 2]]) -> Option<f64> {
     for edge in open {
         let [from, to] = edge.map(|corner| merged[&corner]);
         if from != to {
-            let way = if from < to { 1 } else { -1 };
-            *balance.entry([from.min(to), from.max(to)]).or_insert(0) += way;
+            let direction = if from < to { 1 } else { -1 };
+            *balance.entry([from.min(to), from.max(to)]).or_insert(0) += direction;
         }
     }
     let is_closed = apart > 0.0 && balance.values().all(|&ways| ways == 0);
@@ -72,16 +72,16 @@ mod tests {
     /// are none.
     #[test]
     fn a_seam_is_no_hole() {
-        let of = |apart| {
+        let value_of = |apart| {
             let topology = Topology::of(&pillow(apart));
             (topology.open.count, topology.seam)
         };
-        let (open, seam) = of(1e-6);
+        let (open, seam) = value_of(1e-6);
         assert_eq!(open, 6);
         assert!(
             seam.is_some_and(|wide| (wide - 1e-6).abs() < 1e-7),
             "{seam:?}"
         );
-        assert_eq!(of(1e-3), (6, None));
+        assert_eq!(value_of(1e-3), (6, None));
     }
 }

@@ -3,10 +3,10 @@
 use glam::DVec3;
 use raywright_bvh::{Interval, Ray, Real, Vector};
 
-use super::cameras::View;
-use super::facts::{Matter, SceneFacts};
-use super::finding::{Finding, Subject};
-use crate::dispatch::{PreparedWork, Ready};
+use super::cameras::CameraPicture;
+use super::facts::{SceneFacts, SurfaceMatter};
+use super::finding::{FindingSubject, StressFinding};
+use crate::dispatch::{PreparedWork, ReadyScene};
 use crate::prepare::Prepared;
 
 /// Surfaces on the way to a place that are looked through.
@@ -26,7 +26,7 @@ struct Sightline {
 }
 
 struct Sightlines<'a> {
-    facts: &'a SceneFacts<'a>,
+    scene_facts: &'a SceneFacts<'a>,
     list: Vec<Sightline>,
 }
 
@@ -50,11 +50,11 @@ impl Sightlines<'_> {
             let Some(hit) = prepared.geometry.closest(&ray, range, &mut ()) else {
                 return true;
             };
-            let object = self.facts.index_of(hit.outermost());
+            let object = self.scene_facts.index_of(hit.outermost());
             if hit.t.to_f64() >= line.distance * (1.0 - NEAR) || line.own == Some(object) {
                 return true;
             }
-            if self.facts.objects[object].matter == Matter::Opaque {
+            if self.scene_facts.objects[object].matter == SurfaceMatter::Opaque {
                 return false;
             }
             range.min = hit.t;
@@ -65,18 +65,21 @@ impl Sightlines<'_> {
 
 /// Gives findings the pixel of the first camera that sees their place.
 pub(super) fn set_pixels(
-    facts: &SceneFacts<'_>,
-    ready: &Ready,
-    views: &[View],
-    findings: &mut [Finding],
+    scene_facts: &SceneFacts<'_>,
+    ready: &ReadyScene,
+    views: &[CameraPicture],
+    findings: &mut [StressFinding],
 ) {
     let mut list = Vec::new();
-    for (finding, found) in findings.iter().enumerate() {
-        let Some(place) = found.place.filter(|_| found.pixel.is_none()) else {
+    for (finding, found_finding) in findings.iter().enumerate() {
+        let Some(place) = found_finding
+            .place
+            .filter(|_| found_finding.pixel.is_none())
+        else {
             continue;
         };
-        let own = match (found.subject, found.primitive) {
-            (Subject::Object(index), None) => Some(index),
+        let own = match (found_finding.subject, found_finding.primitive) {
+            (FindingSubject::Object(index), None) => Some(index),
             _ => None,
         };
         for view in views {
@@ -95,10 +98,10 @@ pub(super) fn set_pixels(
             });
         }
     }
-    let lines = Sightlines { facts, list };
+    let lines = Sightlines { scene_facts, list };
     let clear = ready.work(&lines);
     for (line, _) in lines.list.iter().zip(clear).filter(|(_, clear)| *clear) {
-        let found = &mut findings[line.finding];
-        found.pixel = found.pixel.or(Some((line.pixel, line.camera)));
+        let found_finding = &mut findings[line.finding];
+        found_finding.pixel = found_finding.pixel.or(Some((line.pixel, line.camera)));
     }
 }

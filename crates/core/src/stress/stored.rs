@@ -3,12 +3,12 @@
 use glam::DVec3;
 use raywright_bvh::{Aabb, Real};
 
-use super::cameras::{View, is_in_view};
-use super::facts::{SceneFacts, place};
-use super::finding::{Code, Finding, Severity, Subject, decimal};
+use super::cameras::{CameraPicture, is_in_view};
+use super::facts::{SceneFacts, scene_point};
+use super::finding::{FindingCode, FindingSubject, Severity, StressFinding, decimal};
 use super::ray_survey::RaySurvey;
-use crate::dispatch::Ready;
-use crate::extent::Uses;
+use crate::dispatch::ReadyScene;
+use crate::extent::MeshUses;
 use crate::prepare::rounded;
 use crate::scene::{MeshData, Scene, Shape};
 use crate::settings::PrecisionChoice;
@@ -23,7 +23,7 @@ const TINY: f64 = 1e-6;
 const FAR: f64 = 1e-5;
 
 /// Shapes of which storing leaves nothing, by the problems for which preparing them is refused.
-pub(super) fn lost_shapes(scene: &Scene, problems: &[Problem]) -> Vec<Finding> {
+pub(super) fn lost_shapes(scene: &Scene, problems: &[Problem]) -> Vec<StressFinding> {
     let finding = |problem: &Problem| {
         let index = |path: &str, list: &str| {
             path.strip_prefix(list)?
@@ -34,13 +34,13 @@ pub(super) fn lost_shapes(scene: &Scene, problems: &[Problem]) -> Vec<Finding> {
         };
         let object = index(&problem.path, "objects[")
             .or_else(|| Some(scene.objects.len() + index(&problem.path, "generators[")?))
-            .map_or(Subject::Scene, Subject::Object);
+            .map_or(FindingSubject::Scene, FindingSubject::Object);
         let remedy = problem
             .hint
             .clone()
             .unwrap_or_else(|| "make it larger".to_owned());
-        Finding::new(
-            Code::LostShape,
+        StressFinding::new(
+            FindingCode::LostShape,
             Severity::PictureWrong,
             object,
             problem.message.clone(),
@@ -53,68 +53,92 @@ pub(super) fn lost_shapes(scene: &Scene, problems: &[Problem]) -> Vec<Finding> {
 /// What storing takes from the objects of a prepared scene: the picture is wrong where a camera
 /// has that in view.
 pub(super) fn check(
-    facts: &SceneFacts<'_>,
-    ready: &Ready,
-    seen: &RaySurvey,
-    views: &[View],
-) -> Vec<Finding> {
-    let finding = |code, object: u32, why: &str, remedy: String| {
-        let index = facts.index_of(object);
-        let own = &facts.objects[index];
-        let is_seen = RaySurvey::count(&seen.met, &index) > 0
-            || own.bounds.is_none_or(|bounds| is_in_view(views, &bounds));
-        let at = own.bounds.and_then(|bounds| place(bounds.centre()));
+    scene_facts: &SceneFacts<'_>,
+    ready: &ReadyScene,
+    survey: &RaySurvey,
+    views: &[CameraPicture],
+) -> Vec<StressFinding> {
+    let finding = |code, object: u32, reason: &str, remedy: String| {
+        let index = scene_facts.index_of(object);
+        let object_facts = &scene_facts.objects[index];
+        let is_seen = RaySurvey::count(&survey.sightings, &index) > 0
+            || object_facts
+                .bounds
+                .is_none_or(|bounds| is_in_view(views, &bounds));
+        let at = object_facts
+            .bounds
+            .and_then(|bounds| scene_point(bounds.centre()));
         let (severity, end) = match is_seen {
             true => (Severity::PictureWrong, ""),
             false => (Severity::Harmless, "; no camera has it in view"),
         };
-        Finding::new(code, severity, own.subject, format!("{why}{end}"), remedy).at(at)
+        StressFinding::new(
+            code,
+            severity,
+            object_facts.subject,
+            format!("{reason}{end}"),
+            remedy,
+        )
+        .with_place(at)
     };
     let exact = match ready.settings().precision {
         PrecisionChoice::Reference => "",
         PrecisionChoice::Robust => ", or add --precision reference",
     };
     let lost = ready.lost();
-    let mut found: Vec<Finding> = lost
+    let mut findings: Vec<StressFinding> = lost
         .iter()
         .map(|&object| {
-            let why = "so far from the rest of the scene, all corners of its triangles are stored as one, so that nothing is left of it";
+            let reason = "so far from the rest of the scene, all corners of its triangles are stored as one, so that nothing is left of it";
             let remedy = format!("move it nearer to the rest of the scene{exact}");
-            finding(Code::LostObject, object, why, remedy)
+            finding(FindingCode::LostObject, object, reason, remedy)
         })
         .collect();
     if let Some(object) = ready.unresolved().filter(|object| !lost.contains(object)) {
-        let why = "so far from the rest of the scene, points a thousandth of its size apart are stored as one: its shape is shattered";
+        let reason = "so far from the rest of the scene, points a thousandth of its size apart are stored as one: its shape is shattered";
         let remedy = format!("move it nearer to the rest of the scene{exact}");
-        found.push(finding(Code::UnresolvedObject, object, why, remedy));
+        findings.push(finding(
+            FindingCode::UnresolvedObject,
+            object,
+            reason,
+            remedy,
+        ));
     }
-    found.extend(match ready.settings().precision {
-        PrecisionChoice::Robust => lost_triangles::<f32>(facts, lost, seen),
-        PrecisionChoice::Reference => lost_triangles::<f64>(facts, lost, seen),
+    findings.extend(match ready.settings().precision {
+        PrecisionChoice::Robust => lost_triangles::<f32>(scene_facts, lost, survey),
+        PrecisionChoice::Reference => lost_triangles::<f64>(scene_facts, lost, survey),
     });
-    found.extend(scale(facts));
-    found
+    findings.extend(scale(scene_facts));
+    findings
 }
 
 /// Triangles with an area that storing makes flat, of objects of which others stay.
-fn lost_triangles<R: Real>(facts: &SceneFacts<'_>, lost: &[u32], seen: &RaySurvey) -> Vec<Finding> {
-    let origin = crate::origin::StorageOrigin::of::<R>(facts.scene, &facts.lookup).origin;
+fn lost_triangles<R: Real>(
+    scene_facts: &SceneFacts<'_>,
+    lost: &[u32],
+    survey: &RaySurvey,
+) -> Vec<StressFinding> {
+    let origin =
+        crate::origin::StorageOrigin::from_scene::<R>(scene_facts.scene, &scene_facts.lookup)
+            .origin;
     // What instances share is stored in its own space.
-    let uses = Uses::of(facts.scene);
-    let mut found = Vec::new();
-    for own in facts
+    let uses = MeshUses::of(scene_facts.scene);
+    let mut findings = Vec::new();
+    for object_facts in scene_facts
         .objects
         .iter()
-        .filter(|own| !lost.contains(&(own.subject.index() as u32)))
+        .filter(|object_facts| !lost.contains(&(object_facts.subject.index() as u32)))
     {
-        let (Some((_, data)), Shape::Mesh(name)) = (facts.mesh(own.object), &own.object.shape)
-        else {
+        let (Some((_, data)), Shape::Mesh(name)) = (
+            scene_facts.mesh(object_facts.object),
+            &object_facts.object.shape,
+        ) else {
             continue;
         };
-        if uses.share(name, own.object.side) {
+        if uses.share(name, object_facts.object.side) {
             continue;
         }
-        let map = own.map;
+        let map = object_facts.map;
         let is_flat = |corners: [DVec3; 3]| {
             let [a, b, c] = corners;
             a == b || b == c || c == a || no_area(b - a, c - a)
@@ -127,7 +151,7 @@ fn lost_triangles<R: Real>(facts: &SceneFacts<'_>, lost: &[u32], seen: &RaySurve
             )
         };
         let is_lost = |corners: &[u32; 3]| {
-            let corners = corners.map(|corner| data.positions.at(corner as usize));
+            let corners = corners.map(|corner| data.positions.position(corner as usize));
             is_flat(corners.map(stored)) && !is_flat(corners)
         };
         if is_safe::<R>(data, map.translation - origin, map.matrix3.x_axis.length()) {
@@ -144,31 +168,31 @@ fn lost_triangles<R: Real>(facts: &SceneFacts<'_>, lost: &[u32], seen: &RaySurve
             first = first.or(Some(index as u32));
         }
         let Some(first) = first else { continue };
-        let of = data.indices.len() as u64;
-        let is_seen = RaySurvey::count(&seen.met, &own.subject.index()) > 0;
-        let severity = if count * 100 >= of && is_seen {
+        let total = data.indices.len() as u64;
+        let is_seen = RaySurvey::count(&survey.sightings, &object_facts.subject.index()) > 0;
+        let severity = if count * 100 >= total && is_seen {
             Severity::PictureWrong
         } else {
             Severity::Harmless
         };
-        let why = "corners of triangles are stored as one, or on a line, since they are so small and so far from the rest of the scene";
-        let finding = Finding::new(
-            Code::LostTriangles,
+        let reason = "corners of triangles are stored as one, or on a line, since they are so small and so far from the rest of the scene";
+        let finding = StressFinding::new(
+            FindingCode::LostTriangles,
             severity,
-            own.subject,
-            why,
+            object_facts.subject,
+            reason,
             "move the mesh nearer to the rest of the scene, or add --precision reference",
         );
         let corner = data.indices[first as usize][0];
-        let at = place(map.transform_point3(data.positions.at(corner as usize)));
-        found.push(
+        let at = scene_point(map.transform_point3(data.positions.position(corner as usize)));
+        findings.push(
             finding
-                .counted(count, of, "triangles", "lost their area")
+                .counted(count, total, "triangles", "lost their area")
                 .of_primitive(first)
-                .at(at),
+                .with_place(at),
         );
     }
-    found
+    findings
 }
 
 /// Whether a mesh is stored where its own digits are kept: no farther away than its own numbers are
@@ -183,55 +207,64 @@ fn is_safe<R: Real>(data: &MeshData, away: DVec3, scale: f64) -> bool {
 }
 
 /// Sizes that are probably in other units.
-fn scale(facts: &SceneFacts<'_>) -> Vec<Finding> {
-    let far = outliers(facts);
-    let mut found: Vec<Finding> = far.iter().map(|outlier| outlier.finding(facts)).collect();
-    let rest = facts
+fn scale(scene_facts: &SceneFacts<'_>) -> Vec<StressFinding> {
+    let far = outliers(scene_facts);
+    let mut findings: Vec<StressFinding> = far
+        .iter()
+        .map(|outlier| outlier.finding(scene_facts))
+        .collect();
+    let rest = scene_facts
         .objects
         .iter()
         .enumerate()
         .filter(|(index, _)| !far.iter().any(|outlier| outlier.object == *index))
-        .filter_map(|(_, own)| own.bounds);
+        .filter_map(|(_, object_facts)| object_facts.bounds);
     let size = match far.is_empty() {
-        true => facts.diagonal(),
+        true => scene_facts.diagonal(),
         false => diagonal(rest),
     };
     if size > 0.0 && !(USUAL[0]..=USUAL[1]).contains(&size) {
-        let why = format!(
+        let reason = format!(
             "all of it is {} metres across: it is probably in other units, and lights and glass are in metres",
             decimal(size)
         );
-        found.push(Finding::new(
-            Code::ExtremeScale,
+        findings.push(StressFinding::new(
+            FindingCode::ExtremeScale,
             Severity::Harmless,
-            Subject::Scene,
-            why,
+            FindingSubject::Scene,
+            reason,
             "scale it to metres",
         ));
     }
-    for own in &facts.objects {
-        let radius = match own.object.shape {
+    for object_facts in &scene_facts.objects {
+        let radius = match object_facts.object.shape {
             Shape::Sphere { radius, .. } | Shape::Disk { radius, .. } => radius,
             _ => continue,
         };
-        let size_of = radius * own.map.matrix3.determinant().abs().cbrt();
+        let size_of = radius * object_facts.map.matrix3.determinant().abs().cbrt();
         if size_of < TINY * size {
-            let why = format!(
+            let reason = format!(
                 "its radius is {} metres, {} of the scene's size",
                 decimal(size_of),
                 decimal(size_of / size)
             );
-            let finding = Finding::new(
-                Code::ExtremeScale,
+            let finding = StressFinding::new(
+                FindingCode::ExtremeScale,
                 Severity::Harmless,
-                own.subject,
-                why,
+                object_facts.subject,
+                reason,
                 "look whether it is in other units than the rest",
             );
-            found.push(finding.at(own.bounds.and_then(|bounds| place(bounds.centre()))));
+            findings.push(
+                finding.with_place(
+                    object_facts
+                        .bounds
+                        .and_then(|bounds| scene_point(bounds.centre())),
+                ),
+            );
         }
     }
-    found
+    findings
 }
 
 fn diagonal(bounds: impl Iterator<Item = Aabb>) -> f64 {
@@ -252,38 +285,45 @@ struct Outlier {
 }
 
 impl Outlier {
-    fn finding(&self, facts: &SceneFacts<'_>) -> Finding {
-        let own = &facts.objects[self.object];
-        let why = format!(
+    fn finding(&self, scene_facts: &SceneFacts<'_>) -> StressFinding {
+        let object_facts = &scene_facts.objects[self.object];
+        let reason = format!(
             "it reaches {} metres far, and most other objects no more than {} metres",
             decimal(self.reach),
             decimal(self.others)
         );
-        Finding::new(
-            Code::ExtremeScale,
+        StressFinding::new(
+            FindingCode::ExtremeScale,
             Severity::Harmless,
-            own.subject,
-            why,
+            object_facts.subject,
+            reason,
             "look whether it is in other units than the rest, or out of its place",
         )
-        .at(own.bounds.and_then(|bounds| place(bounds.centre())))
+        .with_place(
+            object_facts
+                .bounds
+                .and_then(|bounds| scene_point(bounds.centre())),
+        )
     }
 }
 
 /// Objects without which the scene is a small share of its size, of less than half of them.
-fn outliers(facts: &SceneFacts<'_>) -> Vec<Outlier> {
+fn outliers(scene_facts: &SceneFacts<'_>) -> Vec<Outlier> {
     const FEWEST: usize = 3;
-    let bounded: Vec<(usize, Aabb)> = facts
+    let bounded: Vec<(usize, Aabb)> = scene_facts
         .objects
         .iter()
         .enumerate()
-        .filter_map(|(index, own)| Some((index, own.bounds?)))
+        .filter_map(|(index, object_facts)| Some((index, object_facts.bounds?)))
         .collect();
     if bounded.len() < FEWEST {
         return Vec::new();
     }
     let median = |axis: usize| {
-        let mut centres: Vec<f64> = bounded.iter().map(|(_, own)| own.centre()[axis]).collect();
+        let mut centres: Vec<f64> = bounded
+            .iter()
+            .map(|(_, own_bounds)| own_bounds.centre()[axis])
+            .collect();
         let middle = centres.len() / 2;
         *centres.select_nth_unstable_by(middle, f64::total_cmp).1
     };
@@ -298,8 +338,9 @@ fn outliers(facts: &SceneFacts<'_>) -> Vec<Outlier> {
         .collect();
     reaches.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     let half = reaches.len() / 2 + 1;
-    let jump = (half..reaches.len())
-        .find(|&at| reaches[at - 1].0 < FAR * reaches[at].0 && reaches[at - 1].0 > 0.0);
+    let jump = (half..reaches.len()).find(|&position| {
+        reaches[position - 1].0 < FAR * reaches[position].0 && reaches[position - 1].0 > 0.0
+    });
     let Some(first) = jump else {
         return Vec::new();
     };

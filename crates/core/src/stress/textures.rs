@@ -2,16 +2,16 @@
 //! not.
 
 use super::facts::SceneFacts;
-use super::finding::{Code, Finding, Severity, Subject};
+use super::finding::{FindingCode, FindingSubject, Severity, StressFinding};
 use crate::scene::{ColourSpace, ImageData, Model, Pixels, Sky, TextureRef};
 
 /// What is wrong with the images that shown materials and the sky read.
-pub(super) fn check(facts: &SceneFacts<'_>) -> Vec<Finding> {
+pub(super) fn check(scene_facts: &SceneFacts<'_>) -> Vec<StressFinding> {
     let mut images: Vec<usize> = Vec::new();
-    let mut found = Vec::new();
-    for (index, material) in facts.used_materials() {
+    let mut findings = Vec::new();
+    for (index, material) in scene_facts.used_materials() {
         for reference in material.textures() {
-            images.extend(image_of(facts, reference));
+            images.extend(image_of(scene_facts, reference));
         }
         let Model::Physical(m) = &material.model else {
             continue;
@@ -37,44 +37,48 @@ pub(super) fn check(facts: &SceneFacts<'_>) -> Vec<Finding> {
             ),
         ];
         for (slot, reference) in normals.into_iter().chain(numbers) {
-            let subject = Subject::Material(index);
-            found.extend(reference.and_then(|r| read_as_colour(facts, r, subject, slot)));
+            let subject = FindingSubject::Material(index);
+            findings.extend(reference.and_then(|r| read_as_colour(scene_facts, r, subject, slot)));
         }
         for reference in normals.into_iter().filter_map(|(_, reference)| reference) {
-            found.extend(no_normals(facts, reference));
+            findings.extend(no_normals(scene_facts, reference));
         }
     }
-    if let Some(Sky::Map(map)) = &facts.scene.sky {
-        images.extend(facts.lookup.images.get(&map.image));
+    if let Some(Sky::Map(map)) = &scene_facts.scene.sky {
+        images.extend(scene_facts.lookup.images.get(&map.image));
     }
     images.sort_unstable();
     images.dedup();
-    found.extend(images.into_iter().flat_map(|index| judge(facts, index)));
-    found
+    findings.extend(
+        images
+            .into_iter()
+            .flat_map(|index| judge(scene_facts, index)),
+    );
+    findings
 }
 
-fn image_of(facts: &SceneFacts<'_>, reference: &TextureRef) -> Option<usize> {
-    facts
+fn image_of(scene_facts: &SceneFacts<'_>, reference: &TextureRef) -> Option<usize> {
+    scene_facts
         .lookup
         .images
-        .get(&facts.lookup.texture(&reference.name)?.image)
+        .get(&scene_facts.lookup.texture(&reference.name)?.image)
 }
 
-fn data_of<'a>(facts: &SceneFacts<'a>, reference: &TextureRef) -> Option<&'a ImageData> {
-    facts.scene.images[image_of(facts, reference)?]
+fn data_of<'a>(scene_facts: &SceneFacts<'a>, reference: &TextureRef) -> Option<&'a ImageData> {
+    scene_facts.scene.images[image_of(scene_facts, reference)?]
         .data
         .as_deref()
 }
 
 fn read_as_colour(
-    facts: &SceneFacts<'_>,
+    scene_facts: &SceneFacts<'_>,
     reference: &TextureRef,
-    subject: Subject,
+    subject: FindingSubject,
     slot: &str,
-) -> Option<Finding> {
-    let is_colour = facts.lookup.texture(&reference.name)?.colour_space == ColourSpace::Srgb;
-    let has_codes = matches!(data_of(facts, reference)?.pixels, Pixels::Codes(_));
-    let why = format!(
+) -> Option<StressFinding> {
+    let is_colour = scene_facts.lookup.texture(&reference.name)?.colour_space == ColourSpace::Srgb;
+    let has_codes = matches!(data_of(scene_facts, reference)?.pixels, Pixels::Codes(_));
+    let reason = format!(
         "its `{slot}` holds directions or numbers, and the texture there, `{}`, is read as sRGB colours",
         reference.name
     );
@@ -83,66 +87,69 @@ fn read_as_colour(
         reference.name
     );
     (is_colour && has_codes).then(|| {
-        Finding::new(
-            Code::DataReadAsColour,
+        StressFinding::new(
+            FindingCode::DataReadAsColour,
             Severity::PictureWrong,
             subject,
-            why,
+            reason,
             remedy,
         )
     })
 }
 
 /// An image of directions about the normal has much blue everywhere.
-fn no_normals(facts: &SceneFacts<'_>, reference: &TextureRef) -> Option<Finding> {
-    let (image, data) = (image_of(facts, reference)?, data_of(facts, reference)?);
+fn no_normals(scene_facts: &SceneFacts<'_>, reference: &TextureRef) -> Option<StressFinding> {
+    let (image, data) = (
+        image_of(scene_facts, reference)?,
+        data_of(scene_facts, reference)?,
+    );
     let Pixels::Codes(pixels) = &data.pixels else {
         return None;
     };
     let inwards = pixels.iter().filter(|pixel| pixel[2] < 128).count();
-    let why = "it is used as a normal map, and most of its directions point into the surface: it holds heights or colours";
+    let reason = "it is used as a normal map, and most of its directions point into the surface: it holds heights or colours";
     let remedy = "use a map of normals, whose colour is mostly light blue";
-    let finding = Finding::new(
-        Code::NotANormalMap,
+    let finding = StressFinding::new(
+        FindingCode::NotANormalMap,
         Severity::PictureWrong,
-        Subject::Image(image),
-        why,
+        FindingSubject::Image(image),
+        reason,
         remedy,
     );
     (2 * inwards > pixels.len()).then(|| {
-        let of = pixels.len() as u64;
-        finding.counted(inwards as u64, of, "texels", "pointed inwards")
+        let total = pixels.len() as u64;
+        finding.counted(inwards as u64, total, "texels", "pointed inwards")
     })
 }
 
-fn judge(facts: &SceneFacts<'_>, index: usize) -> Vec<Finding> {
-    let subject = Subject::Image(index);
-    let Some(data) = facts.scene.images[index].data.as_deref() else {
-        let why = "it could not be read, and the factor alone counts";
-        let finding = Finding::new(
-            Code::MissingImage,
+fn judge(scene_facts: &SceneFacts<'_>, index: usize) -> Vec<StressFinding> {
+    let subject = FindingSubject::Image(index);
+    let Some(data) = scene_facts.scene.images[index].data.as_deref() else {
+        let reason = "it could not be read, and the factor alone counts";
+        let finding = StressFinding::new(
+            FindingCode::MissingImage,
             Severity::PictureWrong,
             subject,
-            why,
+            reason,
             "put the file where the scene names it",
         );
         return vec![finding];
     };
     let texels = u64::from(data.width) * u64::from(data.height);
-    let mut found = Vec::new();
+    let mut findings = Vec::new();
     let remedy = "write the image anew, with finite numbers of zero or more";
-    let mended = facts.scene.images[index].mended;
-    if mended > 0 {
-        let why =
+    let repaired = scene_facts.scene.images[index].mended;
+    if repaired > 0 {
+        let reason =
             "channels of its texels are infinite or no numbers; 65504 and 0 are shown for them";
-        let finding = Finding::new(
-            Code::ImageNotLight,
+        let finding = StressFinding::new(
+            FindingCode::ImageNotLight,
             Severity::PictureWrong,
             subject,
-            why,
+            reason,
             remedy,
         );
-        found.push(finding.counted(mended, 3 * texels, "channels", "had such numbers"));
+        findings.push(finding.counted(repaired, 3 * texels, "channels", "had such numbers"));
     }
     let is_uniform = match &data.pixels {
         Pixels::Codes(pixels) => pixels.iter().all(|pixel| *pixel == pixels[0]),
@@ -154,29 +161,29 @@ fn judge(facts: &SceneFacts<'_>, index: usize) -> Vec<Finding> {
             };
             let wrong = pixels.iter().filter(is_wrong).count() as u64;
             if wrong > 0 {
-                let why = "it has texels that are negative, infinite or no numbers";
-                let finding = Finding::new(
-                    Code::ImageNotLight,
+                let reason = "it has texels that are negative, infinite or no numbers";
+                let finding = StressFinding::new(
+                    FindingCode::ImageNotLight,
                     Severity::PictureWrong,
                     subject,
-                    why,
+                    reason,
                     remedy,
                 );
-                found.push(finding.counted(wrong, texels, "texels", "had such numbers"));
+                findings.push(finding.counted(wrong, texels, "texels", "had such numbers"));
             }
             pixels.iter().all(|pixel| *pixel == pixels[0])
         }
     };
     if is_uniform {
-        let why = "all its texels are the same";
-        let finding = Finding::new(
-            Code::UniformImage,
+        let reason = "all its texels are the same";
+        let finding = StressFinding::new(
+            FindingCode::UniformImage,
             Severity::Harmless,
             subject,
-            why,
+            reason,
             "write the value as a factor: it takes no memory and no time",
         );
-        found.push(finding.counted(texels, 0, "texels", "in all"));
+        findings.push(finding.counted(texels, 0, "texels", "in all"));
     }
-    found
+    findings
 }

@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::fans::{Fan, fans};
+use super::fans::{TriangleFan, fans};
 use super::seams::seam;
 use super::windings::turned_triangles;
 use crate::scene::MeshData;
@@ -16,12 +16,12 @@ const KEPT: usize = 1 << 10;
 
 /// How many, and some of them: the first that were counted.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Tally<T = u32> {
+pub(crate) struct CountAndFirst<T = u32> {
     pub count: u64,
     pub some: Vec<T>,
 }
 
-impl<T> Default for Tally<T> {
+impl<T> Default for CountAndFirst<T> {
     fn default() -> Self {
         Self {
             count: 0,
@@ -30,7 +30,7 @@ impl<T> Default for Tally<T> {
     }
 }
 
-impl<T> Tally<T> {
+impl<T> CountAndFirst<T> {
     pub fn add(&mut self, one: T) {
         self.count += 1;
         if self.some.len() < KEPT {
@@ -61,7 +61,7 @@ pub(crate) struct TriangleEdge {
 
 /// A connected part of a mesh without open edges.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Component {
+pub(crate) struct MeshComponent {
     pub triangles: u64,
     pub first: u32,
     /// Above zero where the outside is outside.
@@ -82,19 +82,19 @@ pub(crate) struct SharedEdge {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Topology {
     /// Triangles that are there again, with the same side out and with the other one.
-    pub duplicates: [Tally; 2],
+    pub duplicates: [CountAndFirst; 2],
     pub edges: u64,
-    pub open: Tally<TriangleEdge>,
+    pub open: CountAndFirst<TriangleEdge>,
     /// Where corners are apart by rounding alone, how far at most: as one they leave no edge open.
     pub seam: Option<f64>,
-    pub non_manifold: Tally<TriangleEdge>,
+    pub non_manifold: CountAndFirst<TriangleEdge>,
     /// Triangles that disagree with most of those that they hang together with.
-    pub flipped: Tally,
-    pub components: Vec<Component>,
+    pub flipped: CountAndFirst,
+    pub components: Vec<MeshComponent>,
     /// Some edges of exactly two triangles whose sides agree.
     pub shared: Vec<SharedEdge>,
     /// Some corners that triangles are all around.
-    pub fans: Vec<Fan>,
+    pub fans: Vec<TriangleFan>,
 }
 
 /// Edges that are kept for aiming.
@@ -103,33 +103,33 @@ const AIMED: usize = 1 << 12;
 impl Topology {
     pub fn of(data: &MeshData) -> Self {
         let corners = welded(data);
-        let mut found = Self::default();
-        let kept = found.without_duplicates(&data.indices, &corners);
+        let mut topology = Self::default();
+        let kept = topology.without_duplicates(&data.indices, &corners);
         let edges = sorted_edges(&data.indices, &corners, &kept);
         let mut parents: Vec<u32> = (0..data.positions.len() as u32).collect();
         let mut irregular = Irregular::default();
         for run in edges.chunk_by(|a, b| a.0 == b.0) {
-            found.judge(data, run, &mut irregular);
+            topology.judge(data, run, &mut irregular);
             // All corners of a triangle hang together by its edges.
             let [low, high] = [(run[0].0 >> 32) as u32, run[0].0 as u32];
             join(&mut parents, low, high);
         }
-        let every = (found.shared.len() / AIMED).max(1);
-        found.shared = found.shared.iter().copied().step_by(every).collect();
+        let every = (topology.shared.len() / AIMED).max(1);
+        topology.shared = topology.shared.iter().copied().step_by(every).collect();
         if irregular.turned.count > 0 {
             let turned = turned_triangles(data.indices.len(), &edges);
             // A band with one side has none that are turned more than others.
-            found.flipped = if turned.count > 0 {
+            topology.flipped = if turned.count > 0 {
                 turned
             } else {
                 irregular.turned
             };
         }
-        found.seam = seam(data, &irregular.open);
+        topology.seam = seam(data, &irregular.open);
         let open = &irregular.corners;
-        found.fans = fans(&data.indices, &corners, &kept, open);
-        found.components = components(data, (&corners, &kept), &mut parents, open);
-        found
+        topology.fans = fans(&data.indices, &corners, &kept, open);
+        topology.components = components(data, (&corners, &kept), &mut parents, open);
+        topology
     }
 
     /// Whether every edge has two triangles that agree about the outside.
@@ -141,18 +141,18 @@ impl Topology {
     }
 
     /// Closed parts whose outside is within, those apart that are hollows of another part.
-    pub fn inside_out(&self) -> Vec<Component> {
+    pub fn inside_out(&self) -> Vec<MeshComponent> {
         const MOST: usize = 1000;
         if self.components.len() > MOST {
             return Vec::new();
         }
-        let holds = |outer: &Component, inner: &Component| {
+        let holds = |outer: &MeshComponent, inner: &MeshComponent| {
             let [least, greatest] = outer.bounds;
             outer.volume > 0.0
                 && least.cmplt(inner.bounds[0]).all()
                 && greatest.cmpgt(inner.bounds[1]).all()
         };
-        let is_wrong = |part: &&Component| {
+        let is_wrong = |part: &&MeshComponent| {
             part.is_closed
                 && part.volume < 0.0
                 && !self.components.iter().any(|outer| holds(outer, part))
@@ -231,13 +231,14 @@ struct Irregular {
     /// Corners at which some edge is open, turned over, or of more than two triangles.
     corners: Vec<u32>,
     /// Neighbours that disagree about which side is out.
-    turned: Tally,
+    turned: CountAndFirst,
 }
 
 /// The edge of two triangles of one mesh, by places.
 fn shared_edge(data: &MeshData, [one, other]: [u32; 2]) -> Option<SharedEdge> {
     let corners = |triangle: u32| data.indices[triangle as usize];
-    let same = |a: u32, b: u32| data.positions.at(a as usize) == data.positions.at(b as usize);
+    let same =
+        |a: u32, b: u32| data.positions.position(a as usize) == data.positions.position(b as usize);
     let [a, b] = [corners(one), corners(other)];
     let mut common = a
         .into_iter()
@@ -305,14 +306,14 @@ fn components(
     (corners, kept): (&[u32], &[bool]),
     parents: &mut [u32],
     open: &[u32],
-) -> Vec<Component> {
+) -> Vec<MeshComponent> {
     let mut places: HashMap<u32, usize> = HashMap::new();
-    let mut parts: Vec<Component> = Vec::new();
+    let mut parts: Vec<MeshComponent> = Vec::new();
     for (i, triangle) in data.indices.iter().enumerate().filter(|(i, _)| kept[*i]) {
-        let of = root(parents, corners[triangle[0] as usize]);
-        let place = *places.entry(of).or_insert_with(|| {
+        let total = root(parents, corners[triangle[0] as usize]);
+        let index = *places.entry(total).or_insert_with(|| {
             let bounds = [DVec3::INFINITY, DVec3::NEG_INFINITY];
-            parts.push(Component {
+            parts.push(MeshComponent {
                 triangles: 0,
                 first: i as u32,
                 volume: 0.0,
@@ -323,7 +324,7 @@ fn components(
         });
         let [a, b, c] = triangle
             .map(|corner| DVec3::from(data.positions.offsets()[corner as usize].map(f64::from)));
-        let part = &mut parts[place];
+        let part = &mut parts[index];
         part.triangles += 1;
         part.volume += a.dot(b.cross(c)) / 6.0;
         for corner in [a, b, c] {
@@ -331,8 +332,8 @@ fn components(
         }
     }
     for &corner in open {
-        if let Some(&place) = places.get(&root(parents, corner)) {
-            parts[place].is_closed = false;
+        if let Some(&index) = places.get(&root(parents, corner)) {
+            parts[index].is_closed = false;
         }
     }
     parts

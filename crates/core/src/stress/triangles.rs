@@ -3,7 +3,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::topology::Tally;
+use super::topology::CountAndFirst;
 use crate::scene::MeshData;
 
 /// The height of a triangle as a share of its longest edge below which it is next to a line.
@@ -12,10 +12,10 @@ const SLIVER: f64 = 1e-4;
 /// What single triangles are.
 #[derive(Clone, Debug, Default)]
 pub(super) struct TriangleCounts {
-    pub degenerate: Tally,
-    pub slivers: Tally,
+    pub degenerate: CountAndFirst,
+    pub slivers: CountAndFirst,
     /// All three normals point to the other side.
-    pub against: Tally,
+    pub against: CountAndFirst,
 }
 
 impl TriangleCounts {
@@ -45,7 +45,7 @@ impl TriangleCounts {
     }
 
     fn judge(&mut self, data: &MeshData, index: u32, corners: [usize; 3]) {
-        let [a, b, c] = corners.map(|corner| data.positions.at(corner));
+        let [a, b, c] = corners.map(|corner| data.positions.position(corner));
         let (normal, longest) = ((b - a).cross(c - a), longest_edge([a, b, c]));
         let height = normal.length() / longest;
         // As validation judges single triangles: edges whose angle has no sine.

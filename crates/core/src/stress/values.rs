@@ -3,11 +3,11 @@
 use raywright_bvh::{Real, Vector};
 
 use crate::interaction::Interaction;
-use crate::prepare::{Material, Prepared};
+use crate::prepare::{Prepared, PreparedMaterial};
 
 /// What the values at a point are, by the worst of them, with its key in the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Values {
+pub(super) enum ValueClass {
     Fine,
     OutOfRange { key: &'static str, value: f64 },
     NotNumbers { key: &'static str },
@@ -17,35 +17,41 @@ pub(super) enum Values {
 const ONE: f64 = 1.0 + 1e-5;
 
 /// Judges the material of an interaction there.
-pub(super) fn judge_values<R: Real>(prepared: &Prepared<R>, at: &Interaction<R>) -> Values {
-    let here = prepared.sources.at(at);
-    let material = &prepared.materials[at.material as usize];
-    let emission = ("emission", material.emission_at(&here).to_f64().to_array());
+pub(super) fn judge_values<R: Real>(
+    prepared: &Prepared<R>,
+    interaction: &Interaction<R>,
+) -> ValueClass {
+    let context = prepared.texture_tables.shading_context(interaction);
+    let material = &prepared.materials[interaction.material as usize];
+    let emission = (
+        "emission",
+        material.emission_at(&context).to_f64().to_array(),
+    );
     let number = |key: &'static str, value: R| (key, [value.to_f64(); 3]);
     let shares = match material {
-        Material::Classic(m) => vec![
-            ("colour", m.colour.colour(&here).to_f64().to_array()),
-            number("local", m.local.number(&here)),
+        PreparedMaterial::Classic(m) => vec![
+            ("colour", m.colour.colour(&context).to_f64().to_array()),
+            number("local", m.local.number(&context)),
         ],
-        Material::Physical(m) => vec![
-            ("base_colour", m.base_at(&here).to_f64().to_array()),
-            number("roughness", m.roughness.number(&here)),
-            number("metallic", m.metallic.number(&here)),
-            number("opacity", m.opacity.number(&here)),
+        PreparedMaterial::Physical(m) => vec![
+            ("base_colour", m.base_at(&context).to_f64().to_array()),
+            number("roughness", m.roughness.number(&context)),
+            number("metallic", m.metallic.number(&context)),
+            number("opacity", m.opacity.number(&context)),
         ],
-        Material::Unused => return Values::Fine,
+        PreparedMaterial::Unused => return ValueClass::Fine,
     };
     let is_wrong = |(_, value): &&(&str, [f64; 3])| !value.iter().all(|x| x.is_finite());
     if let Some(&(key, _)) = shares.iter().chain([&emission]).find(is_wrong) {
-        return Values::NotNumbers { key };
+        return ValueClass::NotNumbers { key };
     }
     let greatest = |value: &[f64; 3]| value.iter().copied().fold(0.0, f64::max);
     let is_beyond = |(_, value): &&(&str, [f64; 3])| greatest(value) > ONE;
     match (material, shares.iter().find(is_beyond)) {
-        (Material::Physical(_), Some((key, value))) => Values::OutOfRange {
+        (PreparedMaterial::Physical(_), Some((key, value))) => ValueClass::OutOfRange {
             key,
             value: greatest(value),
         },
-        _ => Values::Fine,
+        _ => ValueClass::Fine,
     }
 }

@@ -1,26 +1,26 @@
 //! Which way the triangles of a mesh are turned, by their neighbours.
 
-use super::topology::Tally;
+use super::topology::CountAndFirst;
 
 /// Triangles that disagree with most of those that they hang together with about which side is
 /// out; of as many each way, those without the first one.
-pub(super) fn turned_triangles(triangles: usize, edges: &[(u64, u32)]) -> Tally {
+pub(super) fn turned_triangles(triangles: usize, edges: &[(u64, u32)]) -> CountAndFirst {
     let mut parents: Vec<u32> = (0..triangles as u32).collect();
     // Whether a triangle disagrees with its parent.
     let mut turns = vec![false; triangles];
     let mut path = Vec::new();
     let mut root_of = |parents: &mut [u32], turns: &mut [bool], triangle: u32| {
-        let mut at = triangle;
-        while parents[at as usize] != at {
-            path.push(at);
-            at = parents[at as usize];
+        let mut index = triangle;
+        while parents[index as usize] != index {
+            path.push(index);
+            index = parents[index as usize];
         }
         let mut turn = false;
         while let Some(passed) = path.pop() {
             turn ^= turns[passed as usize];
-            (parents[passed as usize], turns[passed as usize]) = (at, turn);
+            (parents[passed as usize], turns[passed as usize]) = (index, turn);
         }
-        (at, turn)
+        (index, turn)
     };
     for run in edges
         .chunk_by(|a, b| a.0 == b.0)
@@ -46,5 +46,5 @@ pub(super) fn turned_triangles(triangles: usize, edges: &[(u64, u32)]) -> Tally 
         turn == (other <= same) && other > 0
     };
     let turned = sides.iter().enumerate().filter(|(_, side)| is_turned(side));
-    Tally::of(turned.map(|(triangle, _)| triangle as u32))
+    CountAndFirst::of(turned.map(|(triangle, _)| triangle as u32))
 }

@@ -31,11 +31,11 @@ fn look(eye: [f64; 3], up: [f64; 3]) -> Pose {
 /// Protects: the key light stands to the left of the camera for every kind of pose, above the
 /// target, also for views straight down and up, and rotates as environment maps do.
 #[test]
-fn lights_go_round_with_the_camera() {
+fn key_light_stays_left_of_the_camera() {
     let own = Studio::default();
     let up = [0.0, 1.0, 0.0];
     let front = key(&own, look([0.0, 0.0, 5.0], up));
-    let expected = towards(-40_f64.to_radians(), 45_f64.to_radians());
+    let expected = direction_from_angles(-40_f64.to_radians(), 45_f64.to_radians());
     assert!(
         (front - expected).length() < 1e-12 && front.x < 0.0 && front.y > 0.0 && front.z > 0.0,
         "{front}"
@@ -85,7 +85,7 @@ fn lights_go_round_with_the_camera() {
 #[test]
 fn strength_multiplies_all_light() {
     let camera = camera(look([0.0, 0.0, 5.0], [0.0, 1.0, 0.0]));
-    let of = |strength: f64| {
+    let value_of = |strength: f64| {
         let studio = Studio {
             strength,
             ..Studio::default()
@@ -100,13 +100,13 @@ fn strength_multiplies_all_light() {
             .collect::<Vec<_>>()
     };
     assert_eq!(
-        of(2.0),
-        of(1.0)
+        value_of(2.0),
+        value_of(1.0)
             .iter()
             .map(|radiance| 2.0 * radiance)
             .collect::<Vec<_>>()
     );
-    assert_eq!(of(1.0)[..6], [3.8, 0.4, 5.0, BELOW, BELOW, BELOW]);
+    assert_eq!(value_of(1.0)[..6], [3.8, 0.4, 5.0, BELOW, BELOW, BELOW]);
 }
 
 /// Protects: a white surface that faces the camera is bright and not clipped, and its sides have at
@@ -118,11 +118,11 @@ fn white_is_bright_and_nowhere_clipped() {
     let sky = lights(&Studio::default(), &camera);
     let sky = crate::light::prepare_sky::<f64>(
         (Some(&sky), DVec3::ZERO),
-        &crate::Lookup::new(&scene),
+        &crate::SceneLookup::new(&scene),
         &std::collections::BTreeMap::new(),
     );
     let irradiance = crate::light::Irradiance::new(&sky.expect("a gradient"));
-    let at = |x: f64, y: f64, z: f64| irradiance.at(DVec3::new(x, y, z).normalize()).x;
+    let at = |x: f64, y: f64, z: f64| irradiance.eval(DVec3::new(x, y, z).normalize()).x;
     let front = at(0.0, 0.0, 1.0);
     assert!((0.6..0.9).contains(&front), "{front}");
     for normal in [

@@ -9,18 +9,18 @@ use std::sync::Arc;
 use glam::DVec3;
 use raywright_bvh::{Real, Vector};
 
-use super::sampler::{Codes, Footprint, Place, Sampler};
-use crate::expr::{Inputs, Programs, Variable};
-use crate::interaction::{Beam, Interaction};
+use super::sampler::{Footprint, Sampler, TexelCodes, TexelFootprint};
+use crate::expr::{Programs, Variable, VariableValues};
+use crate::interaction::{Interaction, LightInputs};
 use crate::scene::{Channel, ImageData};
 
 /// Tables that inputs refer to by index.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Sources<R: Real> {
+pub(crate) struct TextureTables<R: Real> {
     pub programs: Programs<R>,
     /// Present for a scene whose coordinates are relative to a storage origin.
     pub far: Option<Box<FarPrograms>>,
-    pub textures: Vec<TextureUse<R>>,
+    pub textures: Vec<TextureBinding<R>>,
     /// Range of texture uses for each material.
     pub of_materials: Vec<Range<u32>>,
     /// Images, each once, however many textures show it; shared with the scene, so that pixels are
@@ -29,7 +29,7 @@ pub(crate) struct Sources<R: Real> {
     /// Mipmaps of images, one for each colour space in which an image is read with them; empty
     /// where no texture needs them.
     pub pyramids: Vec<Vec<ImageData>>,
-    pub codes: Codes<R>,
+    pub codes: TexelCodes<R>,
 }
 
 /// Programs of a scene far from zero: they read world coordinates, which need f64 there.
@@ -43,7 +43,7 @@ pub(crate) struct FarPrograms {
 
 /// A use of a texture.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct TextureUse<R: Real> {
+pub(crate) struct TextureBinding<R: Real> {
     /// Index in the table of images.
     pub image: u32,
     pub sampler: Sampler<R>,
@@ -52,50 +52,62 @@ pub(crate) struct TextureUse<R: Real> {
     /// Index of the mesh's set of texture coordinates.
     pub set: usize,
     /// Expressions in place of the surface's own coordinates.
-    pub coordinates: Option<[Input<R>; 2]>,
+    pub coordinates: Option<[PreparedInput<R>; 2]>,
     /// First use with the same texel footprint at every hit, as for most textures of a material.
     /// `None` where the footprint depends on more than a set of coordinates.
-    pub lies_as: Option<u32>,
+    pub footprint_of: Option<u32>,
 }
 
-impl<R: Real> TextureUse<R> {
+impl<R: Real> TextureBinding<R> {
     /// Returns the texel footprint, where it depends on a set of coordinates alone.
     #[inline(always)]
-    fn place(&self, here: &ShadingContext<'_, R>) -> Option<Place<R>> {
-        let first = self.lies_as?;
-        Some(match here.place.get() {
+    fn place(&self, context: &ShadingContext<'_, R>) -> Option<TexelFootprint<R>> {
+        let first = self.footprint_of?;
+        Some(match context.place.get() {
             Some((found, place)) if found == first => place,
             _ => {
-                let place = self.place_in(&here.sources.images[self.image as usize], here.at);
-                here.place.set(Some((first, place)));
+                let place = self.place_in(
+                    &context.texture_tables.images[self.image as usize],
+                    context.interaction,
+                );
+                context.place.set(Some((first, place)));
                 place
             }
         })
     }
 
     #[inline(always)]
-    fn place_in(&self, image: &ImageData, at: &Interaction<R>) -> Place<R> {
-        let coordinates = at.uv.get(self.set).copied().unwrap_or([R::ZERO; 2]);
+    fn place_in(&self, image: &ImageData, interaction: &Interaction<R>) -> TexelFootprint<R> {
+        let coordinates = interaction
+            .uv
+            .get(self.set)
+            .copied()
+            .unwrap_or([R::ZERO; 2]);
         self.sampler.place(image, coordinates)
     }
 
     #[inline(always)]
-    fn texel(&self, here: &ShadingContext<'_, R>) -> [R; 4] {
-        let Some(place) = self.place(here) else {
-            return self.texel_anywhere(here);
+    fn texel(&self, context: &ShadingContext<'_, R>) -> [R; 4] {
+        let Some(place) = self.place(context) else {
+            return self.texel_anywhere(context);
         };
         self.sampler.texel_at(
-            &here.sources.images[self.image as usize],
-            &here.sources.codes,
+            &context.texture_tables.images[self.image as usize],
+            &context.texture_tables.codes,
             &place,
         )
     }
 
     #[inline(never)]
-    fn texel_anywhere(&self, here: &ShadingContext<'_, R>) -> [R; 4] {
+    fn texel_anywhere(&self, context: &ShadingContext<'_, R>) -> [R; 4] {
         let coordinates = match &self.coordinates {
-            Some(own) => own.map(|input| input.coordinate(here)),
-            None => here.at.uv.get(self.set).copied().unwrap_or([R::ZERO; 2]),
+            Some(own) => own.map(|input| input.coordinate(context)),
+            None => context
+                .interaction
+                .uv
+                .get(self.set)
+                .copied()
+                .unwrap_or([R::ZERO; 2]),
         };
         let footprint = match self.pyramid {
             None => Footprint {
@@ -103,58 +115,63 @@ impl<R: Real> TextureUse<R> {
                 side: R::ZERO,
             },
             Some(pyramid) => Footprint {
-                levels: &here.sources.pyramids[pyramid as usize],
-                side: here.at.footprint.get(self.set).copied().unwrap_or(R::ZERO),
+                levels: &context.texture_tables.pyramids[pyramid as usize],
+                side: context
+                    .interaction
+                    .footprint
+                    .get(self.set)
+                    .copied()
+                    .unwrap_or(R::ZERO),
             },
         };
         self.sampler.texel(
-            &here.sources.images[self.image as usize],
-            &here.sources.codes,
+            &context.texture_tables.images[self.image as usize],
+            &context.texture_tables.codes,
             coordinates,
             footprint,
         )
     }
 }
 
-impl<R: Real> Sources<R> {
+impl<R: Real> TextureTables<R> {
     /// Returns the context for evaluating inputs at an interaction.
     #[inline(always)]
-    pub fn at<'a>(&'a self, at: &'a Interaction<R>) -> ShadingContext<'a, R> {
+    pub fn shading_context<'a>(&'a self, interaction: &'a Interaction<R>) -> ShadingContext<'a, R> {
         ShadingContext {
-            sources: self,
-            at,
-            beam: Beam::default(),
+            texture_tables: self,
+            interaction,
+            light_inputs: LightInputs::default(),
             last: Cell::new(None),
-            place: Cell::new(at.lies),
+            place: Cell::new(interaction.texel_footprint),
         }
     }
 
     /// Prefetches the texels that a material's textures will read at an interaction, where texture
     /// coordinates alone determine them, and stores their footprint.
     #[inline(always)]
-    pub fn prefetch(&self, at: &mut Interaction<R>) {
-        let Range { start, end } = self.of_materials[at.material as usize];
+    pub fn prefetch(&self, interaction: &mut Interaction<R>) {
+        let Range { start, end } = self.of_materials[interaction.material as usize];
         if start < end {
-            self.prefetch_each(&self.textures[start as usize..end as usize], at);
+            self.prefetch_each(&self.textures[start as usize..end as usize], interaction);
         }
     }
 
     #[inline(never)]
-    fn prefetch_each(&self, textures: &[TextureUse<R>], at: &mut Interaction<R>) {
-        let mut asked = None;
+    fn prefetch_each(&self, textures: &[TextureBinding<R>], interaction: &mut Interaction<R>) {
+        let mut requested = None;
         for texture in textures {
-            let Some(first) = texture.lies_as else {
+            let Some(first) = texture.footprint_of else {
                 continue;
             };
             let image = &self.images[texture.image as usize];
-            let place = match at.lies {
+            let place = match interaction.texel_footprint {
                 Some((found, place)) if found == first => place,
-                _ => texture.place_in(image, at),
+                _ => texture.place_in(image, interaction),
             };
-            at.lies = Some((first, place));
+            interaction.texel_footprint = Some((first, place));
             // Channels of one image are separate uses.
-            if asked != Some((first, texture.image)) {
-                asked = Some((first, texture.image));
+            if requested != Some((first, texture.image)) {
+                requested = Some((first, texture.image));
                 place.prefetch(image);
             }
         }
@@ -163,32 +180,32 @@ impl<R: Real> Sources<R> {
 
 /// Context of inputs: an interaction, and a light where its contribution is evaluated.
 pub(crate) struct ShadingContext<'a, R: Real> {
-    sources: &'a Sources<R>,
-    pub at: &'a Interaction<R>,
-    pub beam: Beam<R>,
+    texture_tables: &'a TextureTables<R>,
+    pub interaction: &'a Interaction<R>,
+    pub light_inputs: LightInputs<R>,
     /// The last texture use with its texel, because several inputs may read channels of one texel.
     last: Cell<Option<(u32, [R; 4])>>,
-    /// Footprint of the last texture use: see [`TextureUse::lies_as`].
-    place: Cell<Option<(u32, Place<R>)>>,
+    /// Footprint of the last texture use: see [`TextureBinding::footprint_of`].
+    place: Cell<Option<(u32, TexelFootprint<R>)>>,
 }
 
 impl<R: Real> ShadingContext<'_, R> {
     /// Returns the value of a program as a vector; a number is in every component.
     #[inline(always)]
     fn run(&self, program: u32) -> R::Vec3 {
-        match &self.sources.far {
+        match &self.texture_tables.far {
             None => self
-                .sources
+                .texture_tables
                 .programs
-                .vector(program, &self.at.inputs(&self.beam)),
+                .vector(program, &self.interaction.inputs(&self.light_inputs)),
             Some(far) => self.run_far(far, program),
         }
     }
 
     #[inline(never)]
     fn run_far(&self, far: &FarPrograms, program: u32) -> R::Vec3 {
-        let near = self.at.inputs(&self.beam).to_f64();
-        let inputs = Inputs::<f64> {
+        let near = self.interaction.inputs(&self.light_inputs).to_f64();
+        let inputs = VariableValues::<f64> {
             p: near.p + far.origin,
             o: near.o + far.origin,
             ..near
@@ -199,8 +216,8 @@ impl<R: Real> ShadingContext<'_, R> {
     /// Whether the point lies in an odd cell of a pattern in world x and z.
     #[inline(always)]
     fn is_odd_cell(&self, frequency: R) -> bool {
-        let p = self.at.surface.point;
-        match &self.sources.far {
+        let p = self.interaction.surface.point;
+        match &self.texture_tables.far {
             None => is_odd_cell([p.x(), p.z()], frequency),
             Some(far) => {
                 let p = p.to_f64() + far.origin;
@@ -213,7 +230,7 @@ impl<R: Real> ShadingContext<'_, R> {
         match self.last.get() {
             Some((last, texel)) if last == texture => texel,
             _ => {
-                let texel = self.sources.textures[texture as usize].texel(self);
+                let texel = self.texture_tables.textures[texture as usize].texel(self);
                 self.last.set(Some((texture, texel)));
                 texel
             }
@@ -223,7 +240,7 @@ impl<R: Real> ShadingContext<'_, R> {
 
 /// A number or a colour of a material.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Input<R: Real> {
+pub(crate) enum PreparedInput<R: Real> {
     /// A constant; a number is in every component.
     Constant(R::Vec3),
     /// Two colours in cells of world x and z.
@@ -237,10 +254,10 @@ pub(crate) enum Input<R: Real> {
     Texture(u32, Option<Channel>),
 }
 
-impl<R: Real> Input<R> {
+impl<R: Real> PreparedInput<R> {
     /// Returns the value as a colour.
     #[inline(always)]
-    pub fn colour(&self, here: &ShadingContext<'_, R>) -> R::Vec3 {
+    pub fn colour(&self, context: &ShadingContext<'_, R>) -> R::Vec3 {
         match *self {
             Self::Constant(c) => c,
             Self::Checker {
@@ -248,26 +265,26 @@ impl<R: Real> Input<R> {
                 odd,
                 frequency,
             } => {
-                if here.is_odd_cell(frequency) {
+                if context.is_odd_cell(frequency) {
                     odd
                 } else {
                     even
                 }
             }
-            Self::Program(program) => clamp_negative::<R>(here.run(program)),
+            Self::Program(program) => clamp_negative::<R>(context.run(program)),
             Self::Texture(texture, None) => {
-                let [r, g, b, _] = here.texel(texture);
+                let [r, g, b, _] = context.texel(texture);
                 R::Vec3::new(r, g, b)
             }
             Self::Texture(texture, Some(channel)) => {
-                R::Vec3::splat(here.texel(texture)[channel as usize])
+                R::Vec3::splat(context.texel(texture)[channel as usize])
             }
         }
     }
 
     /// Returns the value as a number; the red channel of a colour.
     #[inline(always)]
-    pub fn number(&self, here: &ShadingContext<'_, R>) -> R {
+    pub fn number(&self, context: &ShadingContext<'_, R>) -> R {
         match *self {
             Self::Constant(c) => c.x(),
             Self::Checker {
@@ -275,15 +292,15 @@ impl<R: Real> Input<R> {
                 odd,
                 frequency,
             } => {
-                if here.is_odd_cell(frequency) {
+                if context.is_odd_cell(frequency) {
                     odd.x()
                 } else {
                     even.x()
                 }
             }
-            Self::Program(_) => zero_if_negative(self.coordinate(here)),
+            Self::Program(_) => zero_if_negative(self.coordinate(context)),
             Self::Texture(texture, channel) => {
-                here.texel(texture)[channel.unwrap_or(Channel::Red) as usize]
+                context.texel(texture)[channel.unwrap_or(Channel::Red) as usize]
             }
         }
     }
@@ -291,10 +308,10 @@ impl<R: Real> Input<R> {
     /// Returns the value as a texture coordinate, the only number for which an expression may be
     /// negative.
     #[inline(always)]
-    fn coordinate(&self, here: &ShadingContext<'_, R>) -> R {
+    fn coordinate(&self, context: &ShadingContext<'_, R>) -> R {
         match *self {
-            Self::Program(program) => here.run(program).x(),
-            _ => self.number(here),
+            Self::Program(program) => context.run(program).x(),
+            _ => self.number(context),
         }
     }
 
@@ -314,11 +331,11 @@ impl<R: Real> Input<R> {
     }
 
     /// Whether the input is an expression of one of these variables.
-    pub fn reads(&self, sources: &Sources<R>, variables: &[Variable]) -> bool {
+    pub fn reads(&self, texture_tables: &TextureTables<R>, variables: &[Variable]) -> bool {
         match self {
             Self::Program(program) => variables
                 .iter()
-                .any(|&variable| sources.programs.uses(*program, variable)),
+                .any(|&variable| texture_tables.programs.uses(*program, variable)),
             _ => false,
         }
     }
@@ -347,18 +364,18 @@ fn is_odd_cell<R: Real>([x, z]: [R; 2], frequency: R) -> bool {
 
 /// Product of an input and the image under its separate key.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Product<R: Real> {
-    pub own: Input<R>,
-    pub image: Option<Input<R>>,
+pub(crate) struct InputProduct<R: Real> {
+    pub own: PreparedInput<R>,
+    pub image: Option<PreparedInput<R>>,
 }
 
-impl<R: Real> Product<R> {
+impl<R: Real> InputProduct<R> {
     /// Returns the value as a number.
     #[inline(always)]
-    pub fn number(&self, here: &ShadingContext<'_, R>) -> R {
-        let own = self.own.number(here);
+    pub fn number(&self, context: &ShadingContext<'_, R>) -> R {
+        let own = self.own.number(context);
         if let Some(image) = &self.image {
-            own * image.number(here)
+            own * image.number(context)
         } else {
             own
         }
@@ -366,10 +383,10 @@ impl<R: Real> Product<R> {
 
     /// Returns a colour times the value.
     #[inline(always)]
-    pub fn tint(&self, here: &ShadingContext<'_, R>, colour: R::Vec3) -> R::Vec3 {
-        let own = colour * self.own.colour(here);
+    pub fn tint(&self, context: &ShadingContext<'_, R>, colour: R::Vec3) -> R::Vec3 {
+        let own = colour * self.own.colour(context);
         if let Some(image) = &self.image {
-            own * image.colour(here)
+            own * image.colour(context)
         } else {
             own
         }
@@ -378,7 +395,7 @@ impl<R: Real> Product<R> {
     /// Returns the input's own value where it is constant.
     pub fn constant(&self) -> Option<R::Vec3> {
         match self.own {
-            Input::Constant(c) => Some(c),
+            PreparedInput::Constant(c) => Some(c),
             _ => None,
         }
     }
@@ -392,7 +409,7 @@ impl<R: Real> Product<R> {
 /// A normal map.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Bump<R: Real> {
-    pub image: Input<R>,
+    pub image: PreparedInput<R>,
     /// Factor of the tangential directions.
     pub scale: R,
 }

@@ -5,5 +5,7 @@ mod input;
 pub(crate) mod pyramid;
 mod sampler;
 
-pub(crate) use input::{Bump, FarPrograms, Input, Product, ShadingContext, Sources, TextureUse};
-pub(crate) use sampler::{Codes, Place, Sampler, decoded};
+pub(crate) use input::{
+    Bump, FarPrograms, InputProduct, PreparedInput, ShadingContext, TextureBinding, TextureTables,
+};
+pub(crate) use sampler::{Sampler, TexelCodes, TexelFootprint, decoded};

@@ -4,14 +4,14 @@
 use rayon::prelude::*;
 use raywright_bvh::Real;
 
-use super::sampler::{Codes, texel};
+use super::sampler::{TexelCodes, texel};
 use crate::scene::{ImageData, Pixels};
 
 /// Returns the levels of an image: each half as wide and high as the previous one, rounded down, to
 /// a single texel. The image itself is level 0 and not included. Colours are linear, so that black
 /// and white average to half the light.
 pub(crate) fn levels(image: &ImageData, srgb: bool) -> Vec<ImageData> {
-    let (mut levels, codes): (Vec<ImageData>, _) = (Vec::new(), Codes::new());
+    let (mut levels, codes): (Vec<ImageData>, _) = (Vec::new(), TexelCodes::new());
     while let Some([width, height]) =
         halved(levels.last().map_or([image.width, image.height], |last| {
             [last.width, last.height]
@@ -72,7 +72,7 @@ fn shares(from: u32, to: u32) -> Vec<(usize, Vec<f64>)> {
 
 fn mean(
     image: &ImageData,
-    (codes, srgb): (&Codes<f64>, bool),
+    (codes, srgb): (&TexelCodes<f64>, bool),
     (left, columns): &(usize, Vec<f64>),
     (top, rows): &(usize, Vec<f64>),
 ) -> [f32; 4] {

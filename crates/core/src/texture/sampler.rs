@@ -46,7 +46,7 @@ impl<R: Real> Sampler<R> {
     pub fn texel(
         &self,
         image: &ImageData,
-        codes: &Codes<R>,
+        codes: &TexelCodes<R>,
         coordinates: [R; 2],
         footprint: Footprint<'_, R>,
     ) -> [R; 4] {
@@ -58,19 +58,24 @@ impl<R: Real> Sampler<R> {
 
     /// Returns [`Self::texel`] of the full-size image, at its [`Self::place`].
     #[inline(always)]
-    pub fn texel_at(&self, image: &ImageData, codes: &Codes<R>, place: &Place<R>) -> [R; 4] {
+    pub fn texel_at(
+        &self,
+        image: &ImageData,
+        codes: &TexelCodes<R>,
+        place: &TexelFootprint<R>,
+    ) -> [R; 4] {
         self.weighed(self.read(image, codes, place))
     }
 
     /// Returns the texel footprint of texture coordinates in an image: equal for all images of
-    /// equal size, under uses that [`Self::lies_as`] this one.
+    /// equal size, under uses that [`Self::shares_footprint`] this one.
     #[inline(always)]
-    pub fn place(&self, image: &ImageData, coordinates: [R; 2]) -> Place<R> {
+    pub fn place(&self, image: &ImageData, coordinates: [R; 2]) -> TexelFootprint<R> {
         self.place_of(image, self.mapped(coordinates))
     }
 
     /// Whether another use reads the same texels.
-    pub fn lies_as(&self, other: &Self) -> bool {
+    pub fn shares_footprint(&self, other: &Self) -> bool {
         let nearest = |sampler: &Self| sampler.filter == Filter::Nearest;
         nearest(self) == nearest(other)
             && self.wrap == other.wrap
@@ -102,7 +107,7 @@ impl<R: Real> Sampler<R> {
     fn seen_afar(
         &self,
         image: &ImageData,
-        codes: &Codes<R>,
+        codes: &TexelCodes<R>,
         coordinates: [R; 2],
         footprint: Footprint<'_, R>,
     ) -> [R; 4] {
@@ -139,12 +144,12 @@ impl<R: Real> Sampler<R> {
         }
     }
 
-    fn filtered(&self, image: &ImageData, codes: &Codes<R>, coordinates: [R; 2]) -> [R; 4] {
+    fn filtered(&self, image: &ImageData, codes: &TexelCodes<R>, coordinates: [R; 2]) -> [R; 4] {
         self.read(image, codes, &self.place_of(image, coordinates))
     }
 
     #[inline(always)]
-    fn place_of(&self, image: &ImageData, [u, v]: [R; 2]) -> Place<R> {
+    fn place_of(&self, image: &ImageData, [u, v]: [R; 2]) -> TexelFootprint<R> {
         let x = scaled(u.to_f64(), image.width, self.wrap[0]);
         let y = scaled(v.to_f64(), image.height, self.wrap[1]);
         let (x, y) = if self.filter == Filter::Nearest {
@@ -156,7 +161,7 @@ impl<R: Real> Sampler<R> {
         let column = |x: f64| index(x, image.width, self.wrap[0]);
         let row = |y: f64| index(y, image.height, self.wrap[1]) * image.width as usize;
         let (left, right, top, bottom) = (column(x0), column(x0 + 1.0), row(y0), row(y0 + 1.0));
-        Place {
+        TexelFootprint {
             corners: [top + left, top + right, bottom + left, bottom + right],
             weights: [R::from_f64(x - x0), R::from_f64(y - y0)],
         }
@@ -164,15 +169,17 @@ impl<R: Real> Sampler<R> {
 
     /// All four texels are loaded before any is used, because they are rarely cached.
     #[inline(always)]
-    fn read(&self, image: &ImageData, codes: &Codes<R>, place: &Place<R>) -> [R; 4] {
+    fn read(&self, image: &ImageData, codes: &TexelCodes<R>, place: &TexelFootprint<R>) -> [R; 4] {
         if self.filter == Filter::Nearest {
             return texel(image, codes, self.srgb, place.corners[0]);
         }
         let [upper_left, upper_right, lower_left, lower_right] = match &image.pixels {
-            Pixels::Linear(pixels) => place.corners.map(|at| pixels[at].map(R::from_f32)),
+            Pixels::Linear(pixels) => place
+                .corners
+                .map(|position| pixels[position].map(R::from_f32)),
             Pixels::Codes(pixels) => place
                 .corners
-                .map(|at| pixels[at])
+                .map(|position| pixels[position])
                 .map(|code| codes.linear(code, self.srgb)),
         };
         let [fx, fy] = place.weights;
@@ -186,14 +193,14 @@ impl<R: Real> Sampler<R> {
 
 /// The four texels around a point of an image, and the position between them.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Place<R> {
+pub(crate) struct TexelFootprint<R> {
     /// Upper left and right, lower left and right, as indices of the pixels.
     corners: [usize; 4],
     /// Weights from left to right and from top to bottom, in [0, 1).
     weights: [R; 2],
 }
 
-impl<R> Place<R> {
+impl<R> TexelFootprint<R> {
     /// Prefetches the texels. The right ones mostly share a cache line with the left ones.
     #[inline(always)]
     pub fn prefetch(&self, image: &ImageData) {
@@ -207,12 +214,12 @@ impl<R> Place<R> {
 
 /// Numbers of the codes of an image.
 #[derive(Clone, Debug)]
-pub(crate) struct Codes<R> {
+pub(crate) struct TexelCodes<R> {
     shares: [R; 256],
     srgb: [R; 256],
 }
 
-impl<R: Real> Codes<R> {
+impl<R: Real> TexelCodes<R> {
     pub fn new() -> Self {
         let share = |code: usize| code as f64 / 255.0;
         Self {
@@ -237,7 +244,7 @@ impl<R: Real> Codes<R> {
     }
 }
 
-impl<R: Real> Default for Codes<R> {
+impl<R: Real> Default for TexelCodes<R> {
     fn default() -> Self {
         Self::new()
     }
@@ -245,10 +252,15 @@ impl<R: Real> Default for Codes<R> {
 
 /// Returns a pixel of an image as linear numbers.
 #[inline(always)]
-pub(super) fn texel<R: Real>(image: &ImageData, codes: &Codes<R>, srgb: bool, at: usize) -> [R; 4] {
+pub(super) fn texel<R: Real>(
+    image: &ImageData,
+    codes: &TexelCodes<R>,
+    srgb: bool,
+    position: usize,
+) -> [R; 4] {
     match &image.pixels {
-        Pixels::Linear(pixels) => pixels[at].map(R::from_f32),
-        Pixels::Codes(pixels) => codes.linear(pixels[at], srgb),
+        Pixels::Linear(pixels) => pixels[position].map(R::from_f32),
+        Pixels::Codes(pixels) => codes.linear(pixels[position], srgb),
     }
 }
 
@@ -312,7 +324,7 @@ fn index(texel: f64, size: u32, wrap: Wrap) -> usize {
 
 /// Returns an sRGB code as a linear number.
 pub(crate) fn decoded(code: u8) -> f64 {
-    static CODES: LazyLock<Codes<f64>> = LazyLock::new(Codes::new);
+    static CODES: LazyLock<TexelCodes<f64>> = LazyLock::new(TexelCodes::new);
     CODES.srgb[usize::from(code)]
 }
 

@@ -2,15 +2,15 @@
 
 use glam::DVec3;
 
-use super::check::{Check, list};
+use super::check::{SceneCheck, list};
 use super::motion::{self, PARALLEL};
 use super::{LEAST_ASPECT, MOST_ASPECT, SMALLEST};
 use crate::scene::{Camera, Pinhole, Pose, Projection, Triple};
 
-pub(super) fn camera(check: &mut Check<'_>, camera: &Camera) {
+pub(super) fn camera(check: &mut SceneCheck<'_>, camera: &Camera) {
     if camera.name.parse::<u64>().is_ok() {
         let message = format!("`{}` cannot be the name of a camera", camera.name);
-        check.inside("name", |check| {
+        check.with_key("name", |check| {
             check.advise(
                 message,
                 "a number chooses a camera by its place in the list",
@@ -18,40 +18,40 @@ pub(super) fn camera(check: &mut Check<'_>, camera: &Camera) {
         });
     }
     let before = check.problems();
-    check.inside("pose", |check| pose(check, &camera.pose));
+    check.with_key("pose", |check| pose(check, &camera.pose));
     if let Some(end) = &camera.pose_end {
-        check.inside("pose_end", |check| pose(check, end));
+        check.with_key("pose_end", |check| pose(check, end));
     }
     let right = check.problems() == before;
     motion::camera(check, camera, right);
-    check.inside("projection", |check| projection(check, &camera.projection));
+    check.with_key("projection", |check| projection(check, &camera.projection));
     if let Some(aspect) = camera.aspect {
-        check.within("aspect", aspect, LEAST_ASPECT, MOST_ASPECT);
+        check.require_within("aspect", aspect, LEAST_ASPECT, MOST_ASPECT);
     }
 }
 
-fn pose(check: &mut Check<'_>, pose: &Pose) {
+fn pose(check: &mut SceneCheck<'_>, pose: &Pose) {
     match *pose {
         Pose::LookAt { eye, target, up } => {
-            check.inside("look_at", |check| look_at(check, eye, target, up))
+            check.with_key("look_at", |check| look_at(check, eye, target, up))
         }
         Pose::Orbit {
             target,
             distance,
             azimuth,
             elevation,
-        } => check.inside("orbit", |check| {
+        } => check.with_key("orbit", |check| {
             check.point("target", target);
             check.length("distance", distance);
             check.finite("azimuth", azimuth);
-            check.between("elevation", elevation, -90.0, 90.0);
+            check.require_between("elevation", elevation, -90.0, 90.0);
         }),
         Pose::Axes {
             eye,
             right,
             up,
             back,
-        } => check.inside("axes", |check| {
+        } => check.with_key("axes", |check| {
             check.point("eye", eye);
             check.direction("right", right);
             check.direction("up", up);
@@ -69,13 +69,13 @@ fn pose(check: &mut Check<'_>, pose: &Pose) {
     }
 }
 
-fn look_at(check: &mut Check<'_>, eye: Triple, target: Triple, up: Triple) {
+fn look_at(check: &mut SceneCheck<'_>, eye: Triple, target: Triple, up: Triple) {
     check.point("eye", eye);
     check.point("target", target);
     check.direction("up", up);
     let view = DVec3::from(target) - DVec3::from(eye);
     if view.length() < SMALLEST {
-        check.inside("target", |check| {
+        check.with_key("target", |check| {
             check.report("`target` is where `eye` is, so the camera looks nowhere")
         });
         return;
@@ -90,13 +90,13 @@ fn look_at(check: &mut Check<'_>, eye: Triple, target: Triple, up: Triple) {
             list(&up)
         );
         let hint = "choose an `up` that does not point along the view, [0, 0, -1] for a camera that looks down";
-        check.inside("up", |check| check.advise(message, hint));
+        check.with_key("up", |check| check.advise(message, hint));
     }
 }
 
-fn projection(check: &mut Check<'_>, projection: &Projection) {
+fn projection(check: &mut SceneCheck<'_>, projection: &Projection) {
     match projection {
-        Projection::Pinhole(lens) => check.inside("pinhole", |check| pinhole(check, lens)),
+        Projection::Pinhole(lens) => check.with_key("pinhole", |check| pinhole(check, lens)),
         Projection::Orthographic { height } => {
             check.length("orthographic.height", *height);
         }
@@ -104,15 +104,15 @@ fn projection(check: &mut Check<'_>, projection: &Projection) {
             pinhole: lens,
             aperture_radius,
             focus_distance,
-        } => check.inside("thin_lens", |check| {
-            check.inside("pinhole", |check| pinhole(check, lens));
+        } => check.with_key("thin_lens", |check| {
+            check.with_key("pinhole", |check| pinhole(check, lens));
             check.not_negative("aperture_radius", *aperture_radius);
             check.length("focus_distance", *focus_distance);
         }),
     }
 }
 
-fn pinhole(check: &mut Check<'_>, lens: &Pinhole) {
+fn pinhole(check: &mut SceneCheck<'_>, lens: &Pinhole) {
     let keys = [
         ("vertical_fov", lens.vertical_fov),
         ("horizontal_fov", lens.horizontal_fov),
@@ -129,14 +129,14 @@ fn pinhole(check: &mut Check<'_>, lens: &Pinhole) {
         [_] => {}
         [first, second, ..] => {
             let message = format!("`{first}` and `{second}` both say how wide the pinhole opens");
-            check.inside(second, |check| check.advise(message, hint));
+            check.with_key(second, |check| check.advise(message, hint));
         }
     }
     for (key, value) in keys {
         match value {
             None => {}
-            Some(length) if key == "focal_length" => check.within(key, length, 1e-6, 1e6),
-            Some(angle) => check.between(key, angle, 0.0, 180.0),
+            Some(length) if key == "focal_length" => check.require_within(key, length, 1e-6, 1e6),
+            Some(angle) => check.require_between(key, angle, 0.0, 180.0),
         }
     }
 }

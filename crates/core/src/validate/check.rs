@@ -5,8 +5,8 @@ use std::collections::{BTreeMap, HashMap};
 use std::fmt::{self, Display, Write as _};
 
 use super::{FARTHEST, MOST, Problem, SMALLEST};
-use crate::expr::{self, Constant, ExprError, Program, Scope};
-use crate::lookup::{Lookup, Names};
+use crate::expr::{self, Constant, ExprError, ExprScope, Program};
+use crate::lookup::{NameList, SceneLookup};
 use crate::scene::{Colour, Material, Scene, Triple};
 use crate::suggest::closest;
 
@@ -26,24 +26,24 @@ pub const GREATEST_INTENSITY: f64 = 1e37;
 /// unknown names against a large scene's names would take minutes.
 const COMPARISONS: usize = 1_000_000;
 
-pub(super) struct Check<'a> {
+pub(super) struct SceneCheck<'a> {
     path: String,
     problems: Vec<Problem>,
-    names: Lookup<'a>,
+    names: SceneLookup<'a>,
     /// Remaining comparisons of [`COMPARISONS`].
     comparisons: usize,
     /// `t` and the parameters.
     numbers: BTreeMap<String, f64>,
 }
 
-impl<'a> Check<'a> {
+impl<'a> SceneCheck<'a> {
     pub fn new(scene: &'a Scene) -> Self {
         let mut numbers = scene.parameters.clone();
         numbers.insert("t".to_owned(), scene.t);
         Self {
             path: String::new(),
             problems: Vec::new(),
-            names: Lookup::new(scene),
+            names: SceneLookup::new(scene),
             comparisons: COMPARISONS,
             numbers,
         }
@@ -59,13 +59,13 @@ impl<'a> Check<'a> {
     }
 
     /// Checks the value under a key.
-    pub fn inside(&mut self, key: impl Display, checks: impl FnOnce(&mut Self)) {
+    pub fn with_key(&mut self, key: impl Display, checks: impl FnOnce(&mut Self)) {
         let dot = if self.path.is_empty() { "" } else { "." };
-        self.under(format_args!("{dot}{key}"), checks);
+        self.with_step(format_args!("{dot}{key}"), checks);
     }
 
     /// Checks the value under a step of the path.
-    fn under(&mut self, step: fmt::Arguments<'_>, checks: impl FnOnce(&mut Self)) {
+    fn with_step(&mut self, step: fmt::Arguments<'_>, checks: impl FnOnce(&mut Self)) {
         let length = self.path.len();
         // Writing to a String cannot fail.
         let _ = self.path.write_fmt(step);
@@ -75,12 +75,12 @@ impl<'a> Check<'a> {
 
     /// Checks an element of the current array.
     pub fn element(&mut self, index: usize, checks: impl FnOnce(&mut Self)) {
-        self.under(format_args!("[{index}]"), checks);
+        self.with_step(format_args!("[{index}]"), checks);
     }
 
     /// Checks each element of the array under a key.
     pub fn each<T>(&mut self, key: &str, items: &[T], mut checks: impl FnMut(&mut Self, &T)) {
-        self.inside(key, |check| {
+        self.with_key(key, |check| {
             for (i, item) in items.iter().enumerate() {
                 check.element(i, |check| checks(check, item));
             }
@@ -96,10 +96,10 @@ impl<'a> Check<'a> {
     /// the one at the current path.
     fn value(&mut self, key: &str, said: impl Display) {
         if key.is_empty() {
-            self.report(format!("{} {said}", self.here()));
+            self.report(format!("{} {said}", self.current_key()));
         } else {
-            self.inside(key, |check| {
-                check.report(format!("{} {said}", check.here()))
+            self.with_key(key, |check| {
+                check.report(format!("{} {said}", check.current_key()))
             });
         }
     }
@@ -126,7 +126,7 @@ impl<'a> Check<'a> {
     }
 
     /// Returns the current key, for messages.
-    fn here(&self) -> String {
+    fn current_key(&self) -> String {
         format!("`{}`", self.path.rsplit('.').next().unwrap_or_default())
     }
 
@@ -141,9 +141,9 @@ impl<'a> Check<'a> {
                 Some(first) => format!("`{name}` is also the name of `{key}[{first}]`"),
                 None => continue,
             };
-            self.inside(key, |check| {
+            self.with_key(key, |check| {
                 check.element(i, |check| {
-                    check.inside("name", |check| check.report(problem))
+                    check.with_key("name", |check| check.report(problem))
                 })
             });
         }
@@ -154,13 +154,13 @@ impl<'a> Check<'a> {
         self.names.material(name).map(|(_, material)| material)
     }
 
-    /// Checks that a name is defined. `what` is the kind of the item: "material".
+    /// Checks that a name is defined. `label` is the kind of the item: "material".
     pub fn refers(
         &mut self,
         key: &str,
         name: &str,
-        what: &str,
-        defined: for<'n> fn(&'n Lookup<'a>) -> &'n Names<'a>,
+        label: &str,
+        defined: for<'n> fn(&'n SceneLookup<'a>) -> &'n NameList<'a>,
     ) {
         let known = defined(&self.names);
         if known.get(name).is_some() {
@@ -172,35 +172,35 @@ impl<'a> Check<'a> {
             None
         };
         let Some(left) = left else {
-            self.inside(key, |check| {
-                check.report(format!("unknown {what} `{name}`"))
+            self.with_key(key, |check| {
+                check.report(format!("unknown {label} `{name}`"))
             });
             return;
         };
         self.comparisons = left;
         let hint = match closest(name, known.iter()) {
             Some(word) => format!("did you mean `{word}`?"),
-            None if known.len() == 0 => format!("the scene has no {what} at all"),
+            None if known.len() == 0 => format!("the scene has no {label} at all"),
             None => {
                 let list: Vec<_> = known.iter().take(20).collect();
-                format!("the {what} names of this scene: {}", list.join(", "))
+                format!("the {label} names of this scene: {}", list.join(", "))
             }
         };
-        self.inside(key, |check| {
-            check.advise(format!("unknown {what} `{name}`"), hint)
+        self.with_key(key, |check| {
+            check.advise(format!("unknown {label} `{name}`"), hint)
         });
     }
 
     /// Checks an expression evaluated at hits for a colour: it must compile. A constant value must
     /// not have a negative channel.
-    pub fn expression(&mut self, source: &str, scope: Scope) {
+    pub fn expression(&mut self, source: &str, scope: ExprScope) {
         let program = expr::compile(source, &self.numbers, scope);
         self.not_negative_program(program);
     }
 
     /// Checks an expression evaluated at hits for a weight: it must compile and be a number. A
     /// constant value must not be negative.
-    pub fn number_expression(&mut self, source: &str, scope: Scope) {
+    pub fn number_expression(&mut self, source: &str, scope: ExprScope) {
         let program = expr::compile_number(source, &self.numbers, scope);
         self.not_negative_program(program);
     }
@@ -216,39 +216,43 @@ impl<'a> Check<'a> {
 
     /// Checks an expression evaluated at hits for a texture coordinate: it must compile and be a
     /// number of any sign.
-    pub fn coordinate_expression(&mut self, source: &str, scope: Scope) {
+    pub fn coordinate_expression(&mut self, source: &str, scope: ExprScope) {
         if let Err(error) = expr::compile_number(source, &self.numbers, scope) {
             self.wrong_expression(error);
         }
     }
 
     fn wrong_expression(&mut self, error: ExprError) {
-        let message = format!("in the expression of {}: {}", self.here(), error.message);
+        let message = format!(
+            "in the expression of {}: {}",
+            self.current_key(),
+            error.message
+        );
         self.push(message, error.hint, Some(error.span));
     }
 
     /// Checks a number against a range, both ends included.
-    pub fn within(&mut self, key: &str, value: f64, least: f64, greatest: f64) {
-        if !(least..=greatest).contains(&value) {
+    pub fn require_within(&mut self, key: &str, value: f64, minimum: f64, greatest: f64) {
+        if !(minimum..=greatest).contains(&value) {
             self.value(
                 key,
-                format_args!("must be from {least} to {greatest}, not {value}"),
+                format_args!("must be from {minimum} to {greatest}, not {value}"),
             );
         }
     }
 
     /// Checks a number that must be zero or within a range, both ends included.
-    pub fn zero_or_within(&mut self, key: &str, value: f64, least: f64, greatest: f64) {
-        if value != 0.0 && !(least..=greatest).contains(&value) {
+    pub fn require_zero_or_within(&mut self, key: &str, value: f64, minimum: f64, greatest: f64) {
+        if value != 0.0 && !(minimum..=greatest).contains(&value) {
             self.value(
                 key,
-                format_args!("must be 0, or from {least} to {greatest}, not {value}"),
+                format_args!("must be 0, or from {minimum} to {greatest}, not {value}"),
             );
         }
     }
 
     /// Checks a number against a range, both ends excluded.
-    pub fn between(&mut self, key: &str, value: f64, low: f64, high: f64) {
+    pub fn require_between(&mut self, key: &str, value: f64, low: f64, high: f64) {
         if !(value > low && value < high) {
             self.value(
                 key,
@@ -258,8 +262,13 @@ impl<'a> Check<'a> {
     }
 
     /// Checks a whole number against a range, both ends included.
-    pub fn count(&mut self, key: &str, value: u32, least: u32, greatest: u32) {
-        self.within(key, f64::from(value), f64::from(least), f64::from(greatest));
+    pub fn count(&mut self, key: &str, value: u32, minimum: u32, greatest: u32) {
+        self.require_within(
+            key,
+            f64::from(value),
+            f64::from(minimum),
+            f64::from(greatest),
+        );
     }
 
     /// Checks that a number is finite and not too large.

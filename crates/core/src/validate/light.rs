@@ -1,10 +1,10 @@
 //! Lights and the sky.
 
-use super::check::Check;
-use crate::expr::Scope;
+use super::check::SceneCheck;
+use crate::expr::ExprScope;
 use crate::scene::{ColourInput, Falloff, Light, LightKind, Sky, Sun};
 
-pub(super) fn light(check: &mut Check<'_>, light: &Light) {
+pub(super) fn light(check: &mut SceneCheck<'_>, light: &Light) {
     match light.kind {
         LightKind::Point {
             falloff: Falloff::InverseSquare,
@@ -18,13 +18,13 @@ pub(super) fn light(check: &mut Check<'_>, light: &Light) {
         }
         _ => check.light("colour", light.colour),
     }
-    check.inside("kind", |check| match light.kind {
+    check.with_key("kind", |check| match light.kind {
         LightKind::Directional { to_light } => {
             check.direction("directional.to_light", to_light);
         }
         LightKind::Point {
             position, range, ..
-        } => check.inside("point", |check| {
+        } => check.with_key("point", |check| {
             check.point("position", position);
             reach(check, range);
         }),
@@ -35,12 +35,12 @@ pub(super) fn light(check: &mut Check<'_>, light: &Light) {
             outer_angle,
             range,
             ..
-        } => check.inside("spot", |check| {
+        } => check.with_key("spot", |check| {
             check.point("position", position);
             check.direction("direction", direction);
-            check.within("inner_angle", inner_angle, 0.0, 90.0);
-            check.inside("outer_angle", |check| {
-                check.within("", outer_angle, 0.0, 90.0);
+            check.require_within("inner_angle", inner_angle, 0.0, 90.0);
+            check.with_key("outer_angle", |check| {
+                check.require_within("", outer_angle, 0.0, 90.0);
                 if outer_angle < inner_angle {
                     check.report(format!(
                         "`outer_angle` must not be below `inner_angle`, which is {inner_angle}"
@@ -54,23 +54,23 @@ pub(super) fn light(check: &mut Check<'_>, light: &Light) {
     });
 }
 
-fn reach(check: &mut Check<'_>, range: Option<f64>) {
+fn reach(check: &mut SceneCheck<'_>, range: Option<f64>) {
     if let Some(range) = range {
         check.length("range", range);
     }
 }
 
-pub(super) fn sky(check: &mut Check<'_>, sky: &Sky) {
+pub(super) fn sky(check: &mut SceneCheck<'_>, sky: &Sky) {
     match sky {
         Sky::Constant(colour) => check.light("constant", *colour),
-        Sky::Gradient { bottom, top, suns } => check.inside("gradient", |check| {
+        Sky::Gradient { bottom, top, suns } => check.with_key("gradient", |check| {
             check.light("bottom", *bottom);
             check.light("top", *top);
             check.each("suns", suns, sun);
         }),
-        Sky::Expression(input) => check.inside("expression", |check| match input {
+        Sky::Expression(input) => check.with_key("expression", |check| match input {
             ColourInput::Constant(colour) => check.light("", *colour),
-            ColourInput::Expression(source) => check.expression(source, Scope::Sky),
+            ColourInput::Expression(source) => check.expression(source, ExprScope::Sky),
             ColourInput::Texture(_) | ColourInput::Checker(_) => {
                 let hint = "for a picture of the surroundings write `map = { image = \"…\" }`";
                 check.advise(
@@ -79,12 +79,12 @@ pub(super) fn sky(check: &mut Check<'_>, sky: &Sky) {
                 );
             }
         }),
-        Sky::Map(map) => check.inside("map", |check| {
+        Sky::Map(map) => check.with_key("map", |check| {
             check.refers("image", &map.image, "image", |names| &names.images);
             check.finite("rotation", map.rotation);
             check.not_negative("strength", map.strength);
         }),
-        Sky::Studio(studio) => check.inside("studio", |check| {
+        Sky::Studio(studio) => check.with_key("studio", |check| {
             check.finite("rotation", studio.rotation);
             check.not_negative("strength", studio.strength);
             check.not_negative("backdrop", studio.backdrop.unwrap_or(0.0));
@@ -92,7 +92,7 @@ pub(super) fn sky(check: &mut Check<'_>, sky: &Sky) {
     }
 }
 
-fn sun(check: &mut Check<'_>, sun: &Sun) {
+fn sun(check: &mut SceneCheck<'_>, sun: &Sun) {
     check.direction("direction", sun.direction);
     check.light("colour", sun.colour);
     check.not_negative("weight", sun.weight);

@@ -2,35 +2,35 @@
 
 use std::collections::HashSet;
 
-use super::check::Check;
+use super::check::SceneCheck;
 use super::{FARTHEST, MOST, Problem};
-use crate::lookup::Lookup;
+use crate::lookup::SceneLookup;
 use crate::scene::{Image, MOST_UV_SETS, Mesh, MeshData, MeshSource, Scene, Shape, Texture};
 
-pub(super) fn image(check: &mut Check<'_>, image: &Image) {
+pub(super) fn image(check: &mut SceneCheck<'_>, image: &Image) {
     if image.path.is_empty() && image.data.is_none() {
-        check.inside("path", |check| check.report("`path` must name a file"));
+        check.with_key("path", |check| check.report("`path` must name a file"));
     }
 }
 
-pub(super) fn texture(check: &mut Check<'_>, texture: &Texture) {
+pub(super) fn texture(check: &mut SceneCheck<'_>, texture: &Texture) {
     check.refers("image", &texture.image, "image", |names| &names.images);
 }
 
-pub(super) fn mesh(check: &mut Check<'_>, mesh: &Mesh) {
-    check.inside("source", |check| match &mesh.source {
+pub(super) fn mesh(check: &mut SceneCheck<'_>, mesh: &Mesh) {
+    check.with_key("source", |check| match &mesh.source {
         MeshSource::File(path) if path.is_empty() => {
-            check.inside("file", |check| check.report("`file` must name a file"))
+            check.with_key("file", |check| check.report("`file` must name a file"))
         }
         MeshSource::File(_) => {}
         MeshSource::Inline(data) => {
             for (path, message) in mesh_data(data) {
-                check.inside(format_args!("inline.{path}"), |check| check.report(message));
+                check.with_key(format_args!("inline.{path}"), |check| check.report(message));
             }
         }
     });
     let Some(model) = &mesh.model else { return };
-    check.inside("model", |check| {
+    check.with_key("model", |check| {
         check.finite("time", model.time.unwrap_or_default());
         if matches!(mesh.source, MeshSource::Inline(_)) {
             check.advise(
@@ -44,7 +44,7 @@ pub(super) fn mesh(check: &mut Check<'_>, mesh: &Mesh) {
 /// Returns the objects whose material reads a set of texture coordinates that their mesh lacks,
 /// each pair of the two once. The picture is still rendered, with (0, 0) for the missing set.
 pub fn missing_uv_sets(scene: &Scene) -> Vec<Problem> {
-    let lookup = Lookup::new(scene);
+    let lookup = SceneLookup::new(scene);
     let listed = scene
         .objects
         .iter()

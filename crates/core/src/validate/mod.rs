@@ -22,7 +22,7 @@ pub use check::{GREATEST, GREATEST_INTENSITY};
 pub use mesh::{mesh_data, missing_uv_sets};
 pub(crate) use object::no_area;
 
-use self::check::Check;
+use self::check::SceneCheck;
 use crate::scene::{FORMAT, Scene};
 
 /// Greatest number of reported problems.
@@ -56,24 +56,24 @@ pub struct Problem {
 
 /// Returns all problems of a scene, in the order of its parts; at most a hundred.
 pub fn validate(scene: &Scene) -> Vec<Problem> {
-    let mut check = Check::new(scene);
+    let mut check = SceneCheck::new(scene);
     if scene.format != FORMAT {
         let message = format!(
             "this program reads format {FORMAT} of scenes, not {}",
             scene.format
         );
-        check.inside("format", |check| check.report(message));
+        check.with_key("format", |check| check.report(message));
         return check.finish();
     }
     render::parameters(&mut check, scene);
-    check.inside("render", |check| render::render(check, &scene.render));
-    check.inside("classic", |check| {
+    check.with_key("render", |check| render::render(check, &scene.render));
+    check.with_key("classic", |check| {
         render::classic_rules(check, &scene.classic)
     });
     check.names("cameras", &scene.cameras, |camera| &camera.name, false);
     check.each("cameras", &scene.cameras, camera::camera);
     if let Some(sky) = &scene.sky {
-        check.inside("sky", |check| light::sky(check, sky));
+        check.with_key("sky", |check| light::sky(check, sky));
     }
     check.each("lights", &scene.lights, light::light);
     check.names("images", &scene.images, |image| &image.name, true);
@@ -87,7 +87,7 @@ pub fn validate(scene: &Scene) -> Vec<Problem> {
         true,
     );
     check.each("materials", &scene.materials, |check, material| {
-        check.inside("model", |check| material::model(check, &material.model));
+        check.with_key("model", |check| material::model(check, &material.model));
     });
     check.names("meshes", &scene.meshes, |mesh| &mesh.name, true);
     check.each("meshes", &scene.meshes, mesh::mesh);

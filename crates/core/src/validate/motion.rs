@@ -4,7 +4,7 @@
 use glam::{DAffine3, DMat3, DVec3};
 use raywright_bvh::Motion;
 
-use super::check::{Check, list};
+use super::check::{SceneCheck, list};
 use crate::motion::ends;
 use crate::scene::{Camera, Material, Object, Pose};
 
@@ -16,11 +16,11 @@ pub(super) const PARALLEL: f64 = 1e-6;
 const MOST_PIECES: usize = 4096;
 
 /// Checks the motion of an object whose two ends are valid.
-pub(super) fn object(check: &mut Check<'_>, object: &Object) {
+pub(super) fn object(check: &mut SceneCheck<'_>, object: &Object) {
     let Some(ends) = ends(object) else { return };
     if Motion::new(ends).is_err() {
         let hint = "what turns shrinks on its way: turn by less than 180 degrees, and change the sign of no scale factor";
-        check.inside("transform_end", |check| {
+        check.with_key("transform_end", |check| {
             check.advise(
                 "at some time between `transform` and `transform_end` nothing is left to see",
                 hint,
@@ -33,14 +33,14 @@ pub(super) fn object(check: &mut Check<'_>, object: &Object) {
         .is_some()
     {
         let hint = "leave `transform_end` away, or give the object a material without emission";
-        check.inside("transform_end", |check| {
+        check.with_key("transform_end", |check| {
             check.advise("an object that gives off light can't move: its light is drawn from where it stands", hint);
         });
     }
 }
 
 /// Checks the shutter of a camera, and its motion where both poses are valid.
-pub(super) fn camera(check: &mut Check<'_>, camera: &Camera, right: bool) {
+pub(super) fn camera(check: &mut SceneCheck<'_>, camera: &Camera, right: bool) {
     if let Some([open, close]) = camera.shutter
         && !(0.0 <= open && open <= close && close <= 1.0)
     {
@@ -48,16 +48,16 @@ pub(super) fn camera(check: &mut Check<'_>, camera: &Camera, right: bool) {
         let message = format!(
             "`shutter` must open at 0 or later and close at 1 or earlier, not before it opens: {times}"
         );
-        check.inside("shutter", |check| {
+        check.with_key("shutter", |check| {
             check.advise(message, "motion runs from time 0 to time 1")
         });
     }
     if let Some(end) = camera.pose_end.as_ref().filter(|_| right) {
-        check.inside("pose_end", |check| way(check, &camera.pose, end));
+        check.with_key("pose_end", |check| check_motion(check, &camera.pose, end));
     }
 }
 
-fn way(check: &mut Check<'_>, start: &Pose, end: &Pose) {
+fn check_motion(check: &mut SceneCheck<'_>, start: &Pose, end: &Pose) {
     let v = |a: [f64; 3]| DVec3::from(a);
     let sees = match (start, end) {
         (
@@ -121,9 +121,9 @@ fn looks_somewhere(view: [DVec3; 2], up: [DVec3; 2]) -> bool {
             (v0.cross(u1) + v1.cross(u0)) * 0.5,
             v1.cross(u1),
         ];
-        let least = PARALLEL * v0.length().max(v1.length()) * u0.length().max(u1.length());
+        let minimum = PARALLEL * v0.length().max(v1.length()) * u0.length().max(u1.length());
         let side = (curve[0] + curve[1] * 2.0 + curve[2]).normalize_or_zero();
-        if !curve.iter().all(|c| c.dot(side) > least) {
+        if !curve.iter().all(|c| c.dot(side) > minimum) {
             let (v, u) = ((v0 + v1) * 0.5, (u0 + u1) * 0.5);
             waiting.extend([([v0, v], [u0, u]), ([v, v1], [u, u1])]);
         }

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::check::{Check, list};
+use super::check::{SceneCheck, list};
 use super::{motion, transform};
 use crate::scene::{Generator, GeneratorKind, ModelFile, Object, Shape, Triple};
 
@@ -15,8 +15,8 @@ pub(crate) fn no_area(u: DVec3, v: DVec3) -> bool {
     u != DVec3::ZERO && v != DVec3::ZERO && u.cross(v).length() < FLAT
 }
 
-pub(super) fn object(check: &mut Check<'_>, object: &Object) {
-    check.inside("shape", |check| shape(check, &object.shape));
+pub(super) fn object(check: &mut SceneCheck<'_>, object: &Object) {
+    check.with_key("shape", |check| shape(check, &object.shape));
     check.refers("material", &object.material, "material", |names| {
         &names.materials
     });
@@ -30,13 +30,13 @@ pub(super) fn object(check: &mut Check<'_>, object: &Object) {
     }
 }
 
-pub(super) fn model(check: &mut Check<'_>, model: &ModelFile) {
+pub(super) fn model(check: &mut SceneCheck<'_>, model: &ModelFile) {
     if model.file.is_empty() {
-        check.inside("file", |check| check.report("`file` must name a file"));
+        check.with_key("file", |check| check.report("`file` must name a file"));
     }
     check.finite("time", model.time.unwrap_or_default());
     transform::steps(check, "transform", &model.transform);
-    check.inside("materials", |check| {
+    check.with_key("materials", |check| {
         model
             .materials
             .iter()
@@ -44,13 +44,13 @@ pub(super) fn model(check: &mut Check<'_>, model: &ModelFile) {
     });
 }
 
-pub(super) fn generator(check: &mut Check<'_>, generator: &Generator) {
-    check.inside("kind", |check| match generator.kind {
+pub(super) fn generator(check: &mut SceneCheck<'_>, generator: &Generator) {
+    check.with_key("kind", |check| match generator.kind {
         GeneratorKind::Grid {
             counts,
             origin,
             step,
-        } => check.inside("grid", |check| {
+        } => check.with_key("grid", |check| {
             check.each("counts", &counts, |check, count| {
                 check.count("", *count, 1, u32::MAX)
             });
@@ -59,23 +59,23 @@ pub(super) fn generator(check: &mut Check<'_>, generator: &Generator) {
         }),
         GeneratorKind::Scatter {
             count, min, max, ..
-        } => check.inside("scatter", |check| {
+        } => check.with_key("scatter", |check| {
             check.count("count", count, 1, u32::MAX);
             corners(check, min, max, true);
         }),
     });
-    check.inside("object", |check| object(check, &generator.object));
+    check.with_key("object", |check| object(check, &generator.object));
 }
 
 /// Checks that every size and the length of every direction are above zero.
-fn shape(check: &mut Check<'_>, shape: &Shape) {
+fn shape(check: &mut SceneCheck<'_>, shape: &Shape) {
     match *shape {
         Shape::Mesh(ref name) => check.refers("mesh", name, "mesh", |names| &names.meshes),
-        Shape::Sphere { centre, radius } => check.inside("sphere", |check| {
+        Shape::Sphere { centre, radius } => check.with_key("sphere", |check| {
             check.point("centre", centre);
             check.length("radius", radius);
         }),
-        Shape::Plane { point, normal } => check.inside("plane", |check| {
+        Shape::Plane { point, normal } => check.with_key("plane", |check| {
             check.point("point", point);
             check.direction("normal", normal);
         }),
@@ -83,7 +83,7 @@ fn shape(check: &mut Check<'_>, shape: &Shape) {
             centre,
             normal,
             radius,
-        } => check.inside("disk", |check| {
+        } => check.with_key("disk", |check| {
             check.point("centre", centre);
             check.direction("normal", normal);
             check.length("radius", radius);
@@ -92,15 +92,15 @@ fn shape(check: &mut Check<'_>, shape: &Shape) {
             corner,
             edge_u,
             edge_v,
-        } => check.inside("quad", |check| quad(check, corner, edge_u, edge_v)),
-        Shape::Box { min, max } => check.inside("box", |check| corners(check, min, max, false)),
+        } => check.with_key("quad", |check| quad(check, corner, edge_u, edge_v)),
+        Shape::Box { min, max } => check.with_key("box", |check| corners(check, min, max, false)),
         Shape::Cylinder {
             base,
             axis,
             radius,
             height,
             ..
-        } => check.inside("cylinder", |check| {
+        } => check.with_key("cylinder", |check| {
             // The default stands for no height: an infinite cylinder.
             along_axis(
                 check,
@@ -115,14 +115,14 @@ fn shape(check: &mut Check<'_>, shape: &Shape) {
             radius,
             top_radius,
             height,
-        } => check.inside("cone", |check| {
+        } => check.with_key("cone", |check| {
             along_axis(check, base, axis, &[("radius", radius), ("height", height)]);
             // A tip.
             if top_radius != 0.0 {
                 check.length("top_radius", top_radius);
             }
         }),
-        Shape::Ellipsoid { centre, semi_axes } => check.inside("ellipsoid", |check| {
+        Shape::Ellipsoid { centre, semi_axes } => check.with_key("ellipsoid", |check| {
             check.point("centre", centre);
             check.each("semi_axes", &semi_axes, |check, half| {
                 check.length("", *half)
@@ -133,7 +133,7 @@ fn shape(check: &mut Check<'_>, shape: &Shape) {
             waist_radius,
             c,
             half_height,
-        } => check.inside("hyperboloid", |check| {
+        } => check.with_key("hyperboloid", |check| {
             check.point("centre", centre);
             check.length("waist_radius", waist_radius);
             check.length("c", c);
@@ -143,7 +143,7 @@ fn shape(check: &mut Check<'_>, shape: &Shape) {
             apex,
             radius,
             height,
-        } => check.inside("paraboloid", |check| {
+        } => check.with_key("paraboloid", |check| {
             check.point("apex", apex);
             check.length("radius", radius);
             check.length("height", height);
@@ -154,17 +154,17 @@ fn shape(check: &mut Check<'_>, shape: &Shape) {
             major_radius,
             minor_radius,
         } => {
-            check.inside("torus", |check| {
+            check.with_key("torus", |check| {
                 torus(check, centre, axis, major_radius, minor_radius)
             });
         }
         Shape::Triangle { vertices } => {
-            check.inside("triangle", |check| triangle(check, &vertices))
+            check.with_key("triangle", |check| triangle(check, &vertices))
         }
     }
 }
 
-fn along_axis(check: &mut Check<'_>, base: Triple, axis: Triple, lengths: &[(&str, f64)]) {
+fn along_axis(check: &mut SceneCheck<'_>, base: Triple, axis: Triple, lengths: &[(&str, f64)]) {
     check.point("base", base);
     check.direction("axis", axis);
     for (key, length) in lengths {
@@ -173,7 +173,7 @@ fn along_axis(check: &mut Check<'_>, base: Triple, axis: Triple, lengths: &[(&st
 }
 
 fn torus(
-    check: &mut Check<'_>,
+    check: &mut SceneCheck<'_>,
     centre: Triple,
     axis: Triple,
     major_radius: f64,
@@ -186,28 +186,28 @@ fn torus(
     if minor_radius >= major_radius {
         let message =
             format!("`minor_radius` must be below `major_radius`, which is {major_radius}");
-        check.inside("minor_radius", |check| check.report(message));
+        check.with_key("minor_radius", |check| check.report(message));
     }
 }
 
-fn quad(check: &mut Check<'_>, corner: Triple, edge_u: Triple, edge_v: Triple) {
+fn quad(check: &mut SceneCheck<'_>, corner: Triple, edge_u: Triple, edge_v: Triple) {
     check.point("corner", corner);
     check.direction("edge_u", edge_u);
     check.direction("edge_v", edge_v);
     if no_area(edge_u.into(), edge_v.into()) {
-        check.inside("edge_v", |check| {
+        check.with_key("edge_v", |check| {
             check.report("`edge_u` and `edge_v` lie on one line, so the quad has no area")
         });
     }
 }
 
-fn triangle(check: &mut Check<'_>, vertices: &[Triple; 3]) {
+fn triangle(check: &mut SceneCheck<'_>, vertices: &[Triple; 3]) {
     check.each("vertices", vertices, |check, vertex| {
         check.point("", *vertex)
     });
     let [a, b, c] = vertices.map(DVec3::from);
     if a == b || b == c || c == a || no_area(b - a, c - a) {
-        check.inside("vertices", |check| {
+        check.with_key("vertices", |check| {
             check.report("the corners lie on one line, so the triangle has no area")
         });
     }
@@ -215,9 +215,9 @@ fn triangle(check: &mut Check<'_>, vertices: &[Triple; 3]) {
 
 /// Checks two corners of a box: the second must be above the first in every axis, or not below it
 /// where they may touch, as for a scatter generator.
-fn corners(check: &mut Check<'_>, min: Triple, max: Triple, may_touch: bool) {
+fn corners(check: &mut SceneCheck<'_>, min: Triple, max: Triple, may_touch: bool) {
     check.point("min", min);
-    check.inside("max", |check| {
+    check.with_key("max", |check| {
         check.point("", max);
         let ordered = |low: f64, high: f64| low < high || may_touch && low == high;
         let finite = min.iter().chain(&max).all(|x| x.is_finite());

@@ -123,7 +123,7 @@ fn broken(break_it: impl FnOnce(&mut Scene)) -> Vec<Problem> {
 }
 
 /// Returns the single problem caused by a change, as `path: message`.
-fn one(break_it: impl FnOnce(&mut Scene)) -> String {
+fn single_problem(break_it: impl FnOnce(&mut Scene)) -> String {
     match broken(break_it).as_slice() {
         [problem] => format!("{}: {}", problem.path, problem.message),
         other => panic!("expected one problem, found {other:#?}"),
@@ -132,7 +132,7 @@ fn one(break_it: impl FnOnce(&mut Scene)) -> String {
 
 /// Returns the single problem of a shape, from the path of its kind on.
 fn shape(shape: Shape) -> String {
-    let problem = one(|scene| scene.objects[0].shape = shape);
+    let problem = single_problem(|scene| scene.objects[0].shape = shape);
     problem
         .strip_prefix("objects[0].shape.")
         .expect("a problem of the shape")
@@ -140,15 +140,15 @@ fn shape(shape: Shape) -> String {
 }
 
 fn transform(step: TransformStep) -> String {
-    one(|scene| scene.objects[0].transform = vec![step])
+    single_problem(|scene| scene.objects[0].transform = vec![step])
 }
 
 fn classic(classic: Classic) -> String {
-    one(|scene| scene.materials[0].model = Model::Classic(Box::new(classic)))
+    single_problem(|scene| scene.materials[0].model = Model::Classic(Box::new(classic)))
 }
 
 fn physical(physical: Physical) -> String {
-    one(|scene| scene.materials[1].model = Model::Physical(Box::new(physical)))
+    single_problem(|scene| scene.materials[1].model = Model::Physical(Box::new(physical)))
 }
 
 /// Protects: a valid scene has no problems.
@@ -162,7 +162,7 @@ fn a_sound_scene_has_no_problems() {
 #[test]
 fn another_format_is_the_only_problem_of_its_scene() {
     assert_eq!(
-        one(|scene| (scene.format, scene.objects[0].material) = (2, String::new())),
+        single_problem(|scene| (scene.format, scene.objects[0].material) = (2, String::new())),
         "format: this program reads format 1 of scenes, not 2"
     );
 }
@@ -171,27 +171,27 @@ fn another_format_is_the_only_problem_of_its_scene() {
 #[test]
 fn picture_settings_have_ranges() {
     assert_eq!(
-        one(|s| s.render.size[0] = 0),
+        single_problem(|s| s.render.size[0] = 0),
         "render.size[0]: `size[0]` must be from 1 to 65536, not 0"
     );
     assert_eq!(
-        one(|s| s.render.size[1] = 65537),
+        single_problem(|s| s.render.size[1] = 65537),
         "render.size[1]: `size[1]` must be from 1 to 65536, not 65537"
     );
     assert_eq!(
-        one(|s| s.render.samples = 0),
+        single_problem(|s| s.render.samples = 0),
         "render.samples: `samples` must be from 1 to 65536, not 0"
     );
     assert_eq!(
-        one(|s| s.render.max_depth = 65),
+        single_problem(|s| s.render.max_depth = 65),
         "render.max_depth: `max_depth` must be from 1 to 64, not 65"
     );
     assert_eq!(
-        one(|s| s.render.exposure = f64::INFINITY),
+        single_problem(|s| s.render.exposure = f64::INFINITY),
         "render.exposure: `exposure` must be from -64 to 64, not inf"
     );
     assert_eq!(
-        one(|s| s.render.veil.0[1] = f64::NAN),
+        single_problem(|s| s.render.veil.0[1] = f64::NAN),
         "render.veil: `veil` must be finite, not [0, NaN, 0]"
     );
     let spawn = SpawnRule::Constant(ConstantOffset {
@@ -202,15 +202,15 @@ fn picture_settings_have_ranges() {
         shadow_min: 0.0,
     });
     assert_eq!(
-        one(|s| s.classic.spawn = spawn),
+        single_problem(|s| s.classic.spawn = spawn),
         "classic.spawn.constant.offset: `offset` must not be negative, as -1 is"
     );
     assert_eq!(
-        one(|s| s.classic.shadow_max_distance = Some(0.0)),
+        single_problem(|s| s.classic.shadow_max_distance = Some(0.0)),
         "classic.shadow_max_distance: `shadow_max_distance` must be above zero, not 0"
     );
     assert!(
-        one(|s| _ = s.parameters.insert("pi".into(), 3.0))
+        single_problem(|s| _ = s.parameters.insert("pi".into(), 3.0))
             .starts_with("parameters.pi: `pi` cannot be the name")
     );
 }
@@ -218,7 +218,7 @@ fn picture_settings_have_ranges() {
 /// Protects: cameras have a defined view and a positive opening.
 #[test]
 fn cameras_look_somewhere_and_open_somewhat() {
-    let pose = |pose| one(|s| s.cameras[0].pose = pose);
+    let pose = |pose| single_problem(|s| s.cameras[0].pose = pose);
     let eye = [1.0, 2.0, 3.0];
     assert!(
         pose(Pose::LookAt {
@@ -262,7 +262,7 @@ fn cameras_look_somewhere_and_open_somewhat() {
     };
     assert!(pose(flat).contains("lie in one plane"));
     let lens = |vertical_fov, horizontal_fov, focal_length| {
-        one(|s| {
+        single_problem(|s| {
             s.cameras[0].projection = Projection::Pinhole(Pinhole {
                 vertical_fov,
                 horizontal_fov,
@@ -277,17 +277,20 @@ fn cameras_look_somewhere_and_open_somewhat() {
     assert!(lens(Some(180.0), None, None).contains("`vertical_fov` must be above 0 and below 180"));
     assert!(lens(None, None, Some(0.0)).contains("`focal_length` must be from"));
     assert!(
-        one(|s| s.cameras[0].projection = Projection::Orthographic { height: -1.0 })
+        single_problem(|s| s.cameras[0].projection = Projection::Orthographic { height: -1.0 })
             .contains("`height` must be above zero")
     );
-    assert!(one(|s| s.cameras[0].aspect = Some(0.0)).contains("`aspect` must be from"));
-    assert!(one(|s| s.cameras[0].name = "1".into()).contains("cannot be the name of a camera"));
+    assert!(single_problem(|s| s.cameras[0].aspect = Some(0.0)).contains("`aspect` must be from"));
+    assert!(
+        single_problem(|s| s.cameras[0].name = "1".into())
+            .contains("cannot be the name of a camera")
+    );
 }
 
 /// Protects: lights and skies must have valid angles, directions and strengths.
 #[test]
 fn lights_and_skies_are_sensible() {
-    let light = |kind| one(|s| s.lights[0].kind = kind);
+    let light = |kind| single_problem(|s| s.lights[0].kind = kind);
     let spot = |inner_angle, outer_angle| {
         let (falloff, range) = (Falloff::InverseSquare, Some(1.0));
         light(LightKind::Spot {
@@ -311,7 +314,9 @@ fn lights_and_skies_are_sensible() {
     assert!(spot(30.0, 29.0).contains("`outer_angle` must not be below `inner_angle`"));
     assert!(spot(0.0, 0.0).contains("`outer_angle` must be above 0"));
     assert!(spot(30.0, 91.0).contains("`outer_angle` must be from 0 to 90"));
-    assert!(one(|s| s.lights[0].colour.0[2] = -1.0).contains("must have no negative part"));
+    assert!(
+        single_problem(|s| s.lights[0].colour.0[2] = -1.0).contains("must have no negative part")
+    );
     let checker = CheckerInput {
         checker: Checker {
             even: Colour::BLACK,
@@ -320,7 +325,7 @@ fn lights_and_skies_are_sensible() {
         },
     };
     assert!(
-        one(|s| s.sky = Some(Sky::Expression(ColourInput::Checker(checker))))
+        single_problem(|s| s.sky = Some(Sky::Expression(ColourInput::Checker(checker))))
             .contains("a sky has no surface")
     );
     let map = SkyMap {
@@ -341,7 +346,7 @@ fn lights_and_skies_are_sensible() {
         top: Colour::WHITE,
         suns: vec![sun],
     };
-    assert!(one(|s| s.sky = Some(sky)).starts_with("sky.gradient.suns[0].exponent: "));
+    assert!(single_problem(|s| s.sky = Some(sky)).starts_with("sky.gradient.suns[0].exponent: "));
 }
 
 /// Protects: materials have ranges and expressions that compile.
@@ -465,15 +470,21 @@ fn negative_light_is_refused() {
             "{path}, not {problem}"
         );
     };
-    refused(one(|s| s.render.veil = RED), "render.veil");
-    refused(one(|s| s.classic.ambient = RED), "classic.ambient");
-    refused(one(|s| s.sky = Some(Sky::Constant(RED))), "sky.constant");
+    refused(single_problem(|s| s.render.veil = RED), "render.veil");
     refused(
-        one(|s| s.sky = Some(Sky::Expression(RED.into()))),
+        single_problem(|s| s.classic.ambient = RED),
+        "classic.ambient",
+    );
+    refused(
+        single_problem(|s| s.sky = Some(Sky::Constant(RED))),
+        "sky.constant",
+    );
+    refused(
+        single_problem(|s| s.sky = Some(Sky::Expression(RED.into()))),
         "sky.expression",
     );
     refused(
-        one(|s| s.sky = Some(Sky::Expression(ColourInput::Expression("-1".into())))),
+        single_problem(|s| s.sky = Some(Sky::Expression(ColourInput::Expression("-1".into())))),
         "sky.expression",
     );
     let gradient = |bottom, top, colour, weight| {
@@ -483,7 +494,7 @@ fn negative_light_is_refused() {
             weight,
             exponent: 1,
         }];
-        one(|s| s.sky = Some(Sky::Gradient { bottom, top, suns }))
+        single_problem(|s| s.sky = Some(Sky::Gradient { bottom, top, suns }))
     };
     refused(
         gradient(RED, Colour::WHITE, Colour::WHITE, 1.0),
@@ -668,27 +679,27 @@ fn an_expression_s_problem_says_where_in_the_text() {
 #[test]
 fn names_are_unique_and_references_exist() {
     assert_eq!(
-        one(|s| s.materials[1].name = "red".into()),
+        single_problem(|s| s.materials[1].name = "red".into()),
         "materials[1].name: `red` is also the name of `materials[0]`"
     );
     assert_eq!(
-        one(|s| s.objects[1].shape = Shape::Mesh("laef".into())),
+        single_problem(|s| s.objects[1].shape = Shape::Mesh("laef".into())),
         "objects[1].shape.mesh: unknown mesh `laef`"
     );
     assert_eq!(
-        one(|s| s.objects[0].material = "rde".into()),
+        single_problem(|s| s.objects[0].material = "rde".into()),
         "objects[0].material: unknown material `rde`"
     );
     assert_eq!(
-        one(|s| s.textures[0].image = "x".into()),
+        single_problem(|s| s.textures[0].image = "x".into()),
         "textures[0].image: unknown image `x`"
     );
     assert_eq!(
-        one(|s| s.textures[0].name = "x".into()),
+        single_problem(|s| s.textures[0].name = "x".into()),
         "materials[1].model.physical.base_colour_texture.name: unknown texture `wood`"
     );
     assert_eq!(
-        one(|s| s.images[0].path = String::new()),
+        single_problem(|s| s.images[0].path = String::new()),
         "images[0].path: `path` must name a file"
     );
     assert_eq!(
@@ -853,8 +864,9 @@ fn transforms_leave_something_to_see() {
         [0.0, 0.0, 1.0, 0.0],
     ];
     assert!(transform(TransformStep::Matrix(flat)).contains("flattens space"));
-    let shrunk =
-        one(|scene| scene.objects[0].transform = vec![TransformStep::Scale([1e-15; 3]); 30]);
+    let shrunk = single_problem(|scene| {
+        scene.objects[0].transform = vec![TransformStep::Scale([1e-15; 3]); 30]
+    });
     assert!(
         shrunk.starts_with("objects[0].transform: the steps of `transform` together"),
         "{shrunk}"

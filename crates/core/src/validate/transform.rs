@@ -3,7 +3,7 @@
 use glam::{DMat3, DVec3};
 
 use super::FARTHEST;
-use super::check::{Check, list};
+use super::check::{SceneCheck, list};
 use crate::affine::affine;
 use crate::scene::TransformStep;
 
@@ -15,11 +15,11 @@ const SCALES: std::ops::RangeInclusive<f64> = 1e-15..=1e15;
 const FLAT: f64 = 1e-12;
 
 /// Checks the steps under a key of an object.
-pub(super) fn steps(check: &mut Check<'_>, key: &str, steps: &[TransformStep]) {
+pub(super) fn steps(check: &mut SceneCheck<'_>, key: &str, steps: &[TransformStep]) {
     let before = check.problems();
     check.each(key, steps, |check, step| match *step {
         TransformStep::Translate(offset) => check.point("translate", offset),
-        TransformStep::Scale(factors) => check.inside("scale", |check| {
+        TransformStep::Scale(factors) => check.with_key("scale", |check| {
             if factors.contains(&0.0) {
                 let factors = list(&factors);
                 check.report(format!("no factor of `scale` may be zero, as in {factors}: nothing would be left to see"));
@@ -27,11 +27,11 @@ pub(super) fn steps(check: &mut Check<'_>, key: &str, steps: &[TransformStep]) {
                 check.report(format!("each factor of `scale` must be from 1e-15 to 1e15 or negative, not {}", list(&factors)));
             }
         }),
-        TransformStep::Rotate { axis, degrees } => check.inside("rotate", |check| {
+        TransformStep::Rotate { axis, degrees } => check.with_key("rotate", |check| {
             check.direction("axis", axis);
             check.finite("degrees", degrees);
         }),
-        TransformStep::Matrix(rows) => check.inside("matrix", |check| matrix(check, &rows)),
+        TransformStep::Matrix(rows) => check.with_key("matrix", |check| matrix(check, &rows)),
     });
     // Individually valid steps can combine to an extreme scale.
     let whole = affine(steps);
@@ -40,7 +40,7 @@ pub(super) fn steps(check: &mut Check<'_>, key: &str, steps: &[TransformStep]) {
             && whole.inverse().is_finite()
             && whole.translation.abs().max_element() <= FARTHEST)
     {
-        check.inside(key, |check| {
+        check.with_key(key, |check| {
             check.report(format!(
                 "the steps of `{key}` together lead beyond every measure"
             ))
@@ -48,7 +48,7 @@ pub(super) fn steps(check: &mut Check<'_>, key: &str, steps: &[TransformStep]) {
     }
 }
 
-fn matrix(check: &mut Check<'_>, rows: &[[f64; 4]; 3]) {
+fn matrix(check: &mut SceneCheck<'_>, rows: &[[f64; 4]; 3]) {
     if !rows.iter().flatten().all(|x| x.abs() <= 1e15) {
         check.report("each entry of `matrix` must be finite and from -1e15 to 1e15");
         return;

@@ -3,7 +3,9 @@
 use core::time::Duration;
 
 use raywright_core::Settings;
-use raywright_core::accuracy::{Effort, LadderReport, MeasureError, Report, Start, measure};
+use raywright_core::accuracy::{
+    AccuracyEffort, AccuracyReport, LadderReport, MeasureError, MeasurementStart, measure,
+};
 use raywright_core::display::Output;
 use raywright_core::prepare::PrepareError;
 use raywright_core::scene::{Scene, ToneMap, TransferCurve};
@@ -13,7 +15,7 @@ use serde_json::json;
 use crate::support::{DOWN, classic, floor, scene, settings};
 
 /// A budget that never ends a measurement, on any machine.
-const EFFORT: Effort = Effort {
+const EFFORT: AccuracyEffort = AccuracyEffort {
     budget: Duration::from_secs(600),
     size: Some([4, 3]),
     rounds: 2,
@@ -29,17 +31,24 @@ fn corridor() -> Scene {
     )
 }
 
-fn measured(scene: &Scene) -> Report {
+fn measured(scene: &Scene) -> AccuracyReport {
     let settings = Settings {
         max_depth: 4,
         ..settings(scene, DOWN)
     };
-    measure(scene, &settings, &EFFORT, Start::default(), &(), &mut ())
-        .expect("a report")
-        .0
+    measure(
+        scene,
+        &settings,
+        &EFFORT,
+        MeasurementStart::default(),
+        &(),
+        &mut (),
+    )
+    .expect("a report")
+    .0
 }
 
-fn ladder<'a>(report: &'a Report, name: &str) -> &'a LadderReport {
+fn ladder<'a>(report: &'a AccuracyReport, name: &str) -> &'a LadderReport {
     report
         .ladders
         .iter()
@@ -59,19 +68,19 @@ fn errors_are_those_of_the_closed_form() {
         let expected = 2_f64.powi(1 - n) - 2_f64.powi(-63);
         let measured = rung.measured.as_ref().expect("there is time");
         let errors = &measured.errors;
-        for (what, value) in [
+        for (label, value) in [
             ("rmse", errors.rmse.value),
             ("alone", rung.own_error.expect("a pair").value),
         ] {
             assert!(
                 (value - expected).abs() < 1e-6,
-                "{what} of {n}: {value}, not {expected}"
+                "{label} of {n}: {value}, not {expected}"
             );
         }
-        for of in [errors.relmse, errors.bias.expect("there is no chance")] {
+        for interval in [errors.relmse, errors.bias.expect("there is no chance")] {
             assert!(
-                (of.value - expected * expected / 4.01).abs() < 1e-6,
-                "{n}: {of:?}"
+                (interval.value - expected * expected / 4.01).abs() < 1e-6,
+                "{n}: {interval:?}"
             );
         }
         assert!(
@@ -111,16 +120,23 @@ fn files_keep_what_they_can() {
             output: Output::Sixteen,
             ..settings(&scene, DOWN)
         };
-        measure(&scene, &settings, &EFFORT, Start::default(), &(), &mut ())
-            .expect("a report")
-            .0
-            .outputs
+        measure(
+            &scene,
+            &settings,
+            &EFFORT,
+            MeasurementStart::default(),
+            &(),
+            &mut (),
+        )
+        .expect("a report")
+        .0
+        .outputs
     };
     let value = f64::from(0.2005_f32);
-    let (kept, white) = (grey(0.2005), grey(1.5));
-    let names: Vec<_> = kept
+    let (outputs, white) = (grey(0.2005), grey(1.5));
+    let names: Vec<_> = outputs
         .iter()
-        .map(|of| (of.rung, of.bytes_per_pixel, of.in_use))
+        .map(|output| (output.rung, output.bytes_per_pixel, output.in_use))
         .collect();
     assert_eq!(
         names,
@@ -132,21 +148,21 @@ fn files_keep_what_they_can() {
         ]
     );
     let off = |steps: f64| (value - (steps * value).round() / steps).abs();
-    for (of, steps) in [(&kept[0], 255.0), (&kept[2], 65535.0)] {
+    for (output, steps) in [(&outputs[0], 255.0), (&outputs[2], 65535.0)] {
         assert!(
-            (of.rmse - off(steps)).abs() < 1e-7 && (of.greatest - off(steps)).abs() < 1e-7,
-            "{of:?}"
+            (output.rmse - off(steps)).abs() < 1e-7 && (output.greatest - off(steps)).abs() < 1e-7,
+            "{output:?}"
         );
     }
     assert!(
-        kept[1].greatest > off(255.0) && kept[1].greatest < 1.0 / 255.0,
+        outputs[1].greatest > off(255.0) && outputs[1].greatest < 1.0 / 255.0,
         "{:?}",
-        kept[1]
+        outputs[1]
     );
-    assert!(kept[3].rmse == 0.0 && kept[3].seconds.is_none() && kept[0].seconds.is_some());
+    assert!(outputs[3].rmse == 0.0 && outputs[3].seconds.is_none() && outputs[0].seconds.is_some());
     assert_eq!(
         (
-            kept[0].clipped,
+            outputs[0].clipped,
             white[0].clipped,
             white[2].clipped,
             white[3].clipped
@@ -203,7 +219,7 @@ fn the_frontier_ends_without_error() {
     );
     for price in report.prices.iter().flat_map(|ladder| &ladder.rungs) {
         assert!(
-            price.paid.as_ref().expect("there is time").same_bits,
+            price.rung_cost.as_ref().expect("there is time").same_bits,
             "{}",
             price.rung
         );
@@ -216,7 +232,7 @@ fn the_frontier_ends_without_error() {
 fn noise_is_no_bias() {
     let stripes = json!({ "local": 0, "emission": "1 + sin(1e4*p.x)" });
     let scene = floor(classic(stripes), json!({ "render": { "samples": 16 } }));
-    let effort = Effort {
+    let effort = AccuracyEffort {
         rounds: 6,
         ..EFFORT
     };
@@ -224,13 +240,20 @@ fn noise_is_no_bias() {
         sampling: Sampling::General(16),
         ..settings(&scene, DOWN)
     };
-    let (report, _) =
-        measure(&scene, &settings, &effort, Start::default(), &(), &mut ()).expect("a report");
+    let (report, _) = measure(
+        &scene,
+        &settings,
+        &effort,
+        MeasurementStart::default(),
+        &(),
+        &mut (),
+    )
+    .expect("a report");
     let samples = ladder(&report, "samples");
     let errors = |rung: &raywright_core::accuracy::RungReport| {
         rung.measured
             .as_ref()
-            .map(|of| of.errors)
+            .map(|measured| measured.errors)
             .expect("there is time")
     };
     let noise: Vec<f64> = samples
@@ -249,9 +272,9 @@ fn noise_is_no_bias() {
 /// Protects: a measurement can be cancelled, and then returns no report.
 #[test]
 fn a_measurement_can_be_stopped() {
-    struct Stop;
-    impl raywright_core::Observer for Stop {
-        fn cancelled(&self) -> bool {
+    struct StopsAtOnce;
+    impl raywright_core::Observer for StopsAtOnce {
+        fn is_cancelled(&self) -> bool {
             true
         }
     }
@@ -260,8 +283,8 @@ fn a_measurement_can_be_stopped() {
         &scene,
         &settings(&scene, DOWN),
         &EFFORT,
-        Start::default(),
-        &Stop,
+        MeasurementStart::default(),
+        &StopsAtOnce,
         &mut (),
     );
     assert_eq!(stopped.err(), Some(PrepareError::Cancelled.into()));
@@ -276,29 +299,32 @@ fn a_reference_is_used_again() {
         max_depth: 4,
         ..settings(&scene, DOWN)
     };
-    let again = |scene: &str, settings: &Settings, effort: &Effort, reference| {
+    let again = |scene: &str, settings: &Settings, effort: &AccuracyEffort, reference| {
         measure(
             &corridor(),
             settings,
             effort,
-            Start { scene, reference },
+            MeasurementStart { scene, reference },
             &(),
             &mut (),
         )
     };
-    let (first, kept) = again("a", &settings, &EFFORT, None).expect("a report");
+    let (first, kept_reference) = again("a", &settings, &EFFORT, None).expect("a report");
     let (second, same) =
-        again("a", &settings, &EFFORT, Some(kept.clone())).expect("its own reference");
+        again("a", &settings, &EFFORT, Some(kept_reference.clone())).expect("its own reference");
     assert!(!first.reference.kept && second.reference.kept && second.size == [4, 3]);
     assert_eq!(
-        (first.pictures[0].picture.rgb.clone(), kept.rungs.clone()),
+        (
+            first.pictures[0].picture.rgb.clone(),
+            kept_reference.rungs.clone()
+        ),
         (second.pictures[0].picture.rgb.clone(), same.rungs)
     );
     assert_eq!(
-        (first.reference.samples, kept.film.counters()),
+        (first.reference.samples, kept_reference.film.counters()),
         (second.reference.samples, same.film.counters())
     );
-    let lengths = |report: &Report| {
+    let lengths = |report: &AccuracyReport| {
         ladder(report, "path-length")
             .rungs
             .iter()
@@ -306,9 +332,9 @@ fn a_reference_is_used_again() {
             .collect::<Vec<_>>()
     };
     assert_eq!(lengths(&first), lengths(&second));
-    let refused = |scene, settings: &Settings, effort: &Effort| {
-        let error =
-            again(scene, settings, effort, Some(kept.clone())).expect_err("another picture");
+    let refused = |scene, settings: &Settings, effort: &AccuracyEffort| {
+        let error = again(scene, settings, effort, Some(kept_reference.clone()))
+            .expect_err("another picture");
         assert!(matches!(error, MeasureError::Reference(_)), "{error}");
         error.to_string()
     };
@@ -328,7 +354,7 @@ fn a_reference_is_used_again() {
         refused(
             "a",
             &settings,
-            &Effort {
+            &AccuracyEffort {
                 size: Some([5, 3]),
                 ..EFFORT
             }

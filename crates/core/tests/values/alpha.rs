@@ -6,9 +6,10 @@ use raywright_core::settings::{Background, Sampling};
 use raywright_core::{Scene, Settings};
 use serde_json::{Value, json};
 
-use crate::paths::{mean, paths};
+use crate::paths::{mean_radiance, paths};
 use crate::support::{
-    DOWN, PRECISIONS, SLANTED, floor, near, physical, pixel, rendered, sees, settings,
+    DOWN, PRECISIONS, SLANTED, expect_near, expect_pixel, floor, physical, pixel, render_scene,
+    settings,
 };
 
 /// `count` disks of an unlit material, from height 1 downwards, above an unlit blue floor.
@@ -31,32 +32,32 @@ const BLEND: &str = "blend";
 /// ignore alpha.
 #[test]
 fn panes_cover_by_their_alpha() {
-    sees(
+    expect_pixel(
         &above_blue(json!({ "opacity": 0.25, "alpha": BLEND }), 1),
         DOWN,
         [0.25, 0.125, 0.75],
     );
-    sees(
+    expect_pixel(
         &above_blue(json!({ "opacity": 0.25, "alpha": BLEND }), 2),
         DOWN,
         [0.4375, 0.21875, 0.5625],
     );
-    sees(
+    expect_pixel(
         &above_blue(json!({ "opacity": "abs(d.y) / 4", "alpha": BLEND }), 1),
         DOWN,
         [0.25, 0.125, 0.75],
     );
-    sees(
+    expect_pixel(
         &above_blue(json!({ "opacity": 0.25 }), 1),
         DOWN,
         [1.0, 0.5, 0.0],
     );
-    sees(
+    expect_pixel(
         &above_blue(json!({ "opacity": 0, "alpha": BLEND }), 1),
         DOWN,
         [0.0, 0.0, 1.0],
     );
-    sees(
+    expect_pixel(
         &above_blue(json!({ "opacity": 1, "alpha": BLEND }), 1),
         DOWN,
         [1.0, 0.5, 0.0],
@@ -76,9 +77,13 @@ fn the_background_is_seen_through_panes() {
         ..settings(&scene, DOWN)
     };
     let before_blue = |settings: &Settings| {
-        rendered(&scene, settings).picture.over([0.0, 0.0, 1.0]).rgb[0].map(f64::from)
+        render_scene(&scene, settings)
+            .picture
+            .over([0.0, 0.0, 1.0])
+            .rgb[0]
+            .map(f64::from)
     };
-    near(
+    expect_near(
         before_blue(&settings),
         [0.4375, 0.21875, 0.5625],
         1e-6,
@@ -88,10 +93,10 @@ fn the_background_is_seen_through_panes() {
         integrator: Integrator::Path,
         ..settings
     };
-    let seen = before_blue(&paths);
+    let actual = before_blue(&paths);
     assert!(
-        seen == [1.0, 0.5, 0.0] || seen == [0.0, 0.0, 1.0],
-        "{seen:?}"
+        actual == [1.0, 0.5, 0.0] || actual == [0.0, 0.0, 1.0],
+        "{actual:?}"
     );
 }
 
@@ -104,8 +109,8 @@ fn masks_are_there_or_not() {
             1,
         )
     };
-    sees(&mask(0.5), DOWN, [1.0, 0.5, 0.0]);
-    sees(&mask(0.49), DOWN, [0.0, 0.0, 1.0]);
+    expect_pixel(&mask(0.5), DOWN, [1.0, 0.5, 0.0]);
+    expect_pixel(&mask(0.49), DOWN, [0.0, 0.0, 1.0]);
 }
 
 /// Protects: a mask with its alpha at the cutoff is present at every point, from every source of
@@ -137,7 +142,7 @@ fn masks_at_their_cutoff_are_whole() {
         scene.images[0].data = Some(std::sync::Arc::new(image));
         PRECISIONS.map(|(precision, _)| {
             let view = settings(&scene, [[0.0, 0.0, 9.0], [0.0; 3]]);
-            let seen = rendered(
+            let seen = render_scene(
                 &scene,
                 &Settings {
                     precision,
@@ -199,13 +204,13 @@ fn leave_of_blue(layers: impl Fn(usize) -> Scene, left: f64) {
                     ..settings(&scene, DOWN)
                 },
             );
-            near(
+            expect_near(
                 found,
                 expected,
                 1e-3 * expected[2] + tolerance,
                 &format!("{count} layers, {precision:?}"),
             );
-            let ([.., found], [.., error]) = mean(
+            let ([.., found], [.., error]) = mean_radiance(
                 &scene,
                 &Settings {
                     precision,
@@ -282,7 +287,7 @@ fn shadow_rays_pass_more_panes_than_segments() {
             json!({ "materials": [{ "name": "pane", "model": physical(pane.clone()) }, { "name": "wall", "model": physical(wall.clone()) }],
                 "objects": panes.chain([disk([100.0, 1.0, 0.0], "wall")]).collect::<Vec<_>>(), "lights": [crate::support::sun([0.0, 1.0, 0.0])] }),
         );
-        mean(&scene, &paths(&scene, SLANTED, 2)).0[0]
+        mean_radiance(&scene, &paths(&scene, SLANTED, 2)).0[0]
     };
     let (bare, covered) = (lit(0), lit(12));
     assert!(
@@ -302,7 +307,7 @@ fn panes_take_no_segment_from_mirrors() {
             "objects": (1..=12).map(|i| disk(0.1 * f64::from(i))).collect::<Vec<_>>() }),
     );
     let expected = 0.9_f64.powi(24);
-    near(
+    expect_near(
         pixel(
             &scene,
             &Settings {
@@ -314,7 +319,7 @@ fn panes_take_no_segment_from_mirrors() {
         1e-5,
         "Whitted",
     );
-    let (found, error) = mean(&scene, &paths(&scene, SLANTED, 2));
+    let (found, error) = mean_radiance(&scene, &paths(&scene, SLANTED, 2));
     assert!(
         (found[0] - expected).abs() <= 4.0 * error[0],
         "{found:?} +- {error:?}, not {expected}"
@@ -333,7 +338,10 @@ fn the_background_shows_through_what_is_absent() {
         background: Background::Transparent,
         ..settings(&scene, DOWN)
     };
-    assert_eq!(rendered(&scene, &settings).picture.alpha, Some(vec![0.0]));
+    assert_eq!(
+        render_scene(&scene, &settings).picture.alpha,
+        Some(vec![0.0])
+    );
 }
 
 /// Protects: under a transparent background a pixel's alpha is that of its panes, with their colour
@@ -408,33 +416,33 @@ fn panes_over_nothing_cover_their_share() {
                 Sampling::Pattern(Pattern::Corners),
                 Sampling::General(20),
             ] {
-                let own = Settings {
+                let settings = Settings {
                     precision,
                     sampling,
                     background: Background::Transparent,
                     ..settings(&scene, DOWN)
                 };
-                let picture = rendered(
+                let picture = render_scene(
                     &scene,
                     &Settings {
-                        camera: Some(narrow(&own)),
-                        ..own
+                        camera: Some(narrow(&settings)),
+                        ..settings
                     },
                 )
                 .picture;
-                let what = format!("{name}, {precision:?}, {sampling:?}");
+                let label = format!("{name}, {precision:?}, {sampling:?}");
                 let covered = picture.alpha.expect("an alpha")[0];
                 assert!(
                     (f64::from(covered) - alpha).abs() < 1e-5,
-                    "{what}: {covered} instead of {alpha}"
+                    "{label}: {covered} instead of {alpha}"
                 );
                 assert!(
                     alpha > 0.0 && alpha < 1.0 || f64::from(covered) == alpha,
-                    "{what}: {covered}"
+                    "{label}: {covered}"
                 );
-                colour
-                    .iter()
-                    .for_each(|&colour| near(picture.rgb[0].map(f64::from), colour, 1e-5, &what));
+                colour.iter().for_each(|&colour| {
+                    expect_near(picture.rgb[0].map(f64::from), colour, 1e-5, &label)
+                });
             }
         }
     }
@@ -477,7 +485,7 @@ fn rays_pass_some_thousand_absent_surfaces() {
             ),
         ] {
             let scene = stack(count);
-            let found = rendered(
+            let found = render_scene(
                 &scene,
                 &Settings {
                     integrator,
@@ -506,8 +514,8 @@ fn rays_of_a_sample_share_their_limit() {
             physical(json!({ "transmission": 1, "roughness": 0, "ior": 1.5 })),
             json!({ "materials": [{ "name": "pane", "model": mask }], "generators": [{ "kind": kind, "object": disk }] }),
         );
-        let found = rendered(&scene, &settings(&scene, DOWN)).counters;
-        assert_eq!(found.cut_short, cut, "{count}");
+        let counters = render_scene(&scene, &settings(&scene, DOWN)).counters;
+        assert_eq!(counters.cut_short, cut, "{count}");
     }
 }
 
@@ -526,7 +534,7 @@ fn borders_of_equal_media_hide_nothing() {
             physical(model.clone()),
             json!({ "materials": [clear(0.0)], "objects": objects, "lights": [crate::support::sun([-3.0, 4.0, 0.0])], "sky": { "constant": 0.1 } }),
         );
-        mean(&scene, &paths(&scene, SLANTED, 2))
+        mean_radiance(&scene, &paths(&scene, SLANTED, 2))
     };
     let matte = json!({ "base_colour": 0.5, "roughness": 1, "specular": 0 });
     for model in [matte, json!({ "metallic": 1, "roughness": 0 })] {
@@ -540,7 +548,7 @@ fn borders_of_equal_media_hide_nothing() {
     let glowing = crate::support::scene(
         json!({ "materials": [clear(2.0)], "objects": [border(0.5)], "sky": { "constant": 0.5 } }),
     );
-    let (found, error) = mean(&glowing, &paths(&glowing, SLANTED, 4));
+    let (found, error) = mean_radiance(&glowing, &paths(&glowing, SLANTED, 4));
     assert!(
         (found[0] - 2.5).abs() <= 4.0 * error[0] + 1e-3,
         "{found:?} +- {error:?}, not 2.5"

@@ -2,19 +2,19 @@
 
 use glam::DVec3;
 use raywright_core::bvh::Ray;
-use raywright_core::camera::Camera;
+use raywright_core::camera::PreparedCamera;
 use raywright_core::framing::{FIELD_OF_VIEW, Silhouette};
 use raywright_core::scene::Camera as CameraData;
 use raywright_core::settings::{Aov, Settings};
 use serde_json::{Value, json};
 
-use crate::support::{DOWN, ball, physical, rendered, scene, settings};
+use crate::support::{DOWN, ball, physical, render_scene, scene, settings};
 
-fn camera(pose: Value, projection: Value, aspect: Value, size: [u32; 2]) -> Camera<f64> {
+fn camera(pose: Value, projection: Value, aspect: Value, size: [u32; 2]) -> PreparedCamera<f64> {
     let data: CameraData =
         serde_json::from_value(json!({ "pose": pose, "projection": projection, "aspect": aspect }))
             .expect("a camera");
-    Camera::new(&data, size)
+    PreparedCamera::new(&data, size)
 }
 
 /// From (1, 2, 3) along −z.
@@ -23,7 +23,7 @@ fn pose() -> Value {
 }
 
 #[track_caller]
-fn goes(ray: Ray<f64>, origin: [f64; 3], direction: [f64; 3]) {
+fn expect_ray(ray: Ray<f64>, origin: [f64; 3], direction: [f64; 3]) {
     let direction = DVec3::from(direction).normalize();
     assert!(
         (ray.origin - DVec3::from(origin)).length() < 1e-12,
@@ -44,14 +44,15 @@ const EYE: [f64; 3] = [1.0, 2.0, 3.0];
 #[test]
 fn pinholes_open_by_their_key() {
     let at = |pinhole: Value, x: f64, y: f64| {
-        camera(pose(), json!({ "pinhole": pinhole }), Value::Null, [40, 20]).ray(x, y, [0.5; 2])
+        camera(pose(), json!({ "pinhole": pinhole }), Value::Null, [40, 20])
+            .generate_ray(x, y, [0.5; 2])
     };
-    goes(
+    expect_ray(
         at(json!({ "vertical_fov": 90 }), 20.0, 0.0),
         EYE,
         [0.0, 1.0, -1.0],
     );
-    goes(
+    expect_ray(
         at(json!({ "vertical_fov": 90 }), 40.0, 10.0),
         EYE,
         [2.0, 0.0, -1.0],
@@ -68,32 +69,40 @@ fn pinholes_open_by_their_key() {
             let lens = json!({ "thin_lens": { "pinhole": pinhole, "aperture_radius": 0.1, "focus_distance": 4 } });
             for projection in [json!({ "pinhole": pinhole }), lens] {
                 let camera = camera(pose(), projection, aspect.clone(), [40, 20]);
-                goes(camera.ray(40.0, 10.0, [0.0; 2]), EYE, [half, 0.0, -focal]);
-                goes(camera.ray(20.0, 0.0, [0.0; 2]), EYE, [0.0, 0.5, -focal]);
+                expect_ray(
+                    camera.generate_ray(40.0, 10.0, [0.0; 2]),
+                    EYE,
+                    [half, 0.0, -focal],
+                );
+                expect_ray(
+                    camera.generate_ray(20.0, 0.0, [0.0; 2]),
+                    EYE,
+                    [0.0, 0.5, -focal],
+                );
             }
         }
     }
-    goes(
+    expect_ray(
         at(json!({ "vertical_fov": 60 }), 20.0, 20.0),
         EYE,
         [0.0, -f64::sqrt(1.0 / 3.0), -1.0],
     );
-    goes(
+    expect_ray(
         at(json!({ "horizontal_fov": 90 }), 40.0, 10.0),
         EYE,
         [1.0, 0.0, -1.0],
     );
-    goes(
+    expect_ray(
         at(json!({ "horizontal_fov": 90 }), 0.0, 0.0),
         EYE,
         [-1.0, 0.5, -1.0],
     );
-    goes(
+    expect_ray(
         at(json!({ "focal_length": 2 }), 20.0, 0.0),
         EYE,
         [0.0, 0.5, -2.0],
     );
-    goes(
+    expect_ray(
         at(json!({ "focal_length": 2 }), 0.0, 15.0),
         EYE,
         [-1.0, -0.25, -2.0],
@@ -104,14 +113,15 @@ fn pinholes_open_by_their_key() {
 #[test]
 fn a_fixed_aspect_is_kept() {
     let at = |pinhole: Value, x: f64, y: f64| {
-        camera(pose(), json!({ "pinhole": pinhole }), json!(3), [20, 20]).ray(x, y, [0.5; 2])
+        camera(pose(), json!({ "pinhole": pinhole }), json!(3), [20, 20])
+            .generate_ray(x, y, [0.5; 2])
     };
-    goes(
+    expect_ray(
         at(json!({ "vertical_fov": 90 }), 20.0, 0.0),
         EYE,
         [3.0, 1.0, -1.0],
     );
-    goes(
+    expect_ray(
         at(json!({ "horizontal_fov": 90 }), 20.0, 0.0),
         EYE,
         [1.0, 1.0 / 3.0, -1.0],
@@ -122,8 +132,8 @@ fn a_fixed_aspect_is_kept() {
         json!(3),
         [20, 20],
     );
-    goes(
-        flat.ray(20.0, 0.0, [0.5; 2]),
+    expect_ray(
+        flat.generate_ray(20.0, 0.0, [0.5; 2]),
         [7.0, 4.0, 3.0],
         [0.0, 0.0, -1.0],
     );
@@ -138,9 +148,13 @@ fn orthographic_rays_are_parallel() {
         Value::Null,
         [40, 20],
     );
-    goes(flat.ray(20.0, 10.0, [0.5; 2]), EYE, [0.0, 0.0, -1.0]);
-    goes(
-        flat.ray(40.0, 0.0, [0.5; 2]),
+    expect_ray(
+        flat.generate_ray(20.0, 10.0, [0.5; 2]),
+        EYE,
+        [0.0, 0.0, -1.0],
+    );
+    expect_ray(
+        flat.generate_ray(40.0, 0.0, [0.5; 2]),
         [5.0, 4.0, 3.0],
         [0.0, 0.0, -1.0],
     );
@@ -157,7 +171,7 @@ fn poses_stand_as_documented() {
             Value::Null,
             [20, 20],
         )
-        .ray(20.0, 10.0, [0.5; 2])
+        .generate_ray(20.0, 10.0, [0.5; 2])
     };
     let top = |pose: Value| {
         camera(
@@ -166,29 +180,29 @@ fn poses_stand_as_documented() {
             Value::Null,
             [20, 20],
         )
-        .ray(10.0, 0.0, [0.5; 2])
+        .generate_ray(10.0, 0.0, [0.5; 2])
     };
     let rolled = json!({ "look_at": { "eye": EYE, "target": [1, 2, 0], "up": [2, 0, 1] } });
-    goes(top(rolled.clone()), EYE, [1.0, 0.0, -1.0]);
-    goes(corner(rolled), EYE, [0.0, -1.0, -1.0]);
+    expect_ray(top(rolled.clone()), EYE, [1.0, 0.0, -1.0]);
+    expect_ray(corner(rolled), EYE, [0.0, -1.0, -1.0]);
     let orbit = |azimuth: f64, elevation: f64| json!({ "orbit": { "target": [1, 1, 1], "distance": 2, "azimuth": azimuth, "elevation": elevation } });
-    goes(corner(orbit(90.0, 0.0)), [3.0, 1.0, 1.0], [-1.0, 0.0, -1.0]);
-    goes(top(orbit(0.0, 0.0)), [1.0, 1.0, 3.0], [0.0, 1.0, -1.0]);
+    expect_ray(corner(orbit(90.0, 0.0)), [3.0, 1.0, 1.0], [-1.0, 0.0, -1.0]);
+    expect_ray(top(orbit(0.0, 0.0)), [1.0, 1.0, 3.0], [0.0, 1.0, -1.0]);
     let (c, s) = (f64::sqrt(0.75), 0.5);
-    goes(
+    expect_ray(
         top(orbit(0.0, 30.0)),
         [1.0, 1.0 + 2.0 * s, 1.0 + 2.0 * c],
         [0.0, c - s, -c - s],
     );
-    goes(
+    expect_ray(
         top(orbit(30.0, 0.0)),
         [1.0 + 2.0 * s, 1.0, 1.0 + 2.0 * c],
         [-s, 1.0, -c],
     );
     let axes =
         json!({ "axes": { "eye": EYE, "right": [0, 1, 0], "up": [0, 0, 1], "back": [1, 0, 0] } });
-    goes(corner(axes.clone()), EYE, [-1.0, 1.0, 0.0]);
-    goes(top(axes), EYE, [-1.0, 0.0, 1.0]);
+    expect_ray(corner(axes.clone()), EYE, [-1.0, 1.0, 0.0]);
+    expect_ray(top(axes), EYE, [-1.0, 0.0, 1.0]);
 }
 
 /// Protects: rays start on the aperture's disk, at √l₀ of its radius, and rays of one film position
@@ -207,7 +221,7 @@ fn a_lens_is_sharp_at_its_distance() {
     );
     assert!(lens(0.5).has_lens() && !lens(0.0).has_lens());
     for (x, y) in [(20.0, 10.0), (3.0, 1.0), (35.0, 19.0)] {
-        let sharp = pinhole.ray(x, y, [0.5; 2]);
+        let sharp = pinhole.generate_ray(x, y, [0.5; 2]);
         let sharp = sharp.at(5.0 / -sharp.direction.z);
         for (numbers, right, up) in [
             ([0.25, 0.0], 0.25, 0.0),
@@ -215,18 +229,21 @@ fn a_lens_is_sharp_at_its_distance() {
             ([0.0, 0.7], 0.0, 0.0),
             ([0.81, 0.5], -0.45, 0.0),
         ] {
-            let ray = lens(0.5).ray(x, y, numbers);
+            let ray = lens(0.5).generate_ray(x, y, numbers);
             assert!(
                 (ray.origin - (DVec3::from(EYE) + DVec3::new(right, up, 0.0))).length() < 1e-7,
                 "{}",
                 ray.origin
             );
-            let met = ray.at((sharp.z - ray.origin.z) / ray.direction.z);
-            assert!((met - sharp).length() < 1e-7, "{met} instead of {sharp}");
+            let hit_point = ray.at((sharp.z - ray.origin.z) / ray.direction.z);
+            assert!(
+                (hit_point - sharp).length() < 1e-7,
+                "{hit_point} instead of {sharp}"
+            );
         }
         assert_eq!(
-            lens(0.0).ray(x, y, [0.9; 2]).direction,
-            pinhole.ray(x, y, [0.5; 2]).direction
+            lens(0.0).generate_ray(x, y, [0.9; 2]).direction,
+            pinhole.generate_ray(x, y, [0.5; 2]).direction
         );
     }
 }
@@ -238,25 +255,25 @@ fn scenes_without_a_camera_are_framed() {
     let white = json!({ "name": "white", "model": physical(json!({ "unlit": true })) });
     let scene =
         scene(json!({ "materials": [white], "objects": [ball([5.0, -7.0, 3.0], 2.0, "white")] }));
-    let own = settings(&scene, DOWN);
-    let of = |camera| {
-        rendered(
+    let own_settings = settings(&scene, DOWN);
+    let value_of = |camera| {
+        render_scene(
             &scene,
             &Settings {
                 camera,
                 aovs: vec![Aov::Position],
-                ..own.clone()
+                ..own_settings.clone()
             },
         )
         .picture
     };
-    let silhouette = Silhouette::of(&scene);
-    let aspect = f64::from(own.size[0]) / f64::from(own.size[1]);
+    let silhouette = Silhouette::from_scene(&scene);
+    let aspect = f64::from(own_settings.size[0]) / f64::from(own_settings.size[1]);
     let [framed, said] = [
         None,
         Some(silhouette.frame(silhouette.front(), FIELD_OF_VIEW, aspect)),
     ]
-    .map(of);
+    .map(value_of);
     let position = |name: &str| framed.layer(name).expect("asked for").samples[0];
     for (name, middle) in [
         ("position.X", 5.0),

@@ -2,18 +2,18 @@
 
 use serde_json::json;
 
-use crate::support::{DOWN, SLANTED, View, ball, classic, floor, sees, sun};
+use crate::support::{DOWN, EyeAndTarget, SLANTED, ball, classic, expect_pixel, floor, sun};
 
 /// Protects: ambient light is colour · ambient, the scene's or the material's own.
 #[test]
 fn ambient_light_is_tinted() {
     let with = |model| floor(model, json!({ "classic": { "ambient": [0.1, 0.2, 0.4] } }));
-    sees(
+    expect_pixel(
         &with(classic(json!({ "colour": [0.5, 0.25, 1] }))),
         DOWN,
         [0.05, 0.05, 0.4],
     );
-    sees(
+    expect_pixel(
         &with(classic(
             json!({ "colour": [0.5, 0.25, 1], "ambient": [1, 0.5, 0] }),
         )),
@@ -28,17 +28,17 @@ fn ambient_light_is_tinted() {
 fn diffuse_light_follows_the_cosine() {
     let model = || classic(json!({ "colour": [0.5, 1, 1], "diffuse": 0.5 }));
     let light = |to_light: [f64; 3]| json!({ "lights": [{ "kind": { "directional": { "to_light": to_light } }, "colour": [2, 1, 0.5], "shadows": false }] });
-    sees(
+    expect_pixel(
         &floor(model(), light([3.0, 4.0, 0.0])),
         DOWN,
         [0.4, 0.4, 0.2],
     );
-    sees(
+    expect_pixel(
         &floor(model(), light([0.0, 1.0, 0.0])),
         SLANTED,
         [0.5, 0.5, 0.25],
     );
-    sees(&floor(model(), light([3.0, -4.0, 0.0])), DOWN, [0.0; 3]);
+    expect_pixel(&floor(model(), light([3.0, -4.0, 0.0])), DOWN, [0.0; 3]);
 }
 
 /// Protects: lights add up, and an expression of `l` gets each light's direction.
@@ -46,7 +46,7 @@ fn diffuse_light_follows_the_cosine() {
 fn diffuse_is_evaluated_for_each_light() {
     let lights = json!({ "lights": [sun([3.0, 4.0, 0.0]), sun([0.0, 3.0, 4.0])] });
     // 0.8² + 0.6².
-    sees(
+    expect_pixel(
         &floor(classic(json!({ "diffuse": "l.y" })), lights),
         DOWN,
         [1.0; 3],
@@ -59,9 +59,9 @@ fn rim_light_grows_towards_grazing() {
     let model = |exponent| {
         classic(json!({ "colour": 0, "rim": { "strength": 0.5, "exponent": exponent } }))
     };
-    sees(&floor(model(2), json!({})), SLANTED, [0.0648; 3]);
-    sees(&floor(model(1), json!({})), SLANTED, [0.18; 3]);
-    sees(&floor(model(2), json!({})), DOWN, [0.0; 3]);
+    expect_pixel(&floor(model(2), json!({})), SLANTED, [0.0648; 3]);
+    expect_pixel(&floor(model(1), json!({})), SLANTED, [0.18; 3]);
+    expect_pixel(&floor(model(2), json!({})), DOWN, [0.0; 3]);
 }
 
 /// Protects: `local` scales ambient light, highlight and rim, and not the emission.
@@ -72,10 +72,10 @@ fn local_weighs_all_but_the_emission() {
         "rim": { "strength": 1, "exponent": 1 },
         "specular": { "model": "phong", "exponent": 1, "strength": 1 } }));
     let scene = floor(model, json!({ "lights": [sun([0.0, 1.0, 0.0])] }));
-    let view: View = [[3.25, 4.0, 0.0], [0.25, 0.0, 0.0]];
+    let view: EyeAndTarget = [[3.25, 4.0, 0.0], [0.25, 0.0, 0.0]];
     // Half of (ambient + r·l + rim), and the emission.
     let local = |colour: f64| 0.5 * (colour + 0.8 + 0.36);
-    sees(
+    expect_pixel(
         &scene,
         view,
         [local(0.5) + 3.0, local(0.5) + 2.0, local(1.0) + 1.0],
@@ -101,7 +101,7 @@ fn a_checker_alternates_in_its_cells() {
         (-0.3, -0.2, even),
         (0.9, 0.9, even),
     ] {
-        sees(&scene, [[x, 2.0, z], [x, 0.0, z]], expected);
+        expect_pixel(&scene, [[x, 2.0, z], [x, 0.0, z]], expected);
     }
 }
 
@@ -115,7 +115,7 @@ fn inputs_are_evaluated_at_the_hit() {
         classic(terms),
         json!({ "t": 3, "parameters": { "k": 0.5 } }),
     );
-    sees(
+    expect_pixel(
         &scene,
         [[0.25, 2.0, 0.0], [0.25, 0.0, 0.0]],
         [0.25, 2.0, 1.5 + 2.0],
@@ -132,7 +132,7 @@ fn a_shadow_rule_of_its_own() {
             "objects": [ball([0.0, 9.0, 0.0], 0.5, "veil"), ball([0.0, 3.0, 0.0], 0.5, "veil")] })
     };
     let seen = |rule: &str, clear: f64, expected: f64| {
-        sees(
+        expect_pixel(
             &floor(classic(json!({ "shadow": rule })), blockers(clear)),
             SLANTED,
             [expected; 3],
@@ -143,7 +143,7 @@ fn a_shadow_rule_of_its_own() {
     seen("occluder_distance/10", 1.0, 0.25);
     seen("0.125", 0.0, 0.125);
     let free = json!({ "lights": [sun([0.0, 1.0, 0.0])] });
-    sees(
+    expect_pixel(
         &floor(
             classic(json!({ "shadow": "1/occluder_distance + 0.5" })),
             free,
@@ -153,7 +153,7 @@ fn a_shadow_rule_of_its_own() {
     );
     let mut undimmed = blockers(0.0);
     undimmed["lights"][0]["shadows"] = json!(false);
-    sees(
+    expect_pixel(
         &floor(classic(json!({ "shadow": "0.125" })), undimmed),
         SLANTED,
         [1.0; 3],
@@ -168,6 +168,6 @@ fn the_veil_lies_over_everything() {
         classic(json!({ "local": 0, "reflection": { "weight": 0.5 } })),
         parts,
     );
-    sees(&scene, DOWN, [0.35, 0.45, 0.55]);
-    sees(&scene, [[0.0, 2.0, 0.0], [0.0, 3.0, 0.0]], [0.6, 0.7, 0.8]);
+    expect_pixel(&scene, DOWN, [0.35, 0.45, 0.55]);
+    expect_pixel(&scene, [[0.0, 2.0, 0.0], [0.0, 3.0, 0.0]], [0.6, 0.7, 0.8]);
 }

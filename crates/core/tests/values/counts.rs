@@ -9,7 +9,7 @@ use raywright_core::settings::{Aov, Crop, Sampling, Settings};
 use raywright_core::{Observer, estimate, prepare};
 use serde_json::json;
 
-use crate::support::{DOWN, classic, floor, physical, rendered, scene, settings, sun};
+use crate::support::{DOWN, classic, floor, physical, render_scene, scene, settings, sun};
 
 /// A floor under one light.
 fn lit() -> Scene {
@@ -25,7 +25,7 @@ fn lit() -> Scene {
 fn rays_are_counted_by_kind() {
     let scene = lit();
     let counted = |sampling, tile_size| {
-        let counters = rendered(
+        let counters = render_scene(
             &scene,
             &Settings {
                 size: [4, 3],
@@ -94,16 +94,16 @@ fn sampling_is_resolved() {
 /// Records progress, and may cancel.
 #[derive(Default)]
 struct Watcher {
-    told: Mutex<Vec<(u64, u64)>>,
+    reported: Mutex<Vec<(u64, u64)>>,
     stop: bool,
 }
 
 impl Observer for Watcher {
     fn progress(&self, done: u64, total: u64) {
-        self.told.lock().expect("no panic").push((done, total));
+        self.reported.lock().expect("no panic").push((done, total));
     }
 
-    fn cancelled(&self) -> bool {
+    fn is_cancelled(&self) -> bool {
         self.stop
     }
 }
@@ -128,11 +128,11 @@ fn progress_is_told_and_a_render_can_be_stopped() {
     let ready = prepare(&scene, &settings, &()).expect("prepares");
     let watcher = Watcher::default();
     assert!(ready.render(&watcher).finished);
-    let mut told = watcher.told.into_inner().expect("no panic");
-    told.sort_unstable();
+    let mut reported = watcher.reported.into_inner().expect("no panic");
+    reported.sort_unstable();
     assert!(
-        told == [(12, 15), (15, 15)] || told == [(3, 15), (15, 15)],
-        "{told:?}"
+        reported == [(12, 15), (15, 15)] || reported == [(3, 15), (15, 15)],
+        "{reported:?}"
     );
     let stopped = ready.render(&Watcher {
         stop: true,
@@ -259,9 +259,9 @@ fn tables_count_what_was_built() {
 /// is dropped.
 #[test]
 fn a_pixel_of_many_paths_can_be_stopped() {
-    struct Soon(AtomicU32);
-    impl Observer for Soon {
-        fn cancelled(&self) -> bool {
+    struct StopsSoon(AtomicU32);
+    impl Observer for StopsSoon {
+        fn is_cancelled(&self) -> bool {
             self.0.fetch_add(1, Ordering::Relaxed) >= 3
         }
     }
@@ -278,7 +278,7 @@ fn a_pixel_of_many_paths_can_be_stopped() {
         &(),
     )
     .expect("prepares");
-    let stopped = ready.render(&Soon(AtomicU32::new(0)));
+    let stopped = ready.render(&StopsSoon(AtomicU32::new(0)));
     assert_eq!(
         (
             stopped.finished,
@@ -309,8 +309,8 @@ fn a_pixel_of_many_paths_can_be_stopped() {
 /// is mirrored and hits the emissive floor again. A diffuse ceiling counts none, a floor without
 /// emission is no lamp, and lamps that the camera sees in a mirror do not count.
 #[test]
-fn lamps_met_by_chance_are_counted() {
-    let of = |glow: f64, roughness: f64, view| {
+fn lamps_hit_by_chance_are_counted() {
+    let value_of = |glow: f64, roughness: f64, view| {
         let wide = |y: f64, z: f64| json!({ "quad": { "corner": [-500, y, 500.0 * z], "edge_u": [1000, 0, 0], "edge_v": [0, 0, -1000.0 * z] } });
         let scene = scene(json!({ "render": { "samples": 16, "integrator": "path" },
             "materials": [{ "name": "floor", "model": physical(json!({ "base_colour": 0.9, "emission": glow })) },
@@ -324,22 +324,22 @@ fn lamps_met_by_chance_are_counted() {
             integrator: Integrator::Path,
             ..settings(&scene, view)
         };
-        let counters = rendered(&scene, &settings).counters;
+        let counters = render_scene(&scene, &settings).counters;
         (
             counters.samples as f64,
             counters.unaided as f64,
             counters.found as f64,
         )
     };
-    let (samples, unaided, found) = of(1.0, 0.0, DOWN);
+    let (samples, unaided, found) = value_of(1.0, 0.0, DOWN);
     assert!(
         unaided > 0.95 * samples && unaided <= samples && found == unaided,
         "{unaided} and {found} of {samples}"
     );
-    let (.., unaided, found) = of(1.0, 1.0, DOWN);
+    let (.., unaided, found) = value_of(1.0, 1.0, DOWN);
     assert_eq!((unaided, found), (0.0, 0.0));
-    let (.., unaided, found) = of(0.0, 0.0, DOWN);
+    let (.., unaided, found) = value_of(0.0, 0.0, DOWN);
     assert_eq!((unaided, found), (0.0, 0.0));
-    let (.., unaided, found) = of(1.0, 0.0, [[0.0, 1.0, 0.0], [0.0, 3.0, 0.0]]);
+    let (.., unaided, found) = value_of(1.0, 0.0, [[0.0, 1.0, 0.0], [0.0, 3.0, 0.0]]);
     assert_eq!((unaided, found), (0.0, 0.0));
 }

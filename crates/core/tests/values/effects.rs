@@ -1,7 +1,7 @@
 //! Statuses of effects in the report: for the smallest scene with an effect, and for scenes that
 //! almost have it.
 
-use raywright_core::effects::Status::{self, Absent, LeftOut, Simulated};
+use raywright_core::effects::EffectStatus::{self, Absent, LeftOut, Simulated};
 use raywright_core::effects::{Effect, EffectReport, detect};
 use raywright_core::scene::Integrator;
 use raywright_core::{Settings, prepare};
@@ -9,19 +9,21 @@ use serde_json::{Value, json};
 
 use crate::support::{ball, classic, floor, physical, sun};
 
-fn status_of(report: &EffectReport, name: &str) -> Status {
-    report.status(Effect::named(name).unwrap_or_else(|| panic!("there is no effect named {name}")))
+fn status_of(report: &EffectReport, name: &str) -> EffectStatus {
+    report.status(
+        Effect::from_name(name).unwrap_or_else(|| panic!("there is no effect named {name}")),
+    )
 }
 
 /// Asserts statuses under Whitted's integrator, which reports on each term.
 #[track_caller]
-fn reports(model: Value, parts: Value, statuses: &[(&str, Status)]) {
+fn reports(model: Value, parts: Value, statuses: &[(&str, EffectStatus)]) {
     let scene = floor(model.clone(), parts);
     let report = detect(
         &scene,
         &Settings {
             integrator: Integrator::Whitted,
-            ..Settings::of(&scene)
+            ..Settings::from_scene(&scene)
         },
     );
     for &(name, expected) in statuses {
@@ -415,7 +417,7 @@ fn lights_and_casters() {
     let mut scene = floor(shiny(), light(json!({})));
     scene.objects[0].casts_shadow = false;
     assert_eq!(
-        detect(&scene, &Settings::of(&scene)).status(Effect::Shadows),
+        detect(&scene, &Settings::from_scene(&scene)).status(Effect::Shadows),
         Absent
     );
 }
@@ -482,7 +484,7 @@ fn geometry_and_what_is_shown() {
     ] {
         shown.objects[0] = serde_json::from_value(object).expect("an object");
         assert_eq!(
-            detect(&shown, &Settings::of(&shown)).status(Effect::UnboundedShapes),
+            detect(&shown, &Settings::from_scene(&shown)).status(Effect::UnboundedShapes),
             status
         );
     }
@@ -498,7 +500,7 @@ fn lenses() {
             classic(json!({})),
             json!({ "cameras": [camera], "render": { "pattern": pattern } }),
         );
-        detect(&scene, &Settings::of(&scene)).status(Effect::DepthOfField)
+        detect(&scene, &Settings::from_scene(&scene)).status(Effect::DepthOfField)
     };
     assert_eq!(status(0.1, Value::Null), Simulated);
     assert_eq!(status(0.1, json!("centre")), LeftOut);
@@ -513,7 +515,7 @@ fn lenses() {
 fn auto_goes_by_what_is_left_out() {
     let takes = |model: Value| {
         let scene = floor(model, json!({ "lights": [sun([0.0, 1.0, 0.0])] }));
-        let settings = Settings::of(&scene);
+        let settings = Settings::from_scene(&scene);
         (
             detect(&scene, &settings).integrator,
             prepare(&scene, &settings, &())
@@ -558,7 +560,7 @@ fn a_sky_lights_highlights_along_paths() {
             &scene,
             &Settings {
                 integrator: Integrator::Path,
-                ..Settings::of(&scene)
+                ..Settings::from_scene(&scene)
             },
         );
         assert_eq!(status_of(&report, "sky light"), expected, "{strength}");

@@ -7,9 +7,11 @@ use raywright_core::scene::{Scene, TransformStep};
 use raywright_core::settings::{PrecisionChoice, Sampling, Settings};
 use serde_json::{Value, json};
 
-use crate::support::{View, classic, floor, near, physical, pixel, sees_within, settings};
+use crate::support::{
+    EyeAndTarget, classic, expect_near, expect_pixel_within, floor, physical, pixel, settings,
+};
 
-const AT: View = [[1.5, 1.0, 0.0], [1.5, 0.0, 0.0]];
+const AT: EyeAndTarget = [[1.5, 1.0, 0.0], [1.5, 0.0, 0.0]];
 
 fn quad(corner: [f64; 3], edge_u: [f64; 3], edge_v: [f64; 3], material: &str) -> Value {
     json!({ "shape": { "quad": { "corner": corner, "edge_u": edge_u, "edge_v": edge_v } }, "material": material })
@@ -45,7 +47,7 @@ const BROUGHT: f64 = 4.0 * 0.64 / 6.25 / PI;
 #[test]
 fn a_spark_lights_by_its_cosines() {
     let model = || classic(json!({ "colour": [1, 0.5, 0], "diffuse": 0.5 }));
-    sees_within(
+    expect_pixel_within(
         &under(model(), &[spark()]),
         AT,
         [0.5 * BROUGHT, 0.25 * BROUGHT, 0.0],
@@ -63,7 +65,7 @@ fn a_spark_lights_physical_surfaces() {
         ),
         &one_ray(),
     );
-    near(found, [0.5 * BROUGHT; 3], 2e-3, "Lambert");
+    expect_near(found, [0.5 * BROUGHT; 3], 2e-3, "Lambert");
 }
 
 fn one_ray() -> Settings {
@@ -83,7 +85,7 @@ fn a_spark_has_sides() {
         for (share, [edge_u, edge_v]) in [(down, [wide, long]), (up, [long, wide])] {
             let mut lamp = quad([-0.001, 2.0, -0.001], edge_u, edge_v, "lamp");
             lamp["side"] = json!(side);
-            near(
+            expect_near(
                 pixel(&under(classic(json!({})), &[lamp]), &one_ray()),
                 [share * BROUGHT; 3],
                 2e-3,
@@ -105,7 +107,7 @@ fn a_scaled_spark_has_its_area() {
         "lamp",
     );
     shape["transform"] = moved.clone();
-    near(
+    expect_near(
         pixel(&under(classic(json!({})), &[shape]), &one_ray()),
         [BROUGHT; 3],
         2e-3,
@@ -119,12 +121,12 @@ fn a_scaled_spark_has_its_area() {
         classic(json!({})),
         json!({ "materials": [lamp("lamp", 1e6)], "objects": [object], "meshes": [mesh] }),
     );
-    near(pixel(&scene, &one_ray()), [BROUGHT; 3], 2e-3, "mesh");
+    expect_near(pixel(&scene, &one_ray()), [BROUGHT; 3], 2e-3, "mesh");
     // A mirroring transform keeps the outside outside.
     scene.objects[1]
         .transform
         .push(TransformStep::Scale([-1.0, 1.0, 1.0]));
-    near(
+    expect_near(
         pixel(&scene, &one_ray()),
         [BROUGHT; 3],
         2e-3,
@@ -141,14 +143,14 @@ fn sparks_cast_shadows() {
         classic(json!({})),
         json!({ "materials": [lamp("lamp", 1e6), veil], "objects": [spark(), between] }),
     );
-    near(
+    expect_near(
         pixel(&scene, &one_ray()),
         [0.25 * BROUGHT; 3],
         2e-3,
         "veiled",
     );
     scene.objects[2].casts_shadow = false;
-    near(pixel(&scene, &one_ray()), [BROUGHT; 3], 2e-3, "free");
+    expect_near(pixel(&scene, &one_ray()), [BROUGHT; 3], 2e-3, "free");
 }
 
 /// Irradiance at the origin of a floor from a polygon of radiance one above it, with its corners in
@@ -210,7 +212,7 @@ fn large_lamps_add_up() {
         pixel(scene, &many)
     };
     let expected = 2.0 * sum(left) + 5.0 * sum(right);
-    near(average(&scene), [expected; 3], 1e-2, "both");
+    expect_near(average(&scene), [expected; 3], 1e-2, "both");
     // An opaque wall hides the right lamp: the left one remains, sampled as before.
     let wall = quad(
         [0.2, -1.0, -9.0],
@@ -219,7 +221,7 @@ fn large_lamps_add_up() {
         "floor",
     );
     let parts = json!({ "materials": [lamp("dim", 2.0), lamp("bright", 5.0)], "objects": [place(left, "dim"), place(right, "bright"), wall] });
-    near(
+    expect_near(
         average(&floor(classic(json!({})), parts)),
         [2.0 * sum(left); 3],
         1e-2,
@@ -231,7 +233,7 @@ fn large_lamps_add_up() {
 /// 0.25 gives a quarter, like a uniform lamp hit by paths, for every strategy of light sampling.
 #[test]
 fn a_varying_lamp_that_is_there_in_part() {
-    use crate::paths::{AT as SLANTED, all_see};
+    use crate::paths::{AT as SLANTED, expect_pixels};
     let glowing = |opacity: f64| {
         let model = physical(
             json!({ "base_colour": 0, "ior": 1, "emission": "4 + 0*u", "opacity": opacity, "alpha": "blend" }),
@@ -244,7 +246,7 @@ fn a_varying_lamp_that_is_there_in_part() {
     };
     for opacity in [1.0, 0.25, 0.5] {
         let expected = 0.6 * opacity * 4.0 * 2.25 / (2.25 + 4.0);
-        all_see(
+        expect_pixels(
             &glowing(opacity),
             SLANTED,
             2,

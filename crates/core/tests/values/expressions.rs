@@ -2,18 +2,18 @@
 
 use std::collections::BTreeMap;
 
-use raywright_core::expr::{Inputs, Programs, Scope, compile_number};
+use raywright_core::expr::{ExprScope, Programs, VariableValues, compile_number};
 
 /// Value of an expression for given u and v.
 fn value(source: &str, u: f64, v: f64) -> f64 {
-    let program = compile_number(source, &BTreeMap::new(), Scope::Surface)
+    let program = compile_number(source, &BTreeMap::new(), ExprScope::Surface)
         .unwrap_or_else(|e| panic!("{source}: {e}"));
-    Programs::of(&program).scalar(
+    Programs::from_program(&program).scalar(
         0,
-        &Inputs {
+        &VariableValues {
             u,
             v,
-            ..Inputs::default()
+            ..VariableValues::default()
         },
     )
 }

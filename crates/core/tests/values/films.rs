@@ -7,7 +7,7 @@ use raywright_core::scene::{Pattern, Scene};
 use raywright_core::settings::{Aov, Background, Crop, Sampling, Settings};
 use serde_json::{Value, json};
 
-use crate::support::{View, ball, floor, physical, rendered, scene, settings};
+use crate::support::{EyeAndTarget, ball, floor, physical, render_scene, scene, settings};
 
 /// An orthographic view along −z with pixels of edge 1, centred at (0, 0, 5).
 fn flat(scene: &Scene, size: [u32; 2], sampling: Sampling) -> Settings {
@@ -53,17 +53,17 @@ fn patterns_have_their_places() {
         height: 1,
     };
     for (sampling, extra) in [(CENTRE, 0.0), (CORNERS, 0.25)] {
-        let whole = flat(&scene, [4, 2], sampling);
-        let picture = rendered(&scene, &whole).picture;
+        let settings = flat(&scene, [4, 2], sampling);
+        let picture = render_scene(&scene, &settings).picture;
         for (i, rgb) in picture.rgb.iter().enumerate() {
             let (x, y) = ((i % 4) as f32 - 1.5, 0.5 - (i / 4) as f32);
             assert_eq!(*rgb, [x, y, x * x + extra], "{i}");
         }
-        let cropped = rendered(
+        let cropped = render_scene(
             &scene,
             &Settings {
                 crop: Some(crop),
-                ..whole
+                ..settings
             },
         )
         .picture;
@@ -77,8 +77,8 @@ fn patterns_have_their_places() {
 #[test]
 fn samples_fill_the_pixel() {
     let scene = sky("[o.x, o.y, (o.x - 0.5)^2]");
-    let whole = flat(&scene, [2, 1], Sampling::General(1024));
-    let picture = rendered(&scene, &whole).picture;
+    let settings = flat(&scene, [2, 1], Sampling::General(1024));
+    let picture = render_scene(&scene, &settings).picture;
     for (found, expected) in picture.rgb[1].iter().zip([0.5, 0.0, 1.0 / 12.0]) {
         assert!((found - expected).abs() < 1e-3, "{:?}", picture.rgb[1]);
     }
@@ -89,11 +89,11 @@ fn samples_fill_the_pixel() {
         height: 1,
     });
     assert_eq!(
-        rendered(
+        render_scene(
             &scene,
             &Settings {
                 crop,
-                ..whole.clone()
+                ..settings.clone()
             }
         )
         .picture
@@ -101,12 +101,12 @@ fn samples_fill_the_pixel() {
         picture.rgb[1]
     );
     let seeded = |seed| {
-        rendered(
+        render_scene(
             &scene,
             &Settings {
                 seed,
                 sampling: Sampling::General(1),
-                ..whole.clone()
+                ..settings.clone()
             },
         )
         .picture
@@ -129,7 +129,7 @@ fn half() -> Scene {
 #[test]
 fn layers_of_whole_pixels() {
     let scene = half();
-    let picture = rendered(&scene, &flat(&scene, [2, 1], CENTRE)).picture;
+    let picture = render_scene(&scene, &flat(&scene, [2, 1], CENTRE)).picture;
     for (name, expected) in [
         ("albedo.R", [1.0, 0.0]),
         ("albedo.G", [0.5, 0.0]),
@@ -162,7 +162,7 @@ fn layers_of_whole_pixels() {
 fn layers_of_a_partly_covered_pixel() {
     let scene = half();
     // One pixel from −0.5 to 0.5: its left corners lie on the quad.
-    let picture = rendered(&scene, &flat(&scene, [1, 1], CORNERS)).picture;
+    let picture = render_scene(&scene, &flat(&scene, [1, 1], CORNERS)).picture;
     for (name, expected) in [
         ("albedo.R", 0.5),
         ("albedo.G", 0.25),
@@ -191,12 +191,12 @@ fn coverage_is_a_share() {
         background: Background::Transparent,
         ..flat(&scene, [1, 1], sampling)
     };
-    let picture = rendered(&scene, &transparent(CORNERS)).picture;
+    let picture = render_scene(&scene, &transparent(CORNERS)).picture;
     assert_eq!(
         (picture.rgb[0], picture.alpha),
         ([0.5, 0.25, 0.0], Some(vec![0.5]))
     );
-    let picture = rendered(&scene, &transparent(Sampling::General(64))).picture;
+    let picture = render_scene(&scene, &transparent(Sampling::General(64))).picture;
     assert_eq!(
         (picture.rgb[0], picture.alpha),
         ([0.5, 0.25, 0.0], Some(vec![0.5]))
@@ -207,14 +207,14 @@ fn coverage_is_a_share() {
 /// the ray.
 #[test]
 fn depth_is_along_the_ray() {
-    let view: View = [[3.0, 4.0, 0.0], [0.0; 3]];
+    let view: EyeAndTarget = [[3.0, 4.0, 0.0], [0.0; 3]];
     let scene = floor(physical(json!({})), json!({}));
     let settings = Settings {
         aovs: vec![Aov::Depth, Aov::Position],
         sampling: Sampling::General(2),
         ..settings(&scene, view)
     };
-    let picture = rendered(&scene, &settings).picture;
+    let picture = render_scene(&scene, &settings).picture;
     assert!(
         (layer(&picture, "depth.Z")[0] - 5.0).abs() < 1e-6
             && layer(&picture, "position.Y")[0].abs() < 1e-6
@@ -226,7 +226,7 @@ fn depth_is_along_the_ray() {
 #[test]
 fn samples_that_are_not_numbers_are_dropped() {
     let scene = sky("o.x < 0 ? sqrt(o.x) : 3");
-    let rendered = rendered(&scene, &flat(&scene, [1, 1], CORNERS));
+    let rendered = render_scene(&scene, &flat(&scene, [1, 1], CORNERS));
     assert_eq!(
         (rendered.counters.samples, rendered.counters.dropped),
         (2, 2)
@@ -255,7 +255,7 @@ fn the_first_of_equals_is_seen() {
         });
         let at = |scene: &Scene| {
             layer(
-                &rendered(
+                &render_scene(
                     scene,
                     &Settings {
                         accelerator: kind,
@@ -287,7 +287,7 @@ fn filters_cover_their_surroundings() {
             filter,
             ..flat(&scene, [8, 4], Sampling::General(1024))
         };
-        rendered(&scene, &all).picture.rgb
+        render_scene(&scene, &all).picture.rgb
     };
     let sine = |k: f64, a: f64| a * (k * PI / 3.0).sin() / (k * PI);
     let window = |a: f64| {
@@ -338,7 +338,7 @@ fn errors_of_light_that_was_not_found_are_unknown() {
             aovs: vec![Aov::StandardError],
             ..view
         };
-        let picture = rendered(
+        let picture = render_scene(
             &scene,
             &Settings {
                 size: [4, 4],
@@ -372,7 +372,7 @@ fn paths_that_overflow_in_one_channel_are_dropped() {
         let down = settings(&scene, crate::support::DOWN);
         let (integrator, precision, size) = (Integrator::Path, PrecisionChoice::Robust, [16, 16]);
         let sampling = Sampling::General(4);
-        let found = rendered(
+        let counters = render_scene(
             &scene,
             &Settings {
                 integrator,
@@ -384,8 +384,8 @@ fn paths_that_overflow_in_one_channel_are_dropped() {
         )
         .counters;
         assert!(
-            found.dropped > 512 && found.samples + found.dropped == 1024,
-            "channel {channel}: {found:?}"
+            counters.dropped > 512 && counters.samples + counters.dropped == 1024,
+            "channel {channel}: {counters:?}"
         );
     }
 }
@@ -404,7 +404,7 @@ fn paths_that_carry_no_number_are_dropped() {
     );
     let down = settings(&scene, crate::support::DOWN);
     let (integrator, precision) = (Integrator::Path, PrecisionChoice::Robust);
-    let found = rendered(
+    let counters = render_scene(
         &scene,
         &Settings {
             integrator,
@@ -415,7 +415,7 @@ fn paths_that_carry_no_number_are_dropped() {
     )
     .counters;
     assert!(
-        found.dropped > 8 && found.samples + found.dropped == 16,
-        "{found:?}"
+        counters.dropped > 8 && counters.samples + counters.dropped == 16,
+        "{counters:?}"
     );
 }

@@ -5,12 +5,12 @@
 use core::f64::consts::TAU;
 
 use raywright_core::Settings;
-use raywright_core::ladder::{Choice, Ladder};
+use raywright_core::ladder::{Ladder, RungChoice};
 use raywright_core::scene::Scene;
 use serde_json::{Map, Value, json};
 
-use crate::paths::{mean, paths};
-use crate::support::{View, ball, floor, physical, scene};
+use crate::paths::{mean_radiance, paths};
+use crate::support::{EyeAndTarget, ball, floor, physical, scene};
 
 /// Number of furnaces; every run tests a tenth, and all if the variable NETS is `all`.
 const FURNACES: u64 = 300;
@@ -25,9 +25,9 @@ const OFF: f64 = 0.01;
 const OFF_WITHIN: f64 = 0.03;
 
 /// A stream of numbers in [0, 1) (SplitMix64).
-struct Numbers(u64);
+struct FurnaceRng(u64);
 
-impl Numbers {
+impl FurnaceRng {
     fn next(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
@@ -41,7 +41,7 @@ impl Numbers {
     }
 
     /// A number from 0 to 1, often one of the ends.
-    fn share(&mut self) -> f64 {
+    fn uniform(&mut self) -> f64 {
         match self.next() {
             x if x < 0.2 => 0.0,
             x if x < 0.4 => 1.0,
@@ -50,7 +50,7 @@ impl Numbers {
     }
 
     fn colour(&mut self) -> Value {
-        json!([self.share(), self.share(), self.share()])
+        json!([self.uniform(), self.uniform(), self.uniform()])
     }
 
     /// An index, mostly of glass, sometimes close to one or very large.
@@ -67,15 +67,15 @@ impl Numbers {
 /// A surface with its view, and whether it absorbs nothing.
 struct Furnace {
     scene: Scene,
-    view: View,
+    view: EyeAndTarget,
     depth: u32,
     keeps_all: bool,
     off: f64,
 }
 
 /// Absorbing layers: a furnace with them returns at most one.
-fn layers(numbers: &mut Numbers, all: &mut Map<String, Value>) {
-    let mut add = |numbers: &mut Numbers, key: &str, of: fn(&mut Numbers) -> Value| {
+fn layers(numbers: &mut FurnaceRng, all: &mut Map<String, Value>) {
+    let mut add = |numbers: &mut FurnaceRng, key: &str, of: fn(&mut FurnaceRng) -> Value| {
         if numbers.chance(0.3) {
             all.insert(key.to_owned(), of(numbers));
         }
@@ -83,17 +83,17 @@ fn layers(numbers: &mut Numbers, all: &mut Map<String, Value>) {
     add(
         numbers,
         "clearcoat",
-        |n| json!({ "factor": n.share(), "roughness": n.share() }),
+        |n| json!({ "factor": n.uniform(), "roughness": n.uniform() }),
     );
     add(
         numbers,
         "sheen",
-        |n| json!({ "colour": n.colour(), "roughness": n.share() }),
+        |n| json!({ "colour": n.colour(), "roughness": n.uniform() }),
     );
     add(
         numbers,
         "iridescence",
-        |n| json!({ "factor": n.share(), "ior": 1.0 + 1.5 * n.next(), "thickness": 1200.0 * n.next() }),
+        |n| json!({ "factor": n.uniform(), "ior": 1.0 + 1.5 * n.next(), "thickness": 1200.0 * n.next() }),
     );
     add(
         numbers,
@@ -101,14 +101,14 @@ fn layers(numbers: &mut Numbers, all: &mut Map<String, Value>) {
         |n| json!({ "n": [n.next() + 0.05, n.next() + 0.05, 3.0 * n.next() + 0.05], "k": [5.0 * n.next(), 3.0 * n.next(), n.next()] }),
     );
     add(numbers, "specular_colour", |n| {
-        json!([2.0 * n.next(), n.share(), n.share()])
+        json!([2.0 * n.next(), n.uniform(), n.uniform()])
     });
     add(numbers, "attenuation_distance", |n| json!(n.next() + 0.01));
-    add(numbers, "attenuation_colour", Numbers::colour);
+    add(numbers, "attenuation_colour", FurnaceRng::colour);
 }
 
 fn furnace(index: u64) -> Furnace {
-    let mut numbers = Numbers(SEED.wrapping_add(index.wrapping_mul(0x2545_f491_4f6c_dd1d)));
+    let mut numbers = FurnaceRng(SEED.wrapping_add(index.wrapping_mul(0x2545_f491_4f6c_dd1d)));
     let n = &mut numbers;
     let keeps_all = n.chance(0.5);
     let (clear, thin) = (n.chance(0.5), n.chance(0.4));
@@ -119,24 +119,24 @@ fn furnace(index: u64) -> Furnace {
         ("base_colour", base),
         (
             "metallic",
-            json!(if n.chance(0.5) { 0.0 } else { n.share() }),
+            json!(if n.chance(0.5) { 0.0 } else { n.uniform() }),
         ),
-        ("roughness", json!(n.share())),
+        ("roughness", json!(n.uniform())),
         ("ior", json!(ior)),
-        ("transmission", json!(if clear { n.share() } else { 0.0 })),
+        ("transmission", json!(if clear { n.uniform() } else { 0.0 })),
         ("thin_walled", json!(thin)),
         (
             "dispersion",
             json!(if n.chance(0.2) { 5.0 * n.next() } else { 0.0 }),
         ),
-        ("specular", json!(n.share())),
+        ("specular", json!(n.uniform())),
     ] {
         all.insert(key.to_owned(), value);
     }
     if n.chance(0.3) {
         all.insert(
             "anisotropy".to_owned(),
-            json!({ "strength": n.share(), "rotation": 360.0 * n.next() }),
+            json!({ "strength": n.uniform(), "rotation": 360.0 * n.next() }),
         );
     }
     let leaf = n.chance(0.2);
@@ -144,7 +144,7 @@ fn furnace(index: u64) -> Furnace {
         let colour = if keeps_all { json!(1) } else { n.colour() };
         all.insert(
             "diffuse_transmission".to_owned(),
-            json!({ "factor": n.share(), "colour": colour }),
+            json!({ "factor": n.uniform(), "colour": colour }),
         );
     }
     if !keeps_all {
@@ -171,13 +171,17 @@ fn furnace(index: u64) -> Furnace {
     };
     let (height, turn) = ((0.5 * TAU * 0.499 * n.next()).cos(), TAU * n.next());
     let across = (1.0 - height * height).sqrt();
-    let towards = [across * turn.cos(), height, across * turn.sin()];
+    let direction = [across * turn.cos(), height, across * turn.sin()];
     let model = physical(Value::Object(all));
     let sky = json!({ "sky": { "constant": 1 } });
     if !is_ball {
         // A thin wall is viewed from either side.
         let side = if thin && n.chance(0.5) { -1.0 } else { 1.0 };
-        let eye = [3.0 * towards[0], 3.0 * side * towards[1], 3.0 * towards[2]];
+        let eye = [
+            3.0 * direction[0],
+            3.0 * side * direction[1],
+            3.0 * direction[2],
+        ];
         return Furnace {
             scene: floor(model, sky),
             view: [eye, [0.0; 3]],
@@ -189,7 +193,7 @@ fn furnace(index: u64) -> Furnace {
     let scene = scene(
         json!({ "sky": sky["sky"], "materials": [{ "name": "m", "model": model }], "objects": [ball([0.0; 3], 1.0, "m")] }),
     );
-    let eye = towards.map(|x| if is_within { 0.7 * x } else { 3.0 * x });
+    let eye = direction.map(|x| if is_within { 0.7 * x } else { 3.0 * x });
     let target = [0.9 * n.next(), 0.3 * n.next(), 0.0];
     Furnace {
         scene,
@@ -206,9 +210,9 @@ fn furnace(index: u64) -> Furnace {
 #[test]
 fn furnaces_return_at_most_one() {
     let all = std::env::var("NETS").is_ok_and(|nets| nets == "all");
-    let asked = (0..FURNACES).filter(|index| all || index % 10 == 3);
+    let requested = (0..FURNACES).filter(|index| all || index % 10 == 3);
     let mut wrong = Vec::new();
-    for index in asked {
+    for index in requested {
         let Furnace {
             scene,
             view,
@@ -221,7 +225,7 @@ fn furnaces_return_at_most_one() {
             seed: index as _,
             ..paths(&scene, view, depth)
         };
-        let (found, error) = mean(&scene, &settings);
+        let (found, error) = mean_radiance(&scene, &settings);
         for k in 0..3 {
             let (spread, whole) = (ERRORS * error[k] + off, keeps_all && found[k] < 1.0);
             if found[k] - 1.0 > spread || whole && 1.0 - found[k] > spread || !found[k].is_finite()
@@ -242,7 +246,7 @@ fn furnaces_return_at_most_one() {
 }
 
 /// Albedo and error of white paint of an index, viewed at an angle, on a rung.
-fn white_paint(rung: Choice, [ior, roughness, degrees]: [f64; 3]) -> (f64, f64) {
+fn white_paint(rung: RungChoice, [ior, roughness, degrees]: [f64; 3]) -> (f64, f64) {
     let mut scene = floor(
         physical(json!({ "base_colour": 1, "ior": ior, "roughness": roughness })),
         json!({ "sky": { "constant": 1 } }),
@@ -253,7 +257,7 @@ fn white_paint(rung: Choice, [ior, roughness, degrees]: [f64; 3]) -> (f64, f64) 
         ..paths(&scene, [[3.0 * sine, 3.0 * cosine, 0.0], [0.0; 3]], 3)
     };
     rung.apply(&mut scene, &mut settings);
-    let (found, error) = mean(&scene, &settings);
+    let (found, error) = mean_radiance(&scene, &settings);
     (found[0], error[0])
 }
 
@@ -272,14 +276,14 @@ fn references_make_no_light() {
             "{ladder:?}"
         );
     }
-    let model = Choice::parse("fresnel=model").expect("a rung");
+    let model = RungChoice::parse("fresnel=model").expect("a rung");
     assert!(
         !model.can_be_reference() && white_paint(model, [1.5, 0.0, 89.0]).0 > 1.3,
         "a rung that makes light is told"
     );
     for ladder in [Ladder::Fresnel, Ladder::Microfacets] {
         let last = ladder.choices().next_back();
-        for rung in ladder.choices().filter(Choice::can_be_reference) {
+        for rung in ladder.choices().filter(RungChoice::can_be_reference) {
             for ior in [1.0, 1.01, 1.1, 1.5, 4.0, 1000.0] {
                 for roughness in [0.0, 0.05, 0.3, 1.0] {
                     for degrees in [0.0, 60.0, 86.0, 89.9] {

@@ -5,12 +5,13 @@ use raywright_core::Scene;
 use serde_json::{Value, json};
 
 use crate::support::{
-    PRECISIONS, View, classic, floor, near, physical, pixel, sees_within, settings, sun,
+    EyeAndTarget, PRECISIONS, classic, expect_near, expect_pixel_within, floor, physical, pixel,
+    settings, sun,
 };
 
 /// Slanted views of two neighbouring cells of a checker, at x = 0.5 and x = 1.5.
-const FIRST: View = [[4.5, 3.0, 0.5], [0.5, 0.0, 0.5]];
-const SECOND: View = [[5.5, 3.0, 0.5], [1.5, 0.0, 0.5]];
+const FIRST: EyeAndTarget = [[4.5, 3.0, 0.5], [0.5, 0.0, 0.5]];
+const SECOND: EyeAndTarget = [[5.5, 3.0, 0.5], [1.5, 0.0, 0.5]];
 
 fn terms(rest: &Value) -> Value {
     let mut terms = json!({ "base_colour": [1, 0.5, 0.25], "roughness": 0.2 });
@@ -31,7 +32,7 @@ fn lit(rest: &Value) -> Scene {
 
 /// Asserts that both floors look alike in every precision.
 #[track_caller]
-fn alike(varying: &Value, even: &Value, view: View) {
+fn alike(varying: &Value, even: &Value, view: EyeAndTarget) {
     let [varying_scene, even_scene] = [varying, even].map(lit);
     for (precision, tolerance) in PRECISIONS {
         let at = |scene| {
@@ -43,7 +44,7 @@ fn alike(varying: &Value, even: &Value, view: View) {
                 },
             )
         };
-        near(
+        expect_near(
             at(&varying_scene),
             at(&even_scene),
             4.0 * tolerance,
@@ -61,7 +62,7 @@ fn checker(even: f64, odd: f64) -> Value {
 /// outside [0, 1] are clamped.
 #[test]
 fn transmission_is_that_of_the_point() {
-    let of = |value: Value| json!({ "transmission": value });
+    let value_of = |value: Value| json!({ "transmission": value });
     for (value, first, second) in [
         (json!("p.x - 0.25"), 0.25, 1.0),
         (json!("0.5 - p.x + 0.25"), 0.25, 0.0),
@@ -69,13 +70,13 @@ fn transmission_is_that_of_the_point() {
         (checker(0.75, 0.0), 0.75, 0.0),
         (checker(0.0, 0.5), 0.0, 0.5),
     ] {
-        alike(&of(value.clone()), &of(first.into()), FIRST);
-        alike(&of(value), &of(second.into()), SECOND);
+        alike(&value_of(value.clone()), &value_of(first.into()), FIRST);
+        alike(&value_of(value), &value_of(second.into()), SECOND);
     }
     let looks = [0.0, 0.25, 1.0].map(|share| {
         pixel(
-            &lit(&of(share.into())),
-            &settings(&lit(&of(share.into())), FIRST),
+            &lit(&value_of(share.into())),
+            &settings(&lit(&value_of(share.into())), FIRST),
         )
     });
     assert!(
@@ -89,20 +90,20 @@ fn transmission_is_that_of_the_point() {
 #[test]
 fn index_is_that_of_the_point() {
     for transmission in [0.0, 1.0] {
-        let of = |value: Value| json!({ "ior": value, "transmission": transmission });
+        let value_of = |value: Value| json!({ "ior": value, "transmission": transmission });
         for (value, first, second) in [
             (json!("1 + p.x"), 1.5, 2.5),
             (checker(1.25, 2.0), 1.25, 2.0),
             (json!("p.x"), 1.0, 1.5),
             (json!("exp(400 * (p.x - 1))"), 1.0, 1000.0),
         ] {
-            alike(&of(value.clone()), &of(first.into()), FIRST);
-            alike(&of(value), &of(second.into()), SECOND);
+            alike(&value_of(value.clone()), &value_of(first.into()), FIRST);
+            alike(&value_of(value), &value_of(second.into()), SECOND);
         }
         let looks = [1.0, 1.5, 2.5].map(|ior| {
             pixel(
-                &lit(&of(ior.into())),
-                &settings(&lit(&of(ior.into())), FIRST),
+                &lit(&value_of(ior.into())),
+                &settings(&lit(&value_of(ior.into())), FIRST),
             )
         });
         assert!(
@@ -130,7 +131,7 @@ fn shadows_of_varying_glass() {
             "materials": [{ "name": "glass", "model": glass }] });
         let scene = floor(classic(json!({})), parts);
         for (view, share) in [FIRST, SECOND].into_iter().zip(share) {
-            sees_within(&scene, view, [share; 3], 1e-6);
+            expect_pixel_within(&scene, view, [share; 3], 1e-6);
         }
     };
     let tint = 0.5 * (1.0 + 0.5 + 0.25) / 3.0;
@@ -150,6 +151,6 @@ fn glass_that_lets_nothing_through() {
         classic(json!({ "local": 0, "transmission": { "ior": 1.5, "refracted_tint": 0 } })),
     ] {
         let scene = floor(model, json!({ "sky": { "constant": 1 } }));
-        crate::support::sees(&scene, crate::support::DOWN, [0.04; 3]);
+        crate::support::expect_pixel(&scene, crate::support::DOWN, [0.04; 3]);
     }
 }

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use crate::support::{SLANTED, View, ball, classic, floor, sees, sun};
+use crate::support::{EyeAndTarget, SLANTED, ball, classic, expect_pixel, floor, sun};
 
 /// A floor that shows only a light's highlight.
 fn shiny(specular: Value, light: Value) -> raywright_core::Scene {
@@ -16,7 +16,7 @@ fn shiny(specular: Value, light: Value) -> raywright_core::Scene {
 /// under l = (0, 1, 0).
 #[test]
 fn each_model_by_its_cosine() {
-    let grazing: View = [[4.0, 3.0, 0.0], [0.0; 3]];
+    let grazing: EyeAndTarget = [[4.0, 3.0, 0.0], [0.0; 3]];
     for (model, exponent, view, expected) in [
         // n·h = 1.8/√3.6 = √0.9.
         ("blinn", 4, SLANTED, 0.81),
@@ -30,7 +30,7 @@ fn each_model_by_its_cosine() {
         ("grazing", 2, SLANTED, 0.0),
     ] {
         let specular = json!({ "model": model, "exponent": exponent, "strength": 0.5 });
-        sees(
+        expect_pixel(
             &shiny(specular, sun([0.0, 1.0, 0.0])),
             view,
             [0.5 * expected; 3],
@@ -45,13 +45,13 @@ fn the_light_tints_its_highlight() {
     let light = |specular: bool| json!({ "kind": { "directional": { "to_light": [0, 1, 0] } }, "colour": [2, 1, 0.5], "specular": specular });
     let specular =
         |lit: bool| json!({ "model": "phong", "exponent": 1, "strength": "1.5*l.y", "lit": lit });
-    sees(
+    expect_pixel(
         &shiny(specular(true), light(true)),
         SLANTED,
         [2.4, 1.2, 0.6],
     );
-    sees(&shiny(specular(false), light(true)), SLANTED, [1.2; 3]);
-    sees(&shiny(specular(true), light(false)), SLANTED, [0.0; 3]);
+    expect_pixel(&shiny(specular(false), light(true)), SLANTED, [1.2; 3]);
+    expect_pixel(&shiny(specular(true), light(false)), SLANTED, [0.0; 3]);
 }
 
 /// A veil of transmittance 0.25 between the origin and the light above it.
@@ -69,9 +69,9 @@ fn veiled(terms: Value, shadows: bool) -> raywright_core::Scene {
 #[test]
 fn shadows_dim_highlights() {
     let terms = |shadowed: bool| json!({ "colour": 0, "diffuse": 0, "specular": { "model": "phong", "exponent": 1, "strength": 1, "shadowed": shadowed } });
-    sees(&veiled(terms(true), true), SLANTED, [0.2; 3]);
-    sees(&veiled(terms(false), true), SLANTED, [0.8; 3]);
-    sees(&veiled(terms(true), false), SLANTED, [0.8; 3]);
+    expect_pixel(&veiled(terms(true), true), SLANTED, [0.2; 3]);
+    expect_pixel(&veiled(terms(false), true), SLANTED, [0.8; 3]);
+    expect_pixel(&veiled(terms(true), false), SLANTED, [0.8; 3]);
 }
 
 /// Protects: a highlight of the reflection is outside `local`, is weighted and tinted like the
@@ -82,12 +82,12 @@ fn highlights_of_a_reflection() {
         json!({ "local": 0, "colour": [1, 0.5, 0.25], "reflection": { "weight": 0.5 }, "specular":
             { "model": "phong", "exponent": 1, "strength": 2, "shadowed": shadowed, "on_reflection": true } })
     };
-    sees(&veiled(terms(true), true), SLANTED, [0.2, 0.1, 0.05]);
-    sees(&veiled(terms(false), true), SLANTED, [0.8, 0.4, 0.2]);
-    sees(&veiled(terms(true), false), SLANTED, [0.8, 0.4, 0.2]);
+    expect_pixel(&veiled(terms(true), true), SLANTED, [0.2, 0.1, 0.05]);
+    expect_pixel(&veiled(terms(false), true), SLANTED, [0.8, 0.4, 0.2]);
+    expect_pixel(&veiled(terms(true), false), SLANTED, [0.8, 0.4, 0.2]);
     let mut dull = veiled(terms(false), true);
     dull.lights[0].specular = false;
-    sees(&dull, SLANTED, [0.0; 3]);
+    expect_pixel(&dull, SLANTED, [0.0; 3]);
 }
 
 /// Protects: the light's colour tints a highlight of the reflection only if it is `lit`.
@@ -98,7 +98,7 @@ fn the_light_tints_a_highlight_of_the_reflection() {
         let light =
             json!({ "kind": { "directional": { "to_light": [0, 1, 0] } }, "colour": [2, 1, 0] });
         let terms = json!({ "local": 0, "reflection": { "weight": 1 }, "specular": specular });
-        sees(
+        expect_pixel(
             &floor(classic(terms), json!({ "lights": [light] })),
             SLANTED,
             expected,

@@ -3,19 +3,20 @@
 
 use std::sync::Arc;
 
-use raywright_core::effects::{Effect, EffectSet, Status, detect};
-use raywright_core::ladder::{Choice, standings};
+use raywright_core::effects::{Effect, EffectSet, EffectStatus, detect};
+use raywright_core::ladder::{RungChoice, standings};
 use raywright_core::scene::{ImageData, Pixels, Scene};
 use raywright_core::settings::{Aov, Settings};
 use raywright_core::{estimate, prepare};
 use serde_json::{Value, json};
 
 use crate::support::{
-    View, ball, classic, floor, near, physical, pixel, rendered, scene, sees, settings, sun,
+    EyeAndTarget, ball, classic, expect_near, expect_pixel, floor, physical, pixel, render_scene,
+    scene, settings, sun,
 };
 
 /// A view onto a floor at u = 0.25, v = 0.5, along (−0.6, −0.8, 0).
-const ASIDE: View = [[3.25, 4.0, 0.5], [0.25, 0.0, 0.5]];
+const ASIDE: EyeAndTarget = [[3.25, 4.0, 0.5], [0.25, 0.0, 0.5]];
 
 /// A floor of this material under a sky and a slanting sun, with a texture that is red in its first
 /// half.
@@ -40,31 +41,31 @@ fn lit(model: Value) -> Scene {
 #[test]
 fn what_a_hit_makes_negative_is_zero() {
     let emitted = |x: &str| lit(classic(json!({ "colour": 0, "emission": x })));
-    sees(&emitted("[0 - u - 1, u, 0 - v]"), ASIDE, [0.0, 0.25, 0.0]);
-    sees(
+    expect_pixel(&emitted("[0 - u - 1, u, 0 - v]"), ASIDE, [0.0, 0.25, 0.0]);
+    expect_pixel(
         &lit(classic(json!({ "colour": 1, "local": "0 - u" }))),
         ASIDE,
         [0.0; 3],
     );
-    sees(
+    expect_pixel(
         &lit(classic(
             json!({ "colour": 0, "reflection": { "weight": "0 - u", "tinted": false } }),
         )),
         ASIDE,
         [0.0; 3],
     );
-    sees(
+    expect_pixel(
         &lit(physical(json!({ "base_colour": "0 - u", "ior": 1 }))),
         ASIDE,
         [0.0; 3],
     );
-    sees(
+    expect_pixel(
         &scene(json!({ "sky": { "expression": "d" } })),
         [[0.0; 3], [-0.6, 0.8, 0.0]],
         [-0.6, 0.8, 0.0],
     );
     let texture = |at: &str| json!({ "texture": { "name": "halves", "uv": [at, 0.5] } });
-    sees(
+    expect_pixel(
         &lit(classic(
             json!({ "colour": 0, "emission": texture("0 - u") }),
         )),
@@ -112,17 +113,18 @@ fn every_input_may_read_the_coordinates() {
             let (read, given) = (lit(model(json!(text))), lit(model(json!(number))));
             let [found, expected] =
                 [&read, &given].map(|scene| pixel(scene, &settings(scene, ASIDE)));
-            near(found, expected, 1e-6, &format!("{name} {text}"));
+            expect_near(found, expected, 1e-6, &format!("{name} {text}"));
             let other = lit(model(json!(1.0 - number)));
             assert_ne!(
                 pixel(&other, &settings(&other, ASIDE)),
                 expected,
                 "{name} does not matter here"
             );
-            let told = detect(&read, &Settings::of(&read)).status(Effect::ProceduralTextures);
+            let told =
+                detect(&read, &Settings::from_scene(&read)).status(Effect::ProceduralTextures);
             // An expression in `uv` belongs to the use of an image.
             assert!(
-                told == Status::Simulated || name.starts_with("uv"),
+                told == EffectStatus::Simulated || name.starts_with("uv"),
                 "{name}: {told:?}"
             );
         }
@@ -141,12 +143,12 @@ fn corners_weigh_where_a_mesh_has_no_coordinates() {
             "objects": [{ "shape": { "mesh": "leaf" }, "material": "m", "transform": map }] }),
         )
     };
-    sees(
+    expect_pixel(
         &shown(json!([])),
         [[0.3, 0.2, 2.0], [0.3, 0.2, 0.0]],
         [0.3, 0.2, 0.0],
     );
-    sees(
+    expect_pixel(
         &shown(json!([{ "scale": [-1, 1, 1] }])),
         [[-0.3, 0.2, 2.0], [-0.3, 0.2, 0.0]],
         [0.3, 0.2, 0.0],
@@ -167,7 +169,7 @@ fn what_is_beyond_a_lamp_hides_nothing() {
                 json!({ "lights": [lamp], "classic": { "spawn": spawn }, "materials": [{ "name": "m", "model": classic(json!({})) }],
                     "objects": [ball([0.0, height, 0.0], 0.5, "m")] }),
             );
-            sees(&scene, [[3.0, 4.0, 0.0], [0.0; 3]], [expected; 3]);
+            expect_pixel(&scene, [[3.0, 4.0, 0.0], [0.0; 3]], [expected; 3]);
         }
     }
 }
@@ -182,7 +184,7 @@ fn rays_of_layers_are_counted() {
             aovs: aovs.to_vec(),
             ..settings(&scene, ASIDE)
         };
-        rendered(&scene, &settings).counters.camera
+        render_scene(&scene, &settings).counters.camera
     };
     assert_eq!(
         [
@@ -198,7 +200,7 @@ fn rays_of_layers_are_counted() {
 /// Protects: images count once in memory, to the byte, whether a material, the sky or both read
 /// them.
 #[test]
-fn images_are_reckoned_once() {
+fn images_count_once_in_memory() {
     for (sky, surface) in [(false, false), (true, false), (false, true), (true, true)] {
         let model = physical(if surface {
             json!({ "base_colour_texture": { "name": "halves" } })
@@ -291,7 +293,7 @@ fn what_is_switched_off_is_gone() {
         (Effect::Emission, glow(json!(0.5)), glow(json!(0))),
     ] {
         let view = [[3.0, 4.0, 0.0], [0.0; 3]];
-        let off = EffectSet::of(&[effect]);
+        let off = EffectSet::from_effects(&[effect]);
         let [as_it_is, switched, by_hand] = [
             (&with, EffectSet::EMPTY),
             (&with, off),
@@ -307,23 +309,23 @@ fn what_is_switched_off_is_gone() {
             )
         });
         assert_ne!(as_it_is, switched, "{effect:?} does not matter here");
-        near(switched, by_hand, 1e-6, &format!("{effect:?}"));
+        expect_near(switched, by_hand, 1e-6, &format!("{effect:?}"));
     }
 }
 
 /// Protects: a ladder is reported where it matters, also to an effect that is left out, and nowhere
 /// else; a tree keeps its given quality when a tree is requested.
 #[test]
-fn ladders_are_told_where_they_matter() {
+fn ladders_are_reported_where_they_matter() {
     let told = |model: Value, max_depth: u32| -> Vec<&'static str> {
         let scene = floor(model, json!({}));
         let settings = Settings {
             max_depth,
-            ..Settings::of(&scene)
+            ..Settings::from_scene(&scene)
         };
         standings(&scene, &settings, &detect(&scene, &settings))
             .iter()
-            .map(|standing| standing.ladder)
+            .map(|current_rung| current_rung.ladder)
             .collect()
     };
     let always = [
@@ -344,16 +346,16 @@ fn ladders_are_told_where_they_matter() {
         (further.clone(), further)
     );
 
-    let (mut scene, mut settings) = (Scene::default(), Settings::of(&Scene::default()));
+    let (mut scene, mut settings) = (Scene::default(), Settings::from_scene(&Scene::default()));
     for text in ["build=high", "accelerator=bvh"] {
-        Choice::parse(text)
+        RungChoice::parse(text)
             .unwrap_or_else(|e| panic!("{e}"))
             .apply(&mut scene, &mut settings);
     }
     let standings = standings(&scene, &settings, &detect(&scene, &settings));
     let build = standings
         .iter()
-        .find(|standing| standing.ladder == "build")
-        .map(|standing| standing.rung.as_str());
+        .find(|current_rung| current_rung.ladder == "build")
+        .map(|current_rung| current_rung.rung.as_str());
     assert_eq!(build, Some("high"));
 }

@@ -3,7 +3,8 @@
 use serde_json::{Value, json};
 
 use crate::support::{
-    DOWN, FROM_BELOW, SLANTED, View, classic, floor, physical, rendered, scene, sees, settings,
+    DOWN, EyeAndTarget, FROM_BELOW, SLANTED, classic, expect_pixel, floor, physical, render_scene,
+    scene, settings,
 };
 use raywright_core::{Scene, Settings};
 
@@ -27,13 +28,13 @@ fn switch(threshold: f64) -> Value {
 fn rays_bend_by_the_sines() {
     let within = f64::sqrt(1.0 - 0.16);
     let out = f64::sqrt(1.0 - 0.81);
-    let flat: View = [[4.0, -3.0, 0.0], [0.0; 3]];
+    let flat: EyeAndTarget = [[4.0, -3.0, 0.0], [0.0; 3]];
     for face_viewer in [true, false] {
         let glass = glass(switch(0.5), face_viewer);
-        sees(&glass, SLANTED, [0.5 * (2.0 - 0.4), 2.0 - within, 4.0]);
-        sees(&glass, FROM_BELOW, [0.5 * (2.0 - 0.9), 2.0 + out, 4.0]);
+        expect_pixel(&glass, SLANTED, [0.5 * (2.0 - 0.4), 2.0 - within, 4.0]);
+        expect_pixel(&glass, FROM_BELOW, [0.5 * (2.0 - 0.9), 2.0 + out, 4.0]);
         // sin = 0.8 · 1.5 > 1.
-        sees(&glass, flat, [2.0 * (2.0 - 0.8), 2.0 - 0.6, 1.0]);
+        expect_pixel(&glass, flat, [2.0 * (2.0 - 0.8), 2.0 - 0.6, 1.0]);
     }
 }
 
@@ -41,22 +42,22 @@ fn rays_bend_by_the_sines() {
 /// 0.0403072.
 #[test]
 fn the_switch_is_schlicks_reflectance() {
-    sees(
+    expect_pixel(
         &glass(switch(0.0403), true),
         SLANTED,
         [2.0 * (2.0 - 0.6), 2.0 + 0.8, 1.0],
     );
-    sees(
+    expect_pixel(
         &glass(switch(0.04031), true),
         SLANTED,
         [0.5 * (2.0 - 0.4), 2.0 - f64::sqrt(0.84), 4.0],
     );
-    sees(
+    expect_pixel(
         &glass(switch(0.0403), true),
         FROM_BELOW,
         [2.0 * (2.0 - 0.6), 2.0 - 0.8, 1.0],
     );
-    sees(
+    expect_pixel(
         &glass(switch(0.04031), true),
         FROM_BELOW,
         [0.5 * (2.0 - 0.9), 2.0 + f64::sqrt(0.19), 4.0],
@@ -81,7 +82,7 @@ fn both_rays_share_by_fresnel() {
         let f = reflectance(1.0, 0.8, 1.5, within);
         assert!((f - 0.043_894).abs() < 1e-5);
         let g = 1.0 - f;
-        sees(
+        expect_pixel(
             &glass,
             SLANTED,
             [
@@ -92,7 +93,7 @@ fn both_rays_share_by_fresnel() {
         );
         let f = reflectance(1.5, 0.8, 1.0, out);
         let g = 1.0 - f;
-        sees(
+        expect_pixel(
             &glass,
             FROM_BELOW,
             [
@@ -119,7 +120,7 @@ fn a_slab_is_followed_as_deep_as_allowed() {
         (3, 0.04 + 0.9216, 2, 2),
         (4, 0.04 + 0.9216 + 0.9216 * 0.04, 3, 3),
     ] {
-        let rendered = rendered(
+        let rendered = render_scene(
             &slab,
             &Settings {
                 max_depth,
@@ -152,7 +153,7 @@ fn physical_glass_has_two_sides() {
         scene.objects[0].face_viewer = face_viewer;
         let f = reflectance(1.0, 0.8, 1.5, f64::sqrt(0.84));
         let g = 1.0 - f;
-        sees(
+        expect_pixel(
             &scene,
             SLANTED,
             [
@@ -163,7 +164,7 @@ fn physical_glass_has_two_sides() {
         );
         let f = reflectance(1.5, 0.8, 1.0, f64::sqrt(0.19));
         let g = 1.0 - f;
-        sees(
+        expect_pixel(
             &scene,
             FROM_BELOW,
             [
@@ -172,7 +173,7 @@ fn physical_glass_has_two_sides() {
                 f * 2.0 + g * 0.5,
             ],
         );
-        sees(
+        expect_pixel(
             &scene,
             [[4.0, -3.0, 0.0], [0.0; 3]],
             [2.0 - 0.8, 2.0 - 0.6, 2.0],

@@ -9,8 +9,8 @@ use raywright_core::scene::{ImageData, Pixels, Scene};
 use raywright_core::settings::LightSampling;
 use serde_json::{Value, json};
 
-use crate::paths::{AT, all_see, mean, paths};
-use crate::support::{View, ball, classic, floor, physical, rendered, scene, settings};
+use crate::paths::{AT, expect_pixels, mean_radiance, paths};
+use crate::support::{EyeAndTarget, ball, classic, floor, physical, render_scene, scene, settings};
 
 const WAYS: [LightSampling; 3] = [
     LightSampling::Scattering,
@@ -21,9 +21,9 @@ const WAYS: [LightSampling; 3] = [
 /// Asserts that all strategies of light sampling agree within three and a half combined standard
 /// errors.
 #[track_caller]
-fn agree(scene: &Scene, depth: u32, what: &str) -> [f64; 3] {
+fn agree(scene: &Scene, depth: u32, label: &str) -> [f64; 3] {
     let [(a, sa), (b, sb), (both, sc)] = WAYS.map(|light_sampling| {
-        mean(
+        mean_radiance(
             scene,
             &Settings {
                 light_sampling,
@@ -36,13 +36,13 @@ fn agree(scene: &Scene, depth: u32, what: &str) -> [f64; 3] {
             let allowed = 3.5 * (error * error + sc[k] * sc[k]).sqrt() + 1e-9;
             assert!(
                 (one - both[k]).abs() <= allowed,
-                "{what}: {a:?} ± {sa:?}, {b:?} ± {sb:?}, {both:?} ± {sc:?}"
+                "{label}: {a:?} ± {sa:?}, {b:?} ± {sb:?}, {both:?} ± {sc:?}"
             );
         }
     }
     assert!(
         (0..3).all(|k| sc[k] <= 0.02 * both[k] + 1e-9),
-        "{what}: too noisy to tell: {both:?} ± {sc:?}"
+        "{label}: too noisy to tell: {both:?} ± {sc:?}"
     );
     both
 }
@@ -114,11 +114,11 @@ fn lamps_that_vary() {
         json!({ "materials": [faded], "objects": [ball([0.0, 2.0, 0.0], 0.8, "lamp")] }),
     );
     // A ray through the ball hits it twice: 1 − 0.7² of its emission.
-    let seen = agree(&found, 2, "a faded ball");
+    let actual = agree(&found, 2, "a faded ball");
     let expected = 0.6 * 4.0 * (1.0 - 0.49) * 0.64 / 4.0;
     assert!(
-        (seen[0] - expected).abs() < 0.02 * expected,
-        "{seen:?} instead of {expected}"
+        (actual[0] - expected).abs() < 0.02 * expected,
+        "{actual:?} instead of {expected}"
     );
 }
 
@@ -142,7 +142,7 @@ fn a_screen() {
     }
     // Small enough to be a point: E = L·A/d² of the mean of its texels.
     let found = screen(0.05, json!({ "name": "t" }));
-    let (seen, error) = mean(
+    let (actual, error) = mean_radiance(
         &found,
         &Settings {
             light_sampling: LightSampling::Lights,
@@ -152,8 +152,8 @@ fn a_screen() {
     for (k, texels) in [1.1, 0.5, 0.25].into_iter().enumerate() {
         let expected = 0.6 / PI * 5.0 * texels / 4.0 * 0.0025 / 4.0;
         assert!(
-            (seen[k] - expected).abs() <= 3.0 * error[k] + 0.003 * expected,
-            "{seen:?} instead of {expected} in {k}"
+            (actual[k] - expected).abs() <= 3.0 * error[k] + 0.003 * expected,
+            "{actual:?} instead of {expected} in {k}"
         );
         assert!(error[k] < 0.05 * expected, "{error:?} of {expected}");
     }
@@ -162,7 +162,7 @@ fn a_screen() {
 /// [`agree`] for lamps so small that scattering alone is very noisy.
 fn agree_small(scene: &Scene) -> [f64; 3] {
     let [(a, sa), (b, sb), (both, sc)] = WAYS.map(|light_sampling| {
-        mean(
+        mean_radiance(
             scene,
             &Settings {
                 light_sampling,
@@ -192,9 +192,9 @@ fn paths_without_limit() {
         room["side"] = json!("inside");
         scene(json!({ "materials": [{ "name": "wall", "model": wall }], "objects": [room] }))
     };
-    let view: View = [[0.5, 0.2, 0.3], [0.0, 0.0, -1.0]];
+    let view: EyeAndTarget = [[0.5, 0.2, 0.3], [0.0, 0.0, -1.0]];
     let albedo = [0.5, 0.8, 0.97];
-    all_see(
+    expect_pixels(
         &room(json!(albedo)),
         view,
         Settings::UNLIMITED,
@@ -202,9 +202,9 @@ fn paths_without_limit() {
         "without limit",
     );
     let white = room(json!(1));
-    let (seen, _) = mean(&white, &paths(&white, view, Settings::UNLIMITED));
+    let (actual, _) = mean_radiance(&white, &paths(&white, view, Settings::UNLIMITED));
     // At least the 64 segments before which no path ends.
-    assert!(seen[0] > 30.0 && seen[0].is_finite(), "{seen:?}");
+    assert!(actual[0] > 30.0 && actual[0].is_finite(), "{actual:?}");
     // Dividing rays keep their limit: 2⁶³ of them would be too many, so this scene has a single
     // continuation.
     let mirror = classic(
@@ -215,7 +215,7 @@ fn paths_without_limit() {
     let found =
         scene(json!({ "materials": [{ "name": "wall", "model": mirror }], "objects": [object] }));
     let whitted = |max_depth: u32| {
-        rendered(
+        render_scene(
             &found,
             &Settings {
                 max_depth,
@@ -232,12 +232,12 @@ fn paths_without_limit() {
 /// effect if unset.
 #[test]
 fn clamped_samples() {
-    let of = |radiance: f64, clamp: Option<f64>| {
+    let value_of = |radiance: f64, clamp: Option<f64>| {
         let material = json!({ "name": "lamp", "model": { "classic": { "local": 0, "emission": [radiance, radiance / 2.0, radiance / 4.0] } } });
         let found =
             scene(json!({ "materials": [material], "objects": [ball([0.0; 3], 1.0, "lamp")] }));
-        let view: View = [[0.0, 0.0, 4.0], [0.0, 0.0, 0.0]];
-        mean(
+        let view: EyeAndTarget = [[0.0, 0.0, 4.0], [0.0, 0.0, 0.0]];
+        mean_radiance(
             &found,
             &Settings {
                 clamp,
@@ -246,7 +246,7 @@ fn clamped_samples() {
         )
         .0
     };
-    assert_eq!(of(8.0, None), [8.0, 4.0, 2.0]);
-    assert_eq!(of(8.0, Some(2.0)), [2.0, 1.0, 0.5]);
-    assert_eq!(of(1.0, Some(2.0)), [1.0, 0.5, 0.25]);
+    assert_eq!(value_of(8.0, None), [8.0, 4.0, 2.0]);
+    assert_eq!(value_of(8.0, Some(2.0)), [2.0, 1.0, 0.5]);
+    assert_eq!(value_of(1.0, Some(2.0)), [1.0, 0.5, 0.25]);
 }

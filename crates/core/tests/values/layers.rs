@@ -1,15 +1,15 @@
 //! Layered surfaces in pictures against closed forms, and as effects: detected, absent by a factor
 //! of zero, switched off, and without cost if absent.
 
-use raywright_core::effects::Status::{self, Absent, LeftOut, Simulated};
+use raywright_core::effects::EffectStatus::{self, Absent, LeftOut, Simulated};
 use raywright_core::effects::{Effect, EffectSet, detect};
 use raywright_core::material::FresnelRule;
 use raywright_core::scene::{Integrator, Scene};
 use raywright_core::{Settings, prepare};
 use serde_json::{Value, json};
 
-use crate::paths::{all_see, lamp, mean, paths};
-use crate::support::{View, ball, floor, physical, rendered, scene, settings};
+use crate::paths::{expect_pixels, lamp, mean_radiance, paths};
+use crate::support::{EyeAndTarget, ball, floor, physical, render_scene, scene, settings};
 
 /// A wide pane of a physical material at height 1, over a lamp below.
 fn pane(terms: Value, rest: Value) -> Scene {
@@ -22,9 +22,9 @@ fn pane(terms: Value, rest: Value) -> Scene {
     scene(parts)
 }
 
-const DOWN: View = [[0.1, 3.0, 0.2], [0.1, 1.0, 0.2]];
+const DOWN: EyeAndTarget = [[0.1, 3.0, 0.2], [0.1, 1.0, 0.2]];
 /// A view onto the pane at 60° from the normal.
-const ASLANT: View = [[1.732_050_807_568_877_2, 2.0, 0.0], [0.0, 1.0, 0.0]];
+const ASLANT: EyeAndTarget = [[1.732_050_807_568_877_2, 2.0, 0.0], [0.0, 1.0, 0.0]];
 
 /// Fresnel's reflectance of a dielectric of index n at a cosine of incidence.
 fn fresnel(cosine: f64, n: f64) -> f64 {
@@ -50,7 +50,7 @@ fn thin_walls() {
     for (view, cosine) in [(DOWN, 1.0), (ASLANT, 0.5)] {
         let r = fresnel(cosine, 1.5);
         let through = 3.0 * (1.0 - r) / (1.0 + r);
-        all_see(
+        expect_pixels(
             &pane(wall(json!({ "base_colour": [1, 0.5, 0.25] })), json!({})),
             view,
             4,
@@ -59,14 +59,14 @@ fn thin_walls() {
         );
     }
     let sky = json!({ "sky": { "constant": 1 } });
-    for (eye, what) in [
+    for (eye, label) in [
         ([0.3, 4.0, 0.4], "from above"),
         ([0.3, 0.5, 0.4], "from below"),
     ] {
         let bubble = scene(
             json!({ "sky": { "constant": 1 }, "materials": [{ "name": "b", "model": physical(wall(json!({}))) }], "objects": [ball([0.0, 0.0, 0.0], 1.0, "b")] }),
         );
-        all_see(&bubble, [eye, [0.1, 0.0, 0.0]], 64, [1.0; 3], what);
+        expect_pixels(&bubble, [eye, [0.1, 0.0, 0.0]], 64, [1.0; 3], label);
     }
     // A channel that a pane absorbs passes through none of its microfacets, with any multiple
     // scattering.
@@ -75,7 +75,7 @@ fn thin_walls() {
             wall(json!({ "base_colour": [1, 1, 0], "roughness": roughness })),
             json!({}),
         );
-        let ([red, _, blue], _) = mean(&yellow, &paths(&yellow, DOWN, 4));
+        let ([red, _, blue], _) = mean_radiance(&yellow, &paths(&yellow, DOWN, 4));
         assert!(
             red > 1.0 && blue == 0.0,
             "roughness {roughness}: {red} {blue}"
@@ -87,7 +87,7 @@ fn thin_walls() {
             wall(json!({ "roughness": roughness })),
             json!({ "objects": [{ "shape": { "plane": { "point": [0, 1, 0], "normal": [0, 1, 0] } }, "material": "pane" }], "sky": sky["sky"] }),
         );
-        let (found, error) = mean(&rough, &paths(&rough, DOWN, 8));
+        let (found, error) = mean_radiance(&rough, &paths(&rough, DOWN, 8));
         assert!(
             (found[0] - 1.0).abs() <= 3.5 * error[0] + 5e-3,
             "roughness {roughness}: {found:?} ± {error:?}"
@@ -100,7 +100,7 @@ fn thin_walls() {
         serde_json::from_value(ball([-1.732_050_8, 0.0, 0.0], 0.01, "lamp")).expect("an object"),
     );
     let r = fresnel(0.5, 1.5);
-    all_see(
+    expect_pixels(
         &behind,
         ASLANT,
         4,
@@ -118,7 +118,7 @@ fn leaves() {
         leaf.clone(),
         json!({ "sky": { "constant": 1 }, "objects": [{ "shape": { "plane": { "point": [0, 1, 0], "normal": [0, 1, 0] } }, "material": "pane" }] }),
     );
-    all_see(
+    expect_pixels(
         &even,
         DOWN,
         2,
@@ -131,7 +131,7 @@ fn leaves() {
         json!({ "objects": [{ "shape": { "plane": { "point": [0, 1, 0], "normal": [0, 1, 0] } }, "material": "pane" },
         { "shape": { "plane": { "point": [0, 0, 0], "normal": [0, 1, 0] } }, "material": "lamp" }] }),
     );
-    let (found, error) = mean(&lit, &paths(&lit, DOWN, 2));
+    let (found, error) = mean_radiance(&lit, &paths(&lit, DOWN, 2));
     for (k, expected) in [0.675, 0.3, 0.75].into_iter().enumerate() {
         assert!(
             (found[k] - expected).abs() <= 3.0 * error[k] + 2e-3,
@@ -153,28 +153,29 @@ fn glass_disperses() {
             json!({ "sky": { "expression": "clamp(-1e9*d.y, 0, 1)*abs(d.x)" } }),
         )
     };
-    let seen = |n: f64| (1.0 - fresnel(0.5, n)) * 0.75_f64.sqrt() / n;
-    let view: View = [[1.732_050_807_568_877_2, 1.0, 0.0], [0.0, 0.0, 0.0]];
-    let of = |dispersion: f64| mean(&scene(dispersion), &paths(&scene(dispersion), view, 2));
-    let (plain, error) = of(0.0);
+    let actual = |n: f64| (1.0 - fresnel(0.5, n)) * 0.75_f64.sqrt() / n;
+    let view: EyeAndTarget = [[1.732_050_807_568_877_2, 1.0, 0.0], [0.0, 0.0, 0.0]];
+    let value_of =
+        |dispersion: f64| mean_radiance(&scene(dispersion), &paths(&scene(dispersion), view, 2));
+    let (plain, error) = value_of(0.0);
     assert!(
-        (0..3).all(|k| (plain[k] - seen(1.6)).abs() <= 3.0 * error[k] + 1e-5),
+        (0..3).all(|k| (plain[k] - actual(1.6)).abs() <= 3.0 * error[k] + 1e-5),
         "{plain:?} ± {error:?}"
     );
-    let ([red, green, blue], error) = of(10.0);
+    let ([red, green, blue], error) = value_of(10.0);
     // Cauchy's n(λ) = A + B/λ² with n_d = 1.6 and (n_d − 1)/(n_F − n_C) = 2, in μm.
     let per = |wavelength: f64| 1.0 / (wavelength * wavelength);
     let index = |wavelength: f64| {
         1.6 + 0.6 * 10.0 / 20.0 * (per(wavelength) - per(0.58756)) / (per(0.48613) - per(0.65627))
     };
-    let (least, most) = (
-        seen(index(0.73)).min(seen(index(0.38))),
-        seen(index(0.73)).max(seen(index(0.38))),
+    let (minimum, maximum) = (
+        actual(index(0.73)).min(actual(index(0.38))),
+        actual(index(0.73)).max(actual(index(0.38))),
     );
     for found in [red, green, blue] {
         assert!(
-            (least..=most).contains(&found),
-            "{found} is not from {least} to {most}"
+            (minimum..=maximum).contains(&found),
+            "{found} is not from {minimum} to {maximum}"
         );
     }
     let noise = 5.0 * error.into_iter().fold(0.0, f64::max);
@@ -182,7 +183,7 @@ fn glass_disperses() {
         blue < green - noise && green < red - noise,
         "{red} {green} {blue} ± {error:?}"
     );
-    let narrow = |wavelength: f64| seen(index(wavelength));
+    let narrow = |wavelength: f64| actual(index(wavelength));
     assert!(
         (red - narrow(0.61)).abs() < 0.015 + noise && (blue - narrow(0.45)).abs() < 0.02 + noise,
         "{red} {blue}"
@@ -258,14 +259,14 @@ fn ball_of(terms: &Value) -> Scene {
 #[test]
 fn layers_are_effects() {
     for (name, terms, nothing) in each() {
-        let effect = Effect::named(name).unwrap_or_else(|| panic!("{name}"));
-        let status = |scene: &Scene, integrator: Integrator, without: EffectSet| -> Status {
+        let effect = Effect::from_name(name).unwrap_or_else(|| panic!("{name}"));
+        let status = |scene: &Scene, integrator: Integrator, without: EffectSet| -> EffectStatus {
             detect(
                 scene,
                 &Settings {
                     integrator,
                     without,
-                    ..Settings::of(scene)
+                    ..Settings::from_scene(scene)
                 },
             )
             .status(effect)
@@ -291,7 +292,7 @@ fn layers_are_effects() {
             whitted,
             "{name}"
         );
-        let auto = detect(&with, &Settings::of(&with)).integrator;
+        let auto = detect(&with, &Settings::from_scene(&with)).integrator;
         assert_eq!(
             auto,
             if name == "thin walls" {
@@ -301,10 +302,10 @@ fn layers_are_effects() {
             },
             "{name}"
         );
-        let off = EffectSet::of(&[effect]);
+        let off = EffectSet::from_effects(&[effect]);
         assert_eq!(status(&with, Integrator::Path, off), LeftOut, "{name}");
-        let view: View = [[0.5, 1.0, 4.0], [0.0; 3]];
-        let of = |scene: &Scene, without: EffectSet| Settings {
+        let view: EyeAndTarget = [[0.5, 1.0, 4.0], [0.0; 3]];
+        let value_of = |scene: &Scene, without: EffectSet| Settings {
             integrator: Integrator::Path,
             sampling: raywright_core::settings::Sampling::General(4),
             size: [12, 12],
@@ -312,10 +313,11 @@ fn layers_are_effects() {
             without,
             ..settings(scene, view)
         };
-        let picture =
-            |scene: &Scene, without: EffectSet| rendered(scene, &of(scene, without)).picture.rgb;
+        let picture = |scene: &Scene, without: EffectSet| {
+            render_scene(scene, &value_of(scene, without)).picture.rgb
+        };
         let tables = |scene: &Scene| {
-            prepare(scene, &of(scene, EffectSet::EMPTY), &())
+            prepare(scene, &value_of(scene, EffectSet::EMPTY), &())
                 .expect("it can be prepared")
                 .tables()
                 .layered
@@ -359,8 +361,8 @@ fn layers_in_every_precision() {
     let everything = json!({ "base_colour": [0.6, 0.3, 0.2], "roughness": 0.4, "metallic": 0.3, "clearcoat": { "roughness": 0.1 },
         "sheen": { "colour": 0.3 }, "anisotropy": { "strength": 0.6, "rotation": 30 }, "iridescence": { "thickness": "300 + 100*p.y" } });
     let scene = ball_of(&everything);
-    let view: View = [[0.5, 1.0, 4.0], [0.0; 3]];
-    let seen = |precision: PrecisionChoice| {
+    let view: EyeAndTarget = [[0.5, 1.0, 4.0], [0.0; 3]];
+    let actual = |precision: PrecisionChoice| {
         let settings = Settings {
             integrator: Integrator::Path,
             sampling: Sampling::General(64),
@@ -369,11 +371,11 @@ fn layers_in_every_precision() {
             max_depth: 3,
             ..settings(&scene, view)
         };
-        let picture = rendered(&scene, &settings).picture.rgb;
+        let picture = render_scene(&scene, &settings).picture.rgb;
         let count = picture.len() as f64;
         [0, 1, 2].map(|k| picture.iter().map(|pixel| f64::from(pixel[k])).sum::<f64>() / count)
     };
-    let [robust, reference] = [PrecisionChoice::Robust, PrecisionChoice::Reference].map(seen);
+    let [robust, reference] = [PrecisionChoice::Robust, PrecisionChoice::Reference].map(actual);
     for k in 0..3 {
         assert!(
             (robust[k] / reference[k] - 1.0).abs() < 2e-3,
@@ -389,7 +391,7 @@ fn layers_in_every_precision() {
 fn an_index_of_zero_reflects_all() {
     let sky = json!({ "sky": { "constant": 1 } });
     for fresnel in FresnelRule::ALL {
-        let sees = |terms: Value, view: View, expected: f64, what: &str| {
+        let sees = |terms: Value, view: EyeAndTarget, expected: f64, label: &str| {
             let mut all = json!({ "ior": 0, "base_colour": 0 });
             terms
                 .as_object()
@@ -397,7 +399,7 @@ fn an_index_of_zero_reflects_all() {
                 .flatten()
                 .for_each(|(key, value)| all[key] = value.clone());
             let floor = floor(physical(all), sky.clone());
-            let (found, error) = mean(
+            let (found, error) = mean_radiance(
                 &floor,
                 &Settings {
                     fresnel,
@@ -409,24 +411,24 @@ fn an_index_of_zero_reflects_all() {
                 .fold(0.0, f64::max);
             assert!(
                 off <= 4e-3,
-                "{what}, {fresnel:?}: {found:?} ± {error:?}, not {expected}"
+                "{label}, {fresnel:?}: {found:?} ± {error:?}, not {expected}"
             );
         };
         for (view, name) in [(DOWN, "head-on"), (ASLANT, "aslant")] {
             for roughness in [0.0, 0.4, 1.0] {
-                let what = format!("{name}, roughness {roughness}");
-                sees(json!({ "roughness": roughness }), view, 1.0, &what);
+                let label = format!("{name}, roughness {roughness}");
+                sees(json!({ "roughness": roughness }), view, 1.0, &label);
                 sees(
                     json!({ "roughness": roughness, "transmission": 1, "thin_walled": true }),
                     view,
                     1.0,
-                    &format!("{what}, wall"),
+                    &format!("{label}, wall"),
                 );
                 sees(
                     json!({ "roughness": roughness, "transmission": 1, "base_colour": 1 }),
                     view,
                     1.0,
-                    &format!("{what}, body"),
+                    &format!("{label}, body"),
                 );
             }
             sees(

@@ -3,14 +3,14 @@
 use glam::DVec3;
 use serde_json::{Value, json};
 
-use crate::support::{Surface, View, classic, floor, physical, sees, sun};
+use crate::support::{EyeAndTarget, Surface, classic, expect_pixel, floor, physical, sun};
 
 /// A white floor under one light.
 fn under(light: Value) -> raywright_core::Scene {
     floor(classic(json!({})), json!({ "lights": [light] }))
 }
 
-fn at(x: f64) -> View {
+fn at(x: f64) -> EyeAndTarget {
     [[x, 1.0, 0.0], [x, 0.0, 0.0]]
 }
 
@@ -27,20 +27,20 @@ fn point_lights_weaken_with_distance() {
             .extend(rest.as_object().expect("a table").clone());
         under(json!({ "kind": { "point": fields }, "colour": [10, 5, 0] }))
     };
-    sees(&point(json!({})), at(1.5), [1.28, 0.64, 0.0]);
-    sees(
+    expect_pixel(&point(json!({})), at(1.5), [1.28, 0.64, 0.0]);
+    expect_pixel(
         &point(json!({ "falloff": "none" })),
         at(1.5),
         [8.0, 4.0, 0.0],
     );
     // 1 − (2.5/5)⁴ = 0.9375.
-    sees(&point(json!({ "range": 5 })), at(1.5), [1.2, 0.6, 0.0]);
-    sees(
+    expect_pixel(&point(json!({ "range": 5 })), at(1.5), [1.2, 0.6, 0.0]);
+    expect_pixel(
         &point(json!({ "range": 5, "falloff": "none" })),
         at(1.5),
         [7.5, 3.75, 0.0],
     );
-    sees(&point(json!({ "range": 2.4 })), at(1.5), [0.0; 3]);
+    expect_pixel(&point(json!({ "range": 2.4 })), at(1.5), [0.0; 3]);
 }
 
 /// Protects: a spot has full strength inside its inner angle, none outside its outer one, and in
@@ -62,11 +62,11 @@ fn spots_fade_between_their_angles() {
         (0.49, 0.0),
     ] {
         let x = 2.0 * f64::sqrt(1.0 - cosine * cosine) / cosine;
-        crate::support::sees_within(&down, at(x), [10.0 * cosine * share; 3], 1e-4);
-        crate::support::sees_within(&down, at(-x), [10.0 * cosine * share; 3], 1e-4);
+        crate::support::expect_pixel_within(&down, at(x), [10.0 * cosine * share; 3], 1e-4);
+        crate::support::expect_pixel_within(&down, at(-x), [10.0 * cosine * share; 3], 1e-4);
     }
-    sees(&spot([3.0, -4.0, 0.0]), at(1.5), [8.0; 3]);
-    sees(&spot([3.0, -4.0, 0.0]), at(-1.5), [0.0; 3]);
+    expect_pixel(&spot([3.0, -4.0, 0.0]), at(1.5), [8.0; 3]);
+    expect_pixel(&spot([3.0, -4.0, 0.0]), at(-1.5), [0.0; 3]);
 }
 
 /// Protects: a spot falls off with distance like a point light, with and without a range.
@@ -76,8 +76,8 @@ fn spots_weaken_with_distance() {
         under(json!({ "colour": 10, "kind": { "spot":
             { "position": [0, 2, 0], "direction": [0, -1, 0], "inner_angle": 60, "outer_angle": 80, "range": range } } }))
     };
-    sees(&spot(Value::Null), at(1.5), [1.28; 3]);
-    sees(&spot(json!(5)), at(1.5), [1.2; 3]);
+    expect_pixel(&spot(Value::Null), at(1.5), [1.28; 3]);
+    expect_pixel(&spot(json!(5)), at(1.5), [1.2; 3]);
 }
 
 /// Protects: only the direction of `to_light` matters, and the light is the same everywhere.
@@ -85,7 +85,7 @@ fn spots_weaken_with_distance() {
 fn directional_light_is_the_same_everywhere() {
     let far = under(sun([6.0, 8.0, 0.0]));
     for x in [0.0, 100.0] {
-        sees(&far, at(x), [0.8; 3]);
+        expect_pixel(&far, at(x), [0.8; 3]);
     }
 }
 
@@ -103,7 +103,7 @@ fn physical_surfaces_divide_by_pi() {
         .sends([DVec3::Y, DVec3::new(-0.6, 0.8, 0.0), DVec3::Y], false)[0];
     // At a distance of 2.5; the cosine is included in `lit`.
     let value = lit * 10.0 / (2.5 * 2.5) / core::f64::consts::PI;
-    sees(&scene, at(1.5), [value, 0.5 * value, 0.0]);
+    expect_pixel(&scene, at(1.5), [value, 0.5 * value, 0.0]);
 }
 
 /// Protects: delta lights at a map's coordinates far away light surfaces there as near zero.
@@ -137,6 +137,6 @@ fn lights_stand_where_a_map_puts_them() {
     };
     for kind in ["point", "spot"] {
         let far = at([448_200.25, 20.0, 4_865_499.5], kind);
-        crate::support::near(far, at([0.0; 3], kind), 1e-4, kind);
+        crate::support::expect_near(far, at([0.0; 3], kind), 1e-4, kind);
     }
 }

@@ -5,8 +5,8 @@ use raywright_core::settings::{LightSampling, PrecisionChoice};
 use raywright_core::{Scene, Settings};
 use serde_json::{Value, json};
 
-use crate::paths::{AT, lamp, mean, paths};
-use crate::support::{View, ball, classic, physical, scene};
+use crate::paths::{AT, lamp, mean_radiance, paths};
+use crate::support::{EyeAndTarget, ball, classic, physical, scene};
 
 /// Transmittance of a metre, by channel.
 const LEFT: [f64; 3] = [0.8, 0.5, 0.3];
@@ -39,12 +39,12 @@ fn pond(absorbs: bool, terms: &Value, parts: &Value) -> Scene {
 /// Asserts that the absorbing pond shows the clear one's light times the transmittance of `metres`,
 /// within a relative error.
 #[track_caller]
-fn dims(terms: &Value, parts: &Value, view: View, metres: f64, error: f64) {
+fn dims(terms: &Value, parts: &Value, view: EyeAndTarget, metres: f64, error: f64) {
     for precision in [PrecisionChoice::Robust, PrecisionChoice::Reference] {
         for light_sampling in [LightSampling::Lights, LightSampling::Both] {
             let seen = [true, false].map(|absorbs| {
                 let found = pond(absorbs, terms, parts);
-                mean(
+                mean_radiance(
                     &found,
                     &Settings {
                         precision,
@@ -57,12 +57,12 @@ fn dims(terms: &Value, parts: &Value, view: View, metres: f64, error: f64) {
             let [dimmed, clear] = seen;
             for k in 0..3 {
                 let expected = clear[k] * LEFT[k].powf(metres);
-                let what = format!(
+                let label = format!(
                     "{terms}, {parts}, {precision:?}, {light_sampling:?}: {dimmed:?} of {clear:?}"
                 );
                 assert!(
                     clear[k] > 0.0 && (dimmed[k] - expected).abs() <= error * expected,
-                    "{what}, not {expected}"
+                    "{label}, not {expected}"
                 );
             }
         }
@@ -70,7 +70,7 @@ fn dims(terms: &Value, parts: &Value, view: View, metres: f64, error: f64) {
 }
 
 /// A view onto the origin from inside the pond.
-const WITHIN: View = [[0.3, -0.4, 0.1], [0.0; 3]];
+const WITHIN: EyeAndTarget = [[0.3, -0.4, 0.1], [0.0; 3]];
 
 fn point(height: f64) -> Value {
     json!({ "lights": [{ "kind": { "point": { "position": [0, height, 0] } }, "colour": 5 }] })
@@ -115,7 +115,7 @@ fn a_sun_through_a_boundary() {
         dims(terms, &up, WITHIN, 0.26_f64.sqrt(), 1e-3);
         let [dimmed, clear] = [true, false].map(|absorbs| {
             let found = pond(absorbs, terms, &down);
-            mean(&found, &paths(&found, AT, 2)).0
+            mean_radiance(&found, &paths(&found, AT, 2)).0
         });
         assert!(
             dimmed == [0.0; 3] && clear[0] > 0.0,
@@ -145,13 +145,13 @@ fn a_channel_that_is_not_absorbed() {
                     size: [4, 4],
                     ..paths(&found, AT, 2)
                 };
-                let counters = crate::support::rendered(&found, &settings).counters;
+                let counters = crate::support::render_scene(&found, &settings).counters;
                 assert_eq!(
                     (counters.dropped, counters.samples),
                     (0, 4 * 4 * 64),
                     "{terms}, {precision:?}"
                 );
-                mean(&found, &settings).0
+                mean_radiance(&found, &settings).0
             });
             assert!(
                 clear[0] > 0.0 && dimmed == [clear[0], 0.0, 0.0],
@@ -183,10 +183,10 @@ fn a_floor_in_a_body() {
         scene(all)
     };
     // Half a metre straight down, and 0.3 m up to the lamp.
-    let down: View = [[0.0, 1.0, 0.0], [0.0; 3]];
+    let down: EyeAndTarget = [[0.0, 1.0, 0.0], [0.0; 3]];
     let [dimmed, clear] = [true, false].map(|absorbs| {
         let found = parts(absorbs);
-        mean(&found, &paths(&found, down, 3)).0
+        mean_radiance(&found, &paths(&found, down, 3)).0
     });
     for k in 0..3 {
         let expected = clear[k] * LEFT[k].powf(0.8);

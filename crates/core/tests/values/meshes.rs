@@ -6,12 +6,14 @@ use raywright_core::scene::{Scene, TransformStep};
 use raywright_core::settings::Aov;
 use serde_json::{Value, json};
 
-use crate::support::{View, classic, floor, physical, rendered, scene, sees, settings, sun};
+use crate::support::{
+    EyeAndTarget, classic, expect_pixel, floor, physical, render_scene, scene, settings, sun,
+};
 
 /// The point of weights 0.5, 0.3 and 0.2 of the corners (0, 0, 0), (1, 0, 0) and (0, 1, 0).
 const POINT: [f64; 3] = [0.3, 0.2, 0.0];
 
-fn view([x, y, z]: [f64; 3]) -> View {
+fn view([x, y, z]: [f64; 3]) -> EyeAndTarget {
     [[x, y, z + 2.0], [x, y, z]]
 }
 
@@ -51,19 +53,19 @@ fn colours_are_interpolated() {
         )
     };
     for maps in stored(json!([])) {
-        sees(
+        expect_pixel(
             &leaf(colours(), unlit(true), &maps),
             view(POINT),
             [0.5, 0.3, 0.1],
         );
-        sees(
+        expect_pixel(
             &leaf(colours(), unlit(false), &maps),
             view(POINT),
             [1.0, 1.0, 0.5],
         );
     }
     for maps in stored(json!([{ "scale": [-1, 1, 1] }])) {
-        sees(
+        expect_pixel(
             &leaf(colours(), unlit(true), &maps),
             view([-0.3, 0.2, 0.0]),
             [0.5, 0.3, 0.1],
@@ -79,7 +81,7 @@ fn alphas_of_vertices_cover() {
         json!({ "unlit": true, "vertex_colours": true, "alpha": "blend", "opacity": 0.5 }),
     );
     // 0.5 · (0.5 + 0.5 · 0.2).
-    sees(&leaf(colours, model, &[json!([])]), view(POINT), [0.3; 3]);
+    expect_pixel(&leaf(colours, model, &[json!([])]), view(POINT), [0.3; 3]);
 }
 
 /// Protects: the first set of coordinates is `u` and `v`, mirrored or not; without a set they are
@@ -90,15 +92,15 @@ fn coordinates_are_interpolated() {
     let uvs = || json!({ "uvs": [[[0, 1], [2, 1], [0, 4]]] });
     for maps in stored(json!([])) {
         // u = 2 · 0.3, v = 1 + 3 · 0.2.
-        sees(&leaf(uvs(), show(), &maps), view(POINT), [0.6, 1.6, 0.0]);
-        sees(
+        expect_pixel(&leaf(uvs(), show(), &maps), view(POINT), [0.6, 1.6, 0.0]);
+        expect_pixel(
             &leaf(json!({}), show(), &maps),
             view(POINT),
             [0.3, 0.2, 0.0],
         );
     }
     for maps in stored(json!([{ "scale": [-1, 1, 1] }])) {
-        sees(
+        expect_pixel(
             &leaf(uvs(), show(), &maps),
             view([-0.3, 0.2, 0.0]),
             [0.6, 1.6, 0.0],
@@ -106,18 +108,18 @@ fn coordinates_are_interpolated() {
     }
 }
 
-fn normal(scene: &Scene, view: View) -> [f32; 3] {
+fn normal(scene: &Scene, view: EyeAndTarget) -> [f32; 3] {
     let settings = Settings {
         aovs: vec![Aov::Normal],
         ..settings(scene, view)
     };
-    let picture = rendered(scene, &settings).picture;
+    let picture = render_scene(scene, &settings).picture;
     ["normal.X", "normal.Y", "normal.Z"]
         .map(|name| picture.layer(name).expect("asked for").samples[0])
 }
 
 #[track_caller]
-fn has_normal(scene: &Scene, view: View, [x, y, z]: [f64; 3]) {
+fn has_normal(scene: &Scene, view: EyeAndTarget, [x, y, z]: [f64; 3]) {
     let found = normal(scene, view);
     let length = f64::sqrt(x * x + y * y + z * z);
     let expected = [x / length, y / length, z / length];
@@ -204,7 +206,7 @@ fn copies_cast_shadows_of_their_own() {
         let scene = floor(classic(json!({})), parts);
         for (x, casts) in [0.0, 9.0].into_iter().zip(casts) {
             // Below the leaf, viewed from beside it.
-            sees(
+            expect_pixel(
                 &scene,
                 [[x + 3.0, 1.0, 0.0], [x, 0.0, 0.0]],
                 if casts { [0.0; 3] } else { [1.0; 3] },
@@ -217,16 +219,16 @@ fn copies_cast_shadows_of_their_own() {
 /// for shared meshes.
 #[test]
 fn meshes_have_sides() {
-    let shown = |side: &str, maps: &[Value], at: View| {
+    let shown = |side: &str, maps: &[Value], at: EyeAndTarget| {
         let mut scene = leaf(json!({}), physical(json!({ "unlit": true })), maps);
         let side = serde_json::from_value(json!(side)).expect("a side");
         scene
             .objects
             .iter_mut()
             .for_each(|object| object.side = side);
-        rendered(&scene, &settings(&scene, at)).picture.rgb[0][0]
+        render_scene(&scene, &settings(&scene, at)).picture.rgb[0][0]
     };
-    let below: View = [[0.3, 0.2, -2.0], POINT];
+    let below: EyeAndTarget = [[0.3, 0.2, -2.0], POINT];
     for maps in stored(json!([])) {
         assert_eq!(
             (
@@ -262,7 +264,7 @@ fn copies_stand_in_their_places() {
         &[json!([{ "translate": [5, 0, 0] }]), json!([])],
     );
     assert_eq!(
-        rendered(&scene, &settings(&scene, view([5.3, 0.2, 0.0])))
+        render_scene(&scene, &settings(&scene, view([5.3, 0.2, 0.0])))
             .picture
             .rgb[0][0],
         1.0
@@ -271,13 +273,13 @@ fn copies_stand_in_their_places() {
         .transform
         .insert(0, TransformStep::Scale([2.0; 3]));
     assert_eq!(
-        rendered(&scene, &settings(&scene, view([6.8, 0.1, 0.0])))
+        render_scene(&scene, &settings(&scene, view([6.8, 0.1, 0.0])))
             .picture
             .rgb[0][0],
         1.0
     );
     assert_eq!(
-        rendered(&scene, &settings(&scene, view([4.9, 0.1, 0.0])))
+        render_scene(&scene, &settings(&scene, view([4.9, 0.1, 0.0])))
             .picture
             .rgb[0][0],
         0.0

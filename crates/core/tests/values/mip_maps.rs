@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use raywright_core::effects::{Effect, EffectSet, Status, detect};
+use raywright_core::effects::{Effect, EffectSet, EffectStatus, detect};
 use raywright_core::scene::{ImageData, Pixels, Pose, Projection, Scene};
 use raywright_core::{Settings, prepare};
 use serde_json::{Value, json};
 
-use crate::support::{DOWN, SLANTED, classic, floor, physical, pixel, sees, settings, sun};
+use crate::support::{DOWN, SLANTED, classic, expect_pixel, floor, physical, pixel, settings, sun};
 
 /// A scene with an image of two by two texels, white and black in turns: in the middle of a white
 /// texel a level from 0 to 1 reads 1 − level/2, and every higher one a half.
@@ -59,7 +59,7 @@ fn the_level_of_a_plane() {
             let model = glowing(tiled(2.0_f64.powf(level) / width * 0.5));
             for space in ["srgb", "linear"] {
                 let scene = checked(unchecked_floor(&model), space);
-                sees(&scene, view, [read_at(level); 3]);
+                expect_pixel(&scene, view, [read_at(level); 3]);
             }
         }
     }
@@ -111,7 +111,7 @@ fn the_level_of_a_mesh() {
                         scene.objects[1].transform =
                             serde_json::from_value(away).expect("a transform");
                     }
-                    sees(&scene, DOWN, [read_at(level); 3]);
+                    expect_pixel(&scene, DOWN, [read_at(level); 3]);
                 }
             }
         }
@@ -135,7 +135,7 @@ fn the_level_beyond_a_mirror() {
             serde_json::from_value(json!({ "name": "ceiling", "model": model }))
                 .expect("a material"),
         );
-        sees(&scene, DOWN, [read_at(level); 3]);
+        expect_pixel(&scene, DOWN, [read_at(level); 3]);
 
         let scene = checked(
             unchecked_floor(&glowing(tiled(2.0_f64.powf(level) / 3.0 * 0.5))),
@@ -175,10 +175,10 @@ fn what_is_read_without() {
         ]);
         scene
     };
-    sees(&masked("here"), SLANTED, [0.5, 0.25, 1.0]);
-    sees(&masked("there"), SLANTED, [0.0; 3]);
+    expect_pixel(&masked("here"), SLANTED, [0.5, 0.25, 1.0]);
+    expect_pixel(&masked("there"), SLANTED, [0.0; 3]);
     let expressed = json!({ "name": "checked", "uv": ["0.25 + 9*p.x", "0.25 + 9*p.z"] });
-    sees(
+    expect_pixel(
         &checked(unchecked_floor(&glowing(expressed)), "linear"),
         DOWN,
         [1.0; 3],
@@ -203,13 +203,16 @@ fn mip_maps_are_an_effect() {
     let settings = settings(&scene, SLANTED);
     assert_eq!(
         status(&scene, &settings),
-        (Status::Simulated, Some("textures[0].filter".to_owned()))
+        (
+            EffectStatus::Simulated,
+            Some("textures[0].filter".to_owned())
+        )
     );
     let off = Settings {
-        without: EffectSet::of(&[Effect::MipMaps]),
+        without: EffectSet::from_effects(&[Effect::MipMaps]),
         ..settings.clone()
     };
-    assert_eq!(status(&scene, &off).0, Status::LeftOut);
+    assert_eq!(status(&scene, &off).0, EffectStatus::LeftOut);
     assert_eq!(
         (pixel(&scene, &settings), pixel(&scene, &off)),
         ([0.5; 3], [1.0; 3])
@@ -223,7 +226,7 @@ fn mip_maps_are_an_effect() {
         ((16 + 16, 32), (16, 16))
     );
     scene.textures[0].filter = raywright_core::scene::Filter::Bilinear;
-    assert_eq!(status(&scene, &settings).0, Status::Absent);
+    assert_eq!(status(&scene, &settings).0, EffectStatus::Absent);
     scene
         .lights
         .push(serde_json::from_value(sun([0.0, 1.0, 0.0])).expect("a light"));

@@ -2,14 +2,14 @@
 //! shutter, bit by bit.
 
 use glam::DVec3;
-use raywright_core::camera::Camera;
+use raywright_core::camera::PreparedCamera;
 use raywright_core::effects::{Effect, EffectSet};
 use raywright_core::scene::{Camera as CameraData, Pattern, Scene};
 use raywright_core::settings::{Aov, PrecisionChoice, Sampling};
-use raywright_core::{Rendered, Settings, estimate, extent, prepare};
+use raywright_core::{RenderOutput, Settings, estimate, extent, prepare};
 use serde_json::{Value, json};
 
-use crate::support::{ball, classic, near, rendered, scene, sun};
+use crate::support::{ball, classic, expect_near, render_scene, scene, sun};
 
 /// Columns of the picture, each a quarter of a metre wide, from x = 0 on.
 const COLUMNS: u32 = 32;
@@ -47,11 +47,11 @@ fn asked(scene: &Scene) -> Settings {
     Settings {
         size: [COLUMNS, 1],
         sampling: Sampling::General(SAMPLES),
-        ..Settings::of(scene)
+        ..Settings::from_scene(scene)
     }
 }
 
-fn row(rendered: &Rendered) -> Vec<f64> {
+fn row(rendered: &RenderOutput) -> Vec<f64> {
     rendered
         .picture
         .rgb
@@ -71,13 +71,14 @@ fn kept(y: f64) -> f64 {
     }
 }
 
-/// Coverage of a column by the wall that moves from `start` by `way`: the mean over the column of
+/// Coverage of a column by the wall that moves from `start` by `travel`: the mean over the column of
 /// the share of time at which the wall covers it, the time before the left edge passes less the
 /// time before the right edge passes.
-fn coverage(column: u32, start: f64, way: f64) -> f64 {
+fn coverage(column: u32, start: f64, travel: f64) -> f64 {
     let (left, right) = (0.25 * f64::from(column), 0.25 * f64::from(column + 1));
-    let passed =
-        |edge: f64| (kept((right - edge) / way) - kept((left - edge) / way)) * way / (right - left);
+    let passed = |edge: f64| {
+        (kept((right - edge) / travel) - kept((left - edge) / travel)) * travel / (right - left)
+    };
     passed(start) - passed(start + 3.0)
 }
 
@@ -89,7 +90,7 @@ fn coverage(column: u32, start: f64, way: f64) -> f64 {
 fn a_moving_wall_covers_columns_by_its_share_of_time() {
     let mesh = json!([{ "name": "wall", "source": { "inline": { "indices": [[0, 1, 2], [0, 2, 3]],
         "positions": [[0.5, -2, 0], [3.5, -2, 0], [3.5, 2, 0], [0.5, 2, 0]] } } }]);
-    for (shutter, start, way) in [([0.0, 1.0], 0.5, 5.0), ([0.25, 0.5], 1.75, 1.25)] {
+    for (shutter, start, travel) in [([0.0, 1.0], 0.5, 5.0), ([0.25, 0.5], 1.75, 1.25)] {
         let shape = white(wall(FAR), view(json!({ "shutter": shutter })));
         let mut of_mesh = shape.clone();
         of_mesh.meshes = serde_json::from_value(mesh.clone()).expect("a mesh");
@@ -99,7 +100,7 @@ fn a_moving_wall_covers_columns_by_its_share_of_time() {
             .into_iter()
             .flat_map(|s| PRECISIONS.map(|p| (s, p)))
         {
-            let seen = row(&rendered(
+            let seen = row(&render_scene(
                 scene,
                 &Settings {
                     precision,
@@ -108,7 +109,7 @@ fn a_moving_wall_covers_columns_by_its_share_of_time() {
             ));
             let mut between = 0;
             for (column, &found) in (0..COLUMNS).zip(&seen) {
-                let expected = coverage(column, start, way);
+                let expected = coverage(column, start, travel);
                 let error = (expected * (1.0 - expected) / f64::from(SAMPLES))
                     .max(0.0)
                     .sqrt();
@@ -139,12 +140,12 @@ fn shadows_move() {
     let settings = Settings {
         size: [1, 1],
         sampling: Sampling::General(4096),
-        ..Settings::of(&scene)
+        ..Settings::from_scene(&scene)
     };
     // The plank is above the spot from time 1/5 to time 3/5.
-    let seen = row(&rendered(&scene, &settings))[0];
+    let actual = row(&render_scene(&scene, &settings))[0];
     let error = (0.4 * 0.6 / 4096.0_f64).sqrt();
-    assert!((seen - 0.6).abs() < 4.0 * error, "{seen}");
+    assert!((actual - 0.6).abs() < 4.0 * error, "{actual}");
 }
 
 /// Protects: without motion a shutter changes no bit and is no effect; nor does motion without a
@@ -152,7 +153,7 @@ fn shadows_move() {
 #[test]
 fn what_stands_still_has_the_same_bits() {
     let plain = white(wall(None), view(json!({})));
-    let expected = rendered(&plain, &asked(&plain)).picture.rgb;
+    let expected = render_scene(&plain, &asked(&plain)).picture.rgb;
     let pose = json!({ "look_at": { "eye": [4, 0, 9], "target": [4, 0, 0] } });
     for (objects, camera, status) in [
         (wall(None), json!({ "shutter": [0, 1] }), "absent"),
@@ -187,7 +188,7 @@ fn without_motion_everything_stands_as_the_shutter_opens() {
     let mut objects = wall(None);
     objects[0]["transform"] = translated([1.25, 0.0, 0.0]);
     let standing = white(objects, cameras);
-    let without = EffectSet::of(&[Effect::Motion]);
+    let without = EffectSet::from_effects(&[Effect::Motion]);
     let fixed = |settings: Settings| Settings {
         sampling: Sampling::Pattern(Pattern::Corners),
         ..settings
@@ -206,7 +207,7 @@ fn without_motion_everything_stands_as_the_shutter_opens() {
         let picture = ready.render(&()).picture.rgb;
         assert_eq!(
             (picture, ready.tables().instances),
-            (rendered(&standing, &expected).picture.rgb, 0)
+            (render_scene(&standing, &expected).picture.rgb, 0)
         );
         assert_eq!(
             ready
@@ -217,8 +218,11 @@ fn without_motion_everything_stands_as_the_shutter_opens() {
             [Effect::Motion]
         );
     }
-    let blurred = rendered(&moving, &asked(&moving)).picture.rgb;
-    assert_ne!(blurred, rendered(&standing, &asked(&standing)).picture.rgb);
+    let blurred = render_scene(&moving, &asked(&moving)).picture.rgb;
+    assert_ne!(
+        blurred,
+        render_scene(&standing, &asked(&standing)).picture.rgb
+    );
 }
 
 /// Protects: a camera that moves along with an object sees it static, to the bit for exact numbers;
@@ -237,7 +241,7 @@ fn a_camera_that_goes_along_sees_it_still() {
             aovs: vec![Aov::Object],
             ..asked(scene)
         };
-        let picture = rendered(scene, &settings).picture;
+        let picture = render_scene(scene, &settings).picture;
         (
             picture.rgb.clone(),
             picture
@@ -254,20 +258,25 @@ fn a_camera_that_goes_along_sees_it_still() {
     );
 }
 
-fn camera(pose: Value, end: Value) -> Camera<f64> {
+fn camera(pose: Value, end: Value) -> PreparedCamera<f64> {
     let projection = json!({ "pinhole": { "vertical_fov": 40 } });
     let data =
         json!({ "pose": pose, "pose_end": end, "shutter": [0.5, 1], "projection": projection });
     let data: CameraData = serde_json::from_value(data).expect("a camera");
-    Camera::new(&data, [2, 2])
+    PreparedCamera::new(&data, [2, 2])
 }
 
 /// Protects: a camera's eye, target, angles and axes are interpolated linearly, each number by
 /// itself, from the opening to the closing of its shutter; its rays carry their times.
 #[test]
 fn poses_run_number_by_number() {
-    let middle = |camera: &Camera<f64>, share: f32| camera.ray_during(1.0, 1.0, [0.5; 2], share);
-    let goes = |camera: &Camera<f64>, share: f32, time: f64, eye: DVec3, towards: DVec3| {
+    let middle =
+        |camera: &PreparedCamera<f64>, share: f32| camera.ray_during(1.0, 1.0, [0.5; 2], share);
+    let expect_camera_ray = |camera: &PreparedCamera<f64>,
+                             share: f32,
+                             time: f64,
+                             eye: DVec3,
+                             target_direction: DVec3| {
         let ray = middle(camera, share);
         assert_eq!(ray.time, time);
         assert!(
@@ -275,7 +284,7 @@ fn poses_run_number_by_number() {
             "{} instead of {eye}",
             ray.origin
         );
-        let direction = (towards - eye).normalize();
+        let direction = (target_direction - eye).normalize();
         assert!(
             (ray.direction - direction).length() < 1e-12,
             "{} instead of {direction}",
@@ -286,14 +295,14 @@ fn poses_run_number_by_number() {
         json!({ "look_at": { "eye": [0, 0, 8], "target": [0, 0, 0] } }),
         json!({ "look_at": { "eye": [8, 4, 8], "target": [0, 4, -4] } }),
     );
-    goes(
+    expect_camera_ray(
         &looking,
         0.0,
         0.5,
         DVec3::new(4.0, 2.0, 8.0),
         DVec3::new(0.0, 2.0, -2.0),
     );
-    goes(
+    expect_camera_ray(
         &looking,
         0.5,
         0.75,
@@ -304,9 +313,9 @@ fn poses_run_number_by_number() {
         json!({ "orbit": { "target": [1, 0, 0], "distance": 2, "azimuth": 0, "elevation": 0 } }),
         json!({ "orbit": { "target": [1, 0, 0], "distance": 6, "azimuth": 180, "elevation": 0 } }),
     );
-    goes(&orbiting, 0.0, 0.5, DVec3::new(5.0, 0.0, 0.0), DVec3::X);
+    expect_camera_ray(&orbiting, 0.0, 0.5, DVec3::new(5.0, 0.0, 0.0), DVec3::X);
     let axes = |x: f64| json!({ "axes": { "eye": [x, 0, 0], "right": [1, 0, 0], "up": [0, 1, 0], "back": [0, 0, 1.0 + x] } });
-    goes(
+    expect_camera_ray(
         &camera(axes(0.0), axes(4.0)),
         0.0,
         0.5,
@@ -333,7 +342,7 @@ fn normals_turn_with_the_map() {
             aovs: vec![Aov::Normal],
             ..asked(&moving)
         };
-        let picture = rendered(
+        let picture = render_scene(
             &moving,
             &Settings {
                 size: [1, 1],
@@ -344,7 +353,7 @@ fn normals_turn_with_the_map() {
         let layer = |name: &str| f64::from(picture.layer(name).expect("asked for").samples[0]);
         let found = ["normal.X", "normal.Y", "normal.Z"].map(layer);
         let expected = DVec3::new(0.3, 0.0, 0.8).normalize();
-        near(found, expected.into(), 1e-6, &format!("{precision:?}"));
+        expect_near(found, expected.into(), 1e-6, &format!("{precision:?}"));
     }
 }
 
@@ -364,7 +373,7 @@ fn generated_things_move() {
             (bounds.min, bounds.max),
             (DVec3::splat(-0.5), DVec3::new(98.5, 4.5, 0.5))
         );
-        for without in [EffectSet::EMPTY, EffectSet::of(&[Effect::Motion])] {
+        for without in [EffectSet::EMPTY, EffectSet::from_effects(&[Effect::Motion])] {
             let settings = Settings {
                 precision,
                 without,
@@ -378,10 +387,10 @@ fn generated_things_move() {
             let real = ready.memory();
             let all = told.parts().into_iter().zip(real.parts());
             // The filling of a tree's leaves is unknown before the tree is built.
-            all.for_each(|((what, told), (_, real))| {
+            all.for_each(|((label, reported), (_, real))| {
                 assert!(
-                    real <= told && told <= 3 * real,
-                    "{what}: {told} for {real}"
+                    real <= reported && reported <= 3 * real,
+                    "{label}: {reported} for {real}"
                 )
             });
             assert_eq!(
@@ -392,7 +401,7 @@ fn generated_things_move() {
     }
     // The ball at x = 4 starts in the row and leaves upwards: at a distance u from its middle, up
     // to a quarter to the left, its height above the row is √(¼ − u²), of a motion of four metres.
-    let seen = row(&rendered(
+    let actual = row(&render_scene(
         &moving,
         &Settings {
             sampling: Sampling::General(4096),
@@ -402,8 +411,8 @@ fn generated_things_move() {
     let share = 0.5 * (0.25 * 0.1875_f64.sqrt() + 0.25 * 0.5_f64.asin());
     let error = (share * (1.0 - share) / 4096.0).sqrt();
     assert!(
-        (seen - share).abs() < 4.0 * error,
-        "{seen} instead of {share}"
+        (actual - share).abs() < 4.0 * error,
+        "{actual} instead of {share}"
     );
 }
 
@@ -420,7 +429,7 @@ fn cameras_move_where_a_map_puts_them() {
             json!([{ "shape": { "quad": quad }, "material": "white" }]),
             cameras,
         );
-        row(&rendered(
+        row(&render_scene(
             &scene,
             &Settings {
                 precision: PrecisionChoice::Robust,

@@ -10,11 +10,11 @@ use raywright_core::scene::Scene;
 use raywright_core::settings::{LightSampling, PrecisionChoice};
 use serde_json::{Value, json};
 
-use crate::paths::{AT, all_see, lamp, mean, paths};
-use crate::support::{View, ball, classic, floor, physical, rendered, scene};
+use crate::paths::{AT, expect_pixels, lamp, mean_radiance, paths};
+use crate::support::{EyeAndTarget, ball, classic, floor, physical, render_scene, scene};
 
 /// A view straight down through all objects.
-const DOWN: View = [[0.3, 5.0, 0.2], [0.3, 0.0, 0.2]];
+const DOWN: EyeAndTarget = [[0.3, 5.0, 0.2], [0.3, 0.0, 0.2]];
 
 /// Glass of an index and a priority, with further terms.
 fn glass(name: &str, ior: f64, priority: u32, terms: Value) -> Value {
@@ -46,7 +46,7 @@ fn stack(materials: &[Value], slabs: &[Value]) -> Scene {
 }
 
 /// Transmittance of a boundary from index a to b at normal incidence.
-fn passes(a: f64, b: f64) -> f64 {
+fn border_transmittance(a: f64, b: f64) -> f64 {
     1.0 - ((a - b) / (a + b)).powi(2)
 }
 
@@ -77,12 +77,14 @@ fn liquid_in_glass() {
             glass("liquid", 1.33, of_liquid, tint(blue)),
         ];
         let mut slabs = [slab(0.0, 1.0, "glass"), slab(0.9, 2.0, "liquid")];
-        let through = passes(1.0, 1.33) * passes(1.33, 1.5) * passes(1.5, 1.0);
+        let through = border_transmittance(1.0, 1.33)
+            * border_transmittance(1.33, 1.5)
+            * border_transmittance(1.5, 1.0);
         let expected =
             |k: usize| 3.0 * through * red[k].powf(glass_ends) * blue[k].powf(2.0 - glass_ends);
         for _ in 0..2 {
             let found = stack(&materials, &slabs);
-            all_see(
+            expect_pixels(
                 &found,
                 DOWN,
                 4,
@@ -90,7 +92,7 @@ fn liquid_in_glass() {
                 &format!("priorities {of_glass} and {of_liquid}"),
             );
             // One segment fewer does not reach the lamp.
-            all_see(&found, DOWN, 3, [0.0; 3], "too few segments");
+            expect_pixels(&found, DOWN, 3, [0.0; 3], "too few segments");
             slabs.reverse();
         }
     }
@@ -107,7 +109,7 @@ fn a_camera_in_bodies() {
         glass("liquid", 1.33, 1, tint(blue)),
         glass("ice", 1.31, 3, tint(green)),
     ];
-    let down = |y: f64| -> View { [[0.3, y, 0.2], [0.3, -5.0, 0.2]] };
+    let down = |y: f64| -> EyeAndTarget { [[0.3, y, 0.2], [0.3, -5.0, 0.2]] };
     let both = stack(
         &materials[..2],
         &[slab(0.0, 1.0, "glass"), slab(0.9, 2.0, "liquid")],
@@ -120,18 +122,21 @@ fn a_camera_in_bodies() {
                 * green[k].powf(lengths[2])
         })
     };
-    all_see(
+    expect_pixels(
         &both,
         down(0.95),
         2,
-        left([0.95, 0.0, 0.0], passes(1.5, 1.0)),
+        left([0.95, 0.0, 0.0], border_transmittance(1.5, 1.0)),
         "in both",
     );
-    all_see(
+    expect_pixels(
         &both,
         down(1.6),
         3,
-        left([1.0, 0.6, 0.0], passes(1.33, 1.5) * passes(1.5, 1.0)),
+        left(
+            [1.0, 0.6, 0.0],
+            border_transmittance(1.33, 1.5) * border_transmittance(1.5, 1.0),
+        ),
         "in the liquid",
     );
     let slabs = [
@@ -140,8 +145,10 @@ fn a_camera_in_bodies() {
         slab(1.0, 5.0, "ice"),
     ];
     let three = stack(&materials, &slabs);
-    let through = passes(1.31, 1.5) * passes(1.5, 1.33) * passes(1.33, 1.0);
-    all_see(
+    let through = border_transmittance(1.31, 1.5)
+        * border_transmittance(1.5, 1.33)
+        * border_transmittance(1.33, 1.0);
+    expect_pixels(
         &three,
         down(2.0),
         4,
@@ -157,7 +164,7 @@ fn a_camera_in_bodies() {
 fn slanted_boundaries() {
     // A view in the liquid above y = 0, towards glass below it with a lamp inside, at this angle to
     // the normal.
-    let view = |cosine: f64| -> View {
+    let view = |cosine: f64| -> EyeAndTarget {
         let sine = (1.0 - cosine * cosine).sqrt();
         [[0.0, 1.0, 0.0], [sine / cosine, 0.0, 0.0]]
     };
@@ -175,7 +182,7 @@ fn slanted_boundaries() {
             ];
             let scene = scene(json!({ "materials": materials, "objects": slabs }));
             let expected = 3.0 * (1.0 - fresnel(cosine, liquid, solid));
-            all_see(
+            expect_pixels(
                 &scene,
                 view(cosine),
                 2,
@@ -195,7 +202,7 @@ fn the_same_bits() {
             "materials": [glass("glass", 1.45, priority, terms)] });
         scene(parts)
     };
-    let view: View = [[0.2, 0.5, 4.0], [0.1, 0.3, 0.0]];
+    let view: EyeAndTarget = [[0.2, 0.5, 4.0], [0.1, 0.3, 0.0]];
     let wide = |scene: &Scene, depth: u32| {
         let mut settings = paths(scene, view, depth);
         settings.camera = crate::support::settings(scene, view).camera;
@@ -207,8 +214,8 @@ fn the_same_bits() {
         json!({ "dispersion": 2, "attenuation_colour": 0.4, "attenuation_distance": 1 }),
     ] {
         for precision in [PrecisionChoice::Robust, PrecisionChoice::Reference] {
-            let of = |scene: &Scene| {
-                rendered(
+            let value_of = |scene: &Scene| {
+                render_scene(
                     scene,
                     &Settings {
                         precision,
@@ -219,8 +226,8 @@ fn the_same_bits() {
                 .rgb
             };
             assert_eq!(
-                of(&alone(0, terms.clone())),
-                of(&alone(3, terms.clone())),
+                value_of(&alone(0, terms.clone())),
+                value_of(&alone(3, terms.clone())),
                 "{terms} {precision:?}"
             );
         }
@@ -247,8 +254,8 @@ fn the_same_bits() {
         ..tree.clone()
     };
     assert_eq!(
-        rendered(&found, &tree).picture.rgb,
-        rendered(&found, &scan).picture.rgb
+        render_scene(&found, &tree).picture.rgb,
+        render_scene(&found, &scan).picture.rgb
     );
 }
 
@@ -288,7 +295,7 @@ fn bodies_keep_all_light() {
                 json!({ "sky": { "constant": [1, 0.5, 0.25] }, "materials": materials, "objects": bodies }),
             );
             let view = [[0.2, 0.5, 4.0], [0.1, 0.3, 0.0]].map(|p: [f64; 3]| p.map(|x| x * scale));
-            all_see(
+            expect_pixels(
                 &found,
                 view,
                 64,
@@ -334,10 +341,10 @@ fn lights_over_hidden_boundaries() {
         matte(),
         parts(json!({ "objects": [ball([0.0, 1.5, 0.0], 0.05, "lamp")] })),
     );
-    let way = 1.5 + 0.26_f64.sqrt();
-    let expected = left(way - 0.05 * 2.0 / 3.0).map(|x| x * 0.6 * 12.0 * 0.0025 / 2.25);
+    let distance = 1.5 + 0.26_f64.sqrt();
+    let expected = left(distance - 0.05 * 2.0 / 3.0).map(|x| x * 0.6 * 12.0 * 0.0025 / 2.25);
     for light_sampling in [LightSampling::Lights, LightSampling::Both] {
-        let (seen, error) = mean(
+        let (actual, error) = mean_radiance(
             &found,
             &Settings {
                 light_sampling,
@@ -345,10 +352,10 @@ fn lights_over_hidden_boundaries() {
             },
         );
         for k in 0..3 {
-            let off = (seen[k] - expected[k]).abs();
+            let off = (actual[k] - expected[k]).abs();
             assert!(
                 off <= 3.0 * error[k] + 0.003 * expected[k],
-                "{light_sampling:?}: {seen:?} instead of {expected:?}"
+                "{light_sampling:?}: {actual:?} instead of {expected:?}"
             );
         }
     }
@@ -363,7 +370,7 @@ fn lights_over_hidden_boundaries() {
         LightSampling::Both,
     ]
     .map(|light_sampling| {
-        mean(
+        mean_radiance(
             &found,
             &Settings {
                 light_sampling,
@@ -382,11 +389,11 @@ fn lights_over_hidden_boundaries() {
     let point =
         json!({ "lights": [{ "kind": { "point": { "position": [0, 1.5, 0] } }, "colour": 2 }] });
     let found = floor(matte(), parts(point));
-    all_see(
+    expect_pixels(
         &found,
         AT,
         1 + 1,
-        left(way).map(|x| x * 0.6 * 2.0 / 2.25),
+        left(distance).map(|x| x * 0.6 * 2.0 / 2.25),
         "a point",
     );
 }
@@ -406,7 +413,7 @@ fn through_thin_walls() {
         let r = fresnel(cosine, 1.0, 1.5);
         2.0 * r / (1.0 + r)
     };
-    let passes = |cosine: f64, walls: i32| {
+    let transmittance = |cosine: f64, walls: i32| {
         [1.0, 0.8, 0.5].map(|tint: f64| (0.9 * tint * (1.0 - reflected(cosine))).powi(walls))
     };
     let centre: [f64; 3] = [1.5, 2.0, 0.0];
@@ -427,8 +434,9 @@ fn through_thin_walls() {
         let depth = 2 + walls as u32;
         let point =
             || json!({ "lights": [{ "kind": { "point": { "position": centre } }, "colour": 2 }] });
-        let expected = |walls: i32| passes(cosine, walls).map(|x| x * 0.6 * 2.0 * cosine / squared);
-        all_see(
+        let expected =
+            |walls: i32| transmittance(cosine, walls).map(|x| x * 0.6 * 2.0 * cosine / squared);
+        expect_pixels(
             &with(0.0, point()),
             AT,
             depth,
@@ -436,15 +444,15 @@ fn through_thin_walls() {
             &format!("a point behind {walls}"),
         );
         let sun = json!({ "lights": [crate::support::sun([3.0, 4.0, 0.0])] });
-        all_see(
+        expect_pixels(
             &with(0.0, sun),
             AT,
             depth,
-            passes(0.8, walls).map(|x| x * 0.6 * 0.8),
+            transmittance(0.8, walls).map(|x| x * 0.6 * 0.8),
             &format!("a sun behind {walls}"),
         );
         if walls > 0 {
-            all_see(
+            expect_pixels(
                 &with(0.0, point()),
                 AT,
                 depth - 1,
@@ -454,14 +462,14 @@ fn through_thin_walls() {
             // Light passes a rough wall by scattering there: each wall takes a vertex.
             let rough = with(0.5, point());
             assert!(
-                mean(&rough, &paths(&rough, AT, depth + 1)).0[0] > 0.0,
+                mean_radiance(&rough, &paths(&rough, AT, depth + 1)).0[0] > 0.0,
                 "a point behind {walls} rough ones"
             );
         }
         // A small lamp by shadow rays, so that all of its light passes at about one angle; and a
         // wide lamp by all strategies.
         let small = with(0.0, json!({ "objects": [ball(centre, 0.05, "lamp")] }));
-        let (seen, error) = mean(
+        let (actual, error) = mean_radiance(
             &small,
             &Settings {
                 light_sampling: LightSampling::Both,
@@ -470,10 +478,10 @@ fn through_thin_walls() {
         );
         for k in 0..3 {
             let expected =
-                passes(cosine, walls)[k] * 0.6 / PI * PI * 7.0 * 0.0025 / squared * cosine;
+                transmittance(cosine, walls)[k] * 0.6 / PI * PI * 7.0 * 0.0025 / squared * cosine;
             assert!(
-                (seen[k] - expected).abs() <= 3.0 * error[k] + 0.01 * expected,
-                "{walls}: {seen:?} instead of {expected}"
+                (actual[k] - expected).abs() <= 3.0 * error[k] + 0.01 * expected,
+                "{walls}: {actual:?} instead of {expected}"
             );
             assert!(
                 error[k] <= 0.01 * expected,
@@ -488,7 +496,7 @@ fn through_thin_walls() {
                 LightSampling::Both,
             ]
             .map(|light_sampling| {
-                mean(
+                mean_radiance(
                     &wide,
                     &Settings {
                         light_sampling,

@@ -5,13 +5,13 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
-use raywright_core::effects::{Effect, EffectSet, Status, detect};
+use raywright_core::effects::{Effect, EffectSet, EffectStatus, detect};
 use raywright_core::scene::{ImageData, Pixels, Scene};
 use raywright_core::settings::Aov;
 use raywright_core::{estimate, prepare};
 use serde_json::{Value, json};
 
-use crate::support::{Surface, View, physical, pixel, scene, sees, settings, sun};
+use crate::support::{EyeAndTarget, Surface, expect_pixel, physical, pixel, scene, settings, sun};
 
 /// The image's normal everywhere: right, up in the image and outwards. It leans less than 45°, so
 /// that a perpendicular view is mirrored above the surface.
@@ -59,8 +59,8 @@ fn shown(steps: Value) -> Value {
     json!({ "shape": { "mesh": "leaf" }, "material": "paint", "transform": steps })
 }
 
-const ONTO: View = [[0.5, 0.5, 4.0], [0.5, 0.5, 0.0]];
-const FROM_BEHIND: View = [[0.5, 0.5, -4.0], [0.5, 0.5, 0.0]];
+const ONTO: EyeAndTarget = [[0.5, 0.5, 4.0], [0.5, 0.5, 0.0]];
+const FROM_BEHIND: EyeAndTarget = [[0.5, 0.5, -4.0], [0.5, 0.5, 0.0]];
 
 /// Radiance of a matte surface of albedo 0.5 with this normal towards `v`.
 fn lambert(normal: DVec3, light: DVec3, v: DVec3) -> [f64; 3] {
@@ -70,7 +70,7 @@ fn lambert(normal: DVec3, light: DVec3, v: DVec3) -> [f64; 3] {
 }
 
 /// The perturbed normal for a frame of right, up and normal.
-fn bent([right, up, normal]: [DVec3; 3]) -> DVec3 {
+fn perturbed_normal([right, up, normal]: [DVec3; 3]) -> DVec3 {
     DMat3::from_cols(right, up, normal) * TEXEL
 }
 
@@ -81,62 +81,66 @@ fn bent([right, up, normal]: [DVec3; 3]) -> DVec3 {
 fn images_lie_along_coordinates() {
     let [x, y, z] = [DVec3::X, DVec3::Y, DVec3::Z];
     let plain = |data: Value, more: Value| lit(shown(json!([])), data, bumpy(more), LIGHT);
-    sees(
+    expect_pixel(
         &plain(upright(), json!({})),
         ONTO,
-        lambert(bent([x, y, z]), LIGHT, z),
+        lambert(perturbed_normal([x, y, z]), LIGHT, z),
     );
-    sees(
+    expect_pixel(
         &plain(upright(), json!({ "normal_scale": 0.5 })),
         ONTO,
         lambert(TEXEL * DVec3::new(0.5, 0.5, 1.0), LIGHT, z),
     );
-    sees(
+    expect_pixel(
         &plain(upright(), json!({ "normal_scale": 0 })),
         ONTO,
         lambert(z, LIGHT, z),
     );
     // u = 1 − x/3, and u = y/3, v = x/3.
-    sees(
+    expect_pixel(
         &plain(leaf(json!([[1, 1], [0, 1], [1, 0]])), json!({})),
         ONTO,
-        lambert(bent([-x, y, z]), LIGHT, z),
+        lambert(perturbed_normal([-x, y, z]), LIGHT, z),
     );
-    sees(
+    expect_pixel(
         &plain(leaf(json!([[0, 0], [0, 1], [1, 0]])), json!({})),
         ONTO,
-        lambert(bent([y, -x, z]), LIGHT, z),
+        lambert(perturbed_normal([y, -x, z]), LIGHT, z),
     );
     // The same surface from behind: its normal is opposite.
     let below = LIGHT * DVec3::new(1.0, 1.0, -1.0);
     let behind = lit(shown(json!([])), upright(), bumpy(json!({})), below);
-    sees(&behind, FROM_BEHIND, lambert(-bent([x, y, z]), below, -z));
+    expect_pixel(
+        &behind,
+        FROM_BEHIND,
+        lambert(-perturbed_normal([x, y, z]), below, -z),
+    );
     let mut own = upright();
     (own["normals"], own["tangents"]) = (
         json!([[0, 0, 1], [0, 0, 1], [0, 0, 1]]),
         json!([[0, 1, 0, -1], [0, 1, 0, -1], [0, 1, 0, -1]]),
     );
-    sees(
+    expect_pixel(
         &plain(own, json!({})),
         ONTO,
-        lambert(bent([y, x, z]), LIGHT, z),
+        lambert(perturbed_normal([y, x, z]), LIGHT, z),
     );
     // u' = v, v' = −u: right in the image is where v grows, up where u does.
     let turned =
         json!({ "normal_texture": { "name": "bump", "uv_transform": [[0, 1, 0], [-1, 0, 0]] } });
-    sees(
+    expect_pixel(
         &plain(upright(), turned),
         ONTO,
-        lambert(bent([-y, x, z]), LIGHT, z),
+        lambert(perturbed_normal([-y, x, z]), LIGHT, z),
     );
     // A set of coordinates other than the first.
     let mut sets = upright();
     sets["uvs"] = json!([[[0, 0], [0, 0], [0, 0]], [[0, 1], [1, 1], [0, 0]]]);
     let second = json!({ "normal_texture": { "name": "bump", "uv_set": 1 } });
-    sees(
+    expect_pixel(
         &plain(sets, second),
         ONTO,
-        lambert(bent([x, y, z]), LIGHT, z),
+        lambert(perturbed_normal([x, y, z]), LIGHT, z),
     );
 }
 
@@ -147,24 +151,24 @@ fn images_go_with_their_objects() {
     let [x, y, z] = [DVec3::X, DVec3::Y, DVec3::Z];
     let mirrored = || shown(json!([{ "scale": [-1, 1, 1] }, { "translate": [2, 0, 0] }]));
     let alone = lit(mirrored(), upright(), bumpy(json!({})), LIGHT);
-    sees(
+    expect_pixel(
         &alone,
         [[1.5, 0.5, 4.0], [1.5, 0.5, 0.0]],
-        lambert(bent([-x, y, z]), LIGHT, z),
+        lambert(perturbed_normal([-x, y, z]), LIGHT, z),
     );
     let mut both = lit(mirrored(), upright(), bumpy(json!({})), LIGHT);
     both.objects.push(
         serde_json::from_value(shown(json!([{ "translate": [5, 0, 0] }]))).expect("an object"),
     );
-    sees(
+    expect_pixel(
         &both,
         [[1.5, 0.5, 4.0], [1.5, 0.5, 0.0]],
-        lambert(bent([-x, y, z]), LIGHT, z),
+        lambert(perturbed_normal([-x, y, z]), LIGHT, z),
     );
-    sees(
+    expect_pixel(
         &both,
         [[5.5, 0.5, 4.0], [5.5, 0.5, 0.0]],
-        lambert(bent([x, y, z]), LIGHT, z),
+        lambert(perturbed_normal([x, y, z]), LIGHT, z),
     );
     // Sheared, x goes to (1, 1, 0)/√2; up is perpendicular to it.
     let sheared = shown(json!([{ "matrix": [[1, 0, 0, 0], [1, 1, 0, 0], [0, 0, 1, 0]] }]));
@@ -172,10 +176,10 @@ fn images_go_with_their_objects() {
         DVec3::new(1.0, 1.0, 0.0).normalize(),
         DVec3::new(-1.0, 1.0, 0.0).normalize(),
     ];
-    sees(
+    expect_pixel(
         &lit(sheared, upright(), bumpy(json!({})), LIGHT),
         [[0.5, 1.0, 4.0], [0.5, 1.0, 0.0]],
-        lambert(bent([right, up, z]), LIGHT, z),
+        lambert(perturbed_normal([right, up, z]), LIGHT, z),
     );
 }
 
@@ -187,11 +191,11 @@ fn images_on_shapes() {
         json!({ "shape": { "sphere": { "centre": [0, 0, 0], "radius": 1 } }, "material": "paint" });
     let n = DVec3::new(0.48, 0.6, 0.64);
     let east = DVec3::new(n.z, 0.0, -n.x).normalize();
-    let normal = bent([east, n.cross(east), n]);
+    let normal = perturbed_normal([east, n.cross(east), n]);
     let data = leaf(json!([[0, 0], [0, 0], [0, 0]]));
     // Not along the normal, where right and up would not matter.
     let light = (n + east * 0.5 + n.cross(east) * 0.2).normalize();
-    sees(
+    expect_pixel(
         &lit(ball.clone(), data.clone(), bumpy(json!({})), light),
         [(n * 3.0).to_array(), n.to_array()],
         lambert(normal, light, n),
@@ -199,7 +203,7 @@ fn images_on_shapes() {
     // From inside, lit from inside: without shadow rays.
     let mut inside = lit(ball, data, bumpy(json!({})), -light);
     inside.lights[0].shadows = false;
-    sees(
+    expect_pixel(
         &inside,
         [[0.0; 3], n.to_array()],
         lambert(-normal, -light, -n),
@@ -276,19 +280,26 @@ fn odd_meshes_have_normals() {
 /// normals.
 #[test]
 fn the_effect_of_normal_maps() {
-    let of = |more: Value| lit(shown(json!([])), upright(), bumpy(more), LIGHT);
+    let value_of = |more: Value| lit(shown(json!([])), upright(), bumpy(more), LIGHT);
     let status = |scene: &Scene| detect(scene, &settings(scene, ONTO)).status(Effect::NormalMaps);
-    assert_eq!(status(&of(json!({}))), Status::Simulated);
+    assert_eq!(status(&value_of(json!({}))), EffectStatus::Simulated);
     for more in [
         json!({ "normal_scale": 0 }),
         json!({ "unlit": true }),
         json!({ "normal_texture": null }),
     ] {
-        assert_eq!(status(&of(more.clone())), Status::Absent, "{more}");
+        assert_eq!(
+            status(&value_of(more.clone())),
+            EffectStatus::Absent,
+            "{more}"
+        );
     }
-    let (scene, bare) = (of(json!({})), of(json!({ "normal_texture": null })));
+    let (scene, bare) = (
+        value_of(json!({})),
+        value_of(json!({ "normal_texture": null })),
+    );
     let mut off = settings(&scene, ONTO);
-    off.without = EffectSet::of(&[Effect::NormalMaps]);
+    off.without = EffectSet::from_effects(&[Effect::NormalMaps]);
     assert_eq!(pixel(&scene, &off), pixel(&bare, &settings(&bare, ONTO)));
     let mut layered = settings(&scene, ONTO);
     layered.aovs = vec![Aov::Normal];

@@ -3,7 +3,7 @@
 
 use serde_json::{Value, json};
 
-use crate::support::{FROM_BELOW, SLANTED, ball, classic, floor, physical, sees};
+use crate::support::{FROM_BELOW, SLANTED, ball, classic, expect_pixel, floor, physical};
 
 fn constant(rest: Value) -> Value {
     let mut fields = json!({ "offset": 0.5 });
@@ -25,17 +25,17 @@ fn shown(terms: Value, rules: Value) -> raywright_core::Scene {
 #[test]
 fn reflections_start_off_the_surface() {
     let mirror = || json!({ "local": 0, "reflection": { "weight": 1 } });
-    sees(
+    expect_pixel(
         &shown(mirror(), constant(json!({}))),
         SLANTED,
         [2.0, 2.5, 2.0],
     );
-    sees(
+    expect_pixel(
         &shown(mirror(), constant(json!({ "along": "ray" }))),
         SLANTED,
         [1.7, 2.4, 2.0],
     );
-    sees(
+    expect_pixel(
         &shown(mirror(), constant(json!({}))),
         FROM_BELOW,
         [2.0, 1.5, 2.0],
@@ -53,10 +53,10 @@ fn refractions_start_on_the_other_side() {
             scene.objects[0].face_viewer = face_viewer;
             scene
         };
-        sees(&case(1.0), SLANTED, [2.0, 1.5, 2.0]);
-        sees(&case(1.0), FROM_BELOW, [2.0, 2.5, 2.0]);
-        sees(&case(0.0), SLANTED, [2.0, 2.5, 2.0]);
-        sees(&case(0.0), FROM_BELOW, [2.0, 1.5, 2.0]);
+        expect_pixel(&case(1.0), SLANTED, [2.0, 1.5, 2.0]);
+        expect_pixel(&case(1.0), FROM_BELOW, [2.0, 2.5, 2.0]);
+        expect_pixel(&case(0.0), SLANTED, [2.0, 2.5, 2.0]);
+        expect_pixel(&case(0.0), FROM_BELOW, [2.0, 1.5, 2.0]);
     }
 }
 
@@ -73,12 +73,12 @@ fn what_is_too_near_does_not_count() {
             json!({ "classic": rules, "materials": [glow], "objects": [ball([3.0, 4.0, 0.0], 0.5, "glow")] }),
         )
     };
-    sees(
+    expect_pixel(
         &around(constant(json!({ "camera_min": 0.4 }))),
         SLANTED,
         [0.0, 1.0, 0.0],
     );
-    sees(
+    expect_pixel(
         &around(constant(json!({ "camera_min": 0.6 }))),
         SLANTED,
         [1.0, 0.0, 0.0],
@@ -90,12 +90,12 @@ fn what_is_too_near_does_not_count() {
             json!({ "classic": rules, "materials": [glow], "objects": [ball([-1.2, 2.1, 0.0], 1.0, "glow")] }),
         )
     };
-    sees(
+    expect_pixel(
         &mirrored(constant(json!({ "secondary_min": 0.9 }))),
         SLANTED,
         [0.0, 1.0, 0.0],
     );
-    sees(
+    expect_pixel(
         &mirrored(constant(json!({ "secondary_min": 3.1 }))),
         SLANTED,
         [0.0; 3],
@@ -114,22 +114,22 @@ fn what_is_too_near_does_not_count() {
         scene.materials[1].model = scene.materials[0].model.clone();
         scene
     };
-    sees(
+    expect_pixel(
         &unlit_lamp(shaded(constant(json!({ "shadow_min": 0.9 })), 1.5)),
         SLANTED,
         [0.0; 3],
     );
-    sees(
+    expect_pixel(
         &unlit_lamp(shaded(constant(json!({ "shadow_min": 1.1 })), 1.5)),
         SLANTED,
         [1.0; 3],
     );
-    sees(
+    expect_pixel(
         &unlit_lamp(shaded(constant(json!({})), 0.4)),
         SLANTED,
         [1.0; 3],
     );
-    sees(
+    expect_pixel(
         &unlit_lamp(shaded(constant(json!({})), 0.6)),
         SLANTED,
         [0.0; 3],
@@ -141,15 +141,15 @@ fn what_is_too_near_does_not_count() {
 fn rays_go_on_behind_what_is_absent() {
     let absent = physical(json!({ "opacity": 0, "alpha": "blend" }));
     let parts = |along: &str| json!({ "sky": { "expression": "2 + o" }, "classic": constant(json!({ "along": along })) });
-    sees(
+    expect_pixel(
         &floor(absent.clone(), parts("normal")),
         SLANTED,
         [2.0, 1.5, 2.0],
     );
-    sees(
+    expect_pixel(
         &floor(absent.clone(), parts("normal")),
         FROM_BELOW,
         [2.0, 2.5, 2.0],
     );
-    sees(&floor(absent, parts("ray")), SLANTED, [1.7, 1.6, 2.0]);
+    expect_pixel(&floor(absent, parts("ray")), SLANTED, [1.7, 1.6, 2.0]);
 }

@@ -9,7 +9,8 @@ use raywright_core::settings::{LightSampling, PrecisionChoice, Sampling};
 use serde_json::{Value, json};
 
 use crate::support::{
-    View, ball, classic, floor, near, physical, pixel, rendered, scene, settings, sun,
+    EyeAndTarget, ball, classic, expect_near, floor, physical, pixel, render_scene, scene,
+    settings, sun,
 };
 
 /// Every strategy of sampling area lights and the sky.
@@ -20,10 +21,10 @@ const WAYS: [LightSampling; 3] = [
 ];
 
 /// A slanted view onto the origin of the floor.
-pub const AT: View = [[0.3, 0.4, 0.1], [0.0, 0.0, 0.0]];
+pub const AT: EyeAndTarget = [[0.3, 0.4, 0.1], [0.0, 0.0, 0.0]];
 
 /// Settings for paths of at most `depth` segments along one ray.
-pub fn paths(scene: &Scene, view: View, depth: u32) -> Settings {
+pub fn paths(scene: &Scene, view: EyeAndTarget, depth: u32) -> Settings {
     let mut settings = Settings {
         integrator: Integrator::Path,
         max_depth: depth,
@@ -43,8 +44,8 @@ pub fn paths(scene: &Scene, view: View, depth: u32) -> Settings {
 }
 
 /// Mean over a picture's pixels, which all see the same, and its standard error.
-pub fn mean(scene: &Scene, settings: &Settings) -> ([f64; 3], [f64; 3]) {
-    let picture = rendered(scene, settings).picture;
+pub fn mean_radiance(scene: &Scene, settings: &Settings) -> ([f64; 3], [f64; 3]) {
+    let picture = render_scene(scene, settings).picture;
     let n = picture.rgb.len() as f64;
     let each = |k: usize| picture.rgb.iter().map(move |pixel| f64::from(pixel[k]));
     let mean: [f64; 3] = core::array::from_fn(|k| each(k).sum::<f64>() / n);
@@ -55,9 +56,15 @@ pub fn mean(scene: &Scene, settings: &Settings) -> ([f64; 3], [f64; 3]) {
 /// Asserts that every strategy of light sampling gives this radiance within three standard errors
 /// and 0.2 %, with an error below 3 %.
 #[track_caller]
-pub fn all_see(scene: &Scene, view: View, depth: u32, expected: [f64; 3], what: &str) {
+pub fn expect_pixels(
+    scene: &Scene,
+    view: EyeAndTarget,
+    depth: u32,
+    expected: [f64; 3],
+    label: &str,
+) {
     for light_sampling in WAYS {
-        let (found, error) = mean(
+        let (found, error) = mean_radiance(
             scene,
             &Settings {
                 light_sampling,
@@ -69,11 +76,11 @@ pub fn all_see(scene: &Scene, view: View, depth: u32, expected: [f64; 3], what: 
             let allowed = 3.0 * error[k] + 2e-3 * expected[k].abs() + 1e-6;
             assert!(
                 off <= allowed,
-                "{what}, {light_sampling:?}: {found:?} instead of {expected:?}, errors {error:?}"
+                "{label}, {light_sampling:?}: {found:?} instead of {expected:?}, errors {error:?}"
             );
             assert!(
                 error[k] <= 0.03 * expected[k].abs() + 1e-6,
-                "{what}, {light_sampling:?}: too noisy to tell: {error:?}"
+                "{label}, {light_sampling:?}: too noisy to tell: {error:?}"
             );
         }
     }
@@ -102,7 +109,7 @@ fn a_closed_room() {
             scene(json!({ "materials": [{ "name": "wall", "model": wall }], "objects": [room] }));
         for depth in depths {
             let expected = albedo.map(|a: f64| 0.5 * (1.0 - a.powi(depth as i32)) / (1.0 - a));
-            all_see(
+            expect_pixels(
                 &room,
                 [[0.5, 0.2, 0.3], [0.0, 0.0, -1.0]],
                 depth,
@@ -123,7 +130,7 @@ fn lamps_with_a_form() {
     let (r, centre): (f64, [f64; 3]) = (0.5, [0.6, 1.5, -0.3]);
     let squared: f64 = centre.iter().map(|x| x * x).sum();
     let by_ball = PI * 7.0 * r * r / squared * centre[1] / squared.sqrt();
-    all_see(
+    expect_pixels(
         &under(white(), ball(centre, r, "lamp"), 7.0),
         AT,
         2,
@@ -132,7 +139,7 @@ fn lamps_with_a_form() {
     );
     let disk = json!({ "shape": { "disk": { "centre": [0, 2, 0], "normal": [0, -1, 0], "radius": 1.5 } }, "material": "lamp",
         "side": "outside" });
-    all_see(
+    expect_pixels(
         &under(white(), disk, 3.0),
         AT,
         2,
@@ -146,7 +153,7 @@ fn lamps_with_a_form() {
         0.5 * (x / p * (y / p).atan() + y / q * (x / q).atan())
     };
     let quad = json!({ "shape": { "quad": { "corner": [-1, 1, -0.5], "edge_u": [2, 0, 0], "edge_v": [0, 0, 1] } }, "material": "lamp" });
-    all_see(
+    expect_pixels(
         &under(white(), quad, 2.0),
         AT,
         2,
@@ -164,7 +171,7 @@ fn a_sky() {
     let scene = floor(classic(json!({ "colour": 0.5 })), parts);
     let expected = [(0.2, 1.0), (0.4, 0.6), (0.5, 0.1)]
         .map(|(bottom, top)| 0.5 * ((bottom + top) / 2.0 + (top - bottom) / 3.0));
-    all_see(&scene, AT, 2, expected, "a gradient");
+    expect_pixels(&scene, AT, 2, expected, "a gradient");
 }
 
 /// Protects: one delta light gives the same as in Whitted's integrator, on both families of
@@ -200,7 +207,7 @@ fn lights_without_size() {
             } else {
                 1e-5
             };
-            near(
+            expect_near(
                 pixel(&scene, &settings),
                 whitted,
                 tolerance,
@@ -218,7 +225,7 @@ fn m06_a_mirror_shows_a_lamp_once() {
         ball([-0.6, 0.8, -0.2], 0.3, "lamp"),
         5.0,
     );
-    all_see(&scene, AT, 4, [4.0; 3], "a lamp in a mirror");
+    expect_pixels(&scene, AT, 4, [4.0; 3], "a lamp in a mirror");
 }
 
 /// Protects: a floor under a delta light is seen through a pane of glass: by the transmittance of
@@ -241,7 +248,7 @@ fn m06_glass_shows_what_a_light_without_size_lights() {
         ),
         &settings(&scene, [eye, target]),
     );
-    all_see(
+    expect_pixels(
         &scene,
         [eye, target],
         16,
@@ -265,7 +272,7 @@ fn glass_keeps_all_light() {
         classic(json!({ "local": 0, "transmission": { "ior": 1.5 } })),
     ] {
         let scene = glass(model);
-        all_see(
+        expect_pixels(
             &scene,
             [[0.2, 0.5, 4.0], [0.1, 0.3, 0.0]],
             64,
@@ -285,14 +292,14 @@ fn what_covers_a_share() {
     let parts = |model: &Value, height: f64| json!({ "materials": [lamp(7.0), model], "objects": [ball(centre, 1.2, "lamp"), sheet(height)] });
     let expected = 0.6 * 0.6 * 7.0 * 1.44 / 4.0;
     // Between the floor and the lamp; then also before the eye.
-    all_see(
+    expect_pixels(
         &floor(classic(json!({ "colour": 0.6 })), parts(&black, 0.7)),
         AT,
         2,
         [expected; 3],
         "a sheet",
     );
-    all_see(
+    expect_pixels(
         &floor(classic(json!({ "colour": 0.6 })), parts(&black, 0.2)),
         AT,
         2,
@@ -311,7 +318,7 @@ fn what_casts_no_shadow() {
         "sky": { "constant": 1 }, "lights": [sun([0.0, 1.0, 0.0])] });
     let scene = floor(classic(json!({ "colour": 0.5 })), parts);
     let hidden = 4.0 / PI * 0.5_f64.sqrt() * 0.5_f64.sqrt().atan();
-    all_see(&scene, AT, 2, [0.5 + 0.5 * (1.0 - hidden); 3], "a plate");
+    expect_pixels(&scene, AT, 2, [0.5 + 0.5 * (1.0 - hidden); 3], "a plate");
 }
 
 /// A box of full transmission and index 1, so that only its absorption is visible.
@@ -334,11 +341,11 @@ fn body(min: [f64; 3], max: [f64; 3], terms: Value) -> Scene {
 /// and a floor both in it.
 #[test]
 fn bodies_absorb() {
-    let down: View = [[0.3, 5.0, 0.2], [0.3, 0.0, 0.2]];
+    let down: EyeAndTarget = [[0.3, 5.0, 0.2], [0.3, 0.0, 0.2]];
     let left = |metres: f64| [0.5, 0.9, 0.0].map(|colour: f64| colour.powf(metres / 2.0));
     let whole = body([-9.0, 0.0, -9.0], [9.0, 1.5, 9.0], json!({}));
-    all_see(&whole, down, 8, left(1.5), "through");
-    all_see(
+    expect_pixels(&whole, down, 8, left(1.5), "through");
+    expect_pixels(
         &whole,
         [[0.3, 1.0, 0.2], [0.3, 0.0, 0.2]],
         8,
@@ -354,7 +361,7 @@ fn bodies_absorb() {
         parts
     };
     let plate = |height: f64, material: &str| json!({ "shape": { "quad": { "corner": [-1, height, -1], "edge_u": [2, 0, 0], "edge_v": [0, 0, 2] } }, "material": material });
-    all_see(
+    expect_pixels(
         &scene(with(plate(0.25, "lamp"))),
         down,
         8,
@@ -369,9 +376,9 @@ fn bodies_absorb() {
     let found = scene(parts);
     let irradiance = 0.6 * 3.0 * 0.0025 / 1.44;
     // A slanted view from 1 above the floor, all inside.
-    let view: View = [[1.3, 1.1, 0.2], [0.3, 0.1, 0.2]];
+    let view: EyeAndTarget = [[1.3, 1.1, 0.2], [0.3, 0.1, 0.2]];
     for light_sampling in [LightSampling::Lights, LightSampling::Both] {
-        let (found, error) = mean(
+        let (found, error) = mean_radiance(
             &found,
             &Settings {
                 light_sampling,
@@ -392,7 +399,7 @@ fn bodies_absorb() {
 /// Protects: strategies of light sampling agree where they share the light: glossy paint, rough
 /// metal and frosted glass under lamps and a sky with a sun.
 #[test]
-fn ways_of_finding_light_agree() {
+fn light_sampling_strategies_agree() {
     let sky = json!({ "gradient": { "bottom": 0.1, "top": [0.4, 0.5, 0.8],
         "suns": [{ "direction": [0.4, 1, 0.2], "colour": 1, "weight": 60, "exponent": 300 }] } });
     let materials = [
@@ -417,7 +424,7 @@ fn ways_of_finding_light_agree() {
             json!({ "sky": sky, "materials": [lamp(12.0), { "name": "pane", "model": frosted }], "objects": objects }),
         );
         let found = WAYS.map(|light_sampling| {
-            mean(
+            mean_radiance(
                 &scene,
                 &Settings {
                     light_sampling,
@@ -476,7 +483,7 @@ fn a_thousand_lamps() {
         json!({ "materials": materials, "objects": objects }),
     );
     let settings = paths(&scene, AT, 2);
-    let (found, error) = mean(&scene, &settings);
+    let (found, error) = mean_radiance(&scene, &settings);
     let expected = 0.6 / PI * irradiance;
     assert!(
         (found[0] - expected).abs() <= 3.0 * error[0] + 0.01 * expected,
@@ -551,7 +558,7 @@ fn both_ways_are_as_good_as_the_better_one() {
                     ..paths(&scene, AT, 2)
                 };
                 settings.size = [96, 96];
-                let picture = rendered(&scene, &settings).picture;
+                let picture = render_scene(&scene, &settings).picture;
                 let n = picture.rgb.len() as f64;
                 let mean = picture
                     .rgb

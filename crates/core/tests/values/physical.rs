@@ -3,7 +3,7 @@
 use core::f64::consts::PI;
 
 use glam::DVec3;
-use raywright_core::effects::Status::Simulated;
+use raywright_core::effects::EffectStatus::Simulated;
 use raywright_core::effects::{Effect, EffectSet, detect};
 use raywright_core::material::FresnelRule;
 use raywright_core::scene::Integrator;
@@ -12,8 +12,8 @@ use raywright_core::{Scene, Settings, prepare};
 use serde_json::{Value, json};
 
 use crate::support::{
-    DOWN, SLANTED, Surface, View, ball, floor, near, physical, pixel, rendered, sees, sees_within,
-    settings,
+    DOWN, EyeAndTarget, SLANTED, Surface, ball, expect_near, expect_pixel, expect_pixel_within,
+    floor, physical, pixel, render_scene, settings,
 };
 
 /// A floor of a physical material under directional light of irradiance π.
@@ -50,19 +50,23 @@ fn values_at_normal_incidence() {
     }
     let dielectric =
         |roughness: f64| lit(json!({ "base_colour": 0.5, "roughness": roughness }), UP);
-    sees(&dielectric(1.0), DOWN, [below(0.5, 1.0, 0.04) + 0.01; 3]);
-    sees(&dielectric(0.5), DOWN, [below(0.5, 0.5, 0.04) + 0.16; 3]);
-    sees(&dielectric(0.1), DOWN, [below(0.5, 0.1, 0.04) + 100.0; 3]);
+    expect_pixel(&dielectric(1.0), DOWN, [below(0.5, 1.0, 0.04) + 0.01; 3]);
+    expect_pixel(&dielectric(0.5), DOWN, [below(0.5, 0.5, 0.04) + 0.16; 3]);
+    expect_pixel(&dielectric(0.1), DOWN, [below(0.5, 0.1, 0.04) + 100.0; 3]);
     // Highlights of delta lights are limited to the least roughness of 0.03.
-    let least = 0.04 / 4.0 / f64::powi(0.03, 4);
-    sees(&dielectric(0.02), DOWN, [below(0.5, 0.02, 0.04) + least; 3]);
+    let minimum = 0.04 / 4.0 / f64::powi(0.03, 4);
+    expect_pixel(
+        &dielectric(0.02),
+        DOWN,
+        [below(0.5, 0.02, 0.04) + minimum; 3],
+    );
     let metal = Surface {
         base: [1.0, 0.5, 0.25],
         metallic: 1.0,
         roughness: 0.5,
         f0: 0.04,
     };
-    sees(
+    expect_pixel(
         &lit(
             json!({ "base_colour": [1, 0.5, 0.25], "metallic": 1, "roughness": 0.5 }),
             UP,
@@ -71,7 +75,7 @@ fn values_at_normal_incidence() {
         metal.sends([DVec3::Y; 3], true),
     );
     // F0 = ((2 − 1)/(2 + 1))² = 1/9; at ior 1 it is zero.
-    sees(
+    expect_pixel(
         &lit(
             json!({ "base_colour": 0.9, "ior": 2, "roughness": 0.5 }),
             UP,
@@ -79,7 +83,7 @@ fn values_at_normal_incidence() {
         DOWN,
         [below(0.9, 0.5, 1.0 / 9.0) + 4.0 / 9.0; 3],
     );
-    sees(
+    expect_pixel(
         &lit(json!({ "base_colour": 0.5, "ior": 1 }), UP),
         DOWN,
         [below(0.5, 1.0, 0.0); 3],
@@ -90,7 +94,7 @@ fn values_at_normal_incidence() {
 #[test]
 fn metalness_blends() {
     let found = |base: f64| {
-        let of = |metallic: f64| {
+        let value_of = |metallic: f64| {
             Surface {
                 base: [base; 3],
                 metallic,
@@ -99,11 +103,11 @@ fn metalness_blends() {
             }
             .sends([DVec3::Y; 3], true)[0]
         };
-        assert!((of(0.5) - 0.5 * (of(0.0) + of(1.0))).abs() < 1e-12);
-        of(0.5)
+        assert!((value_of(0.5) - 0.5 * (value_of(0.0) + value_of(1.0))).abs() < 1e-12);
+        value_of(0.5)
     };
     let terms = json!({ "base_colour": [1, 0.5, 0.25], "metallic": 0.5, "roughness": 0.5 });
-    sees(&lit(terms, UP), DOWN, [found(1.0), found(0.5), found(0.25)]);
+    expect_pixel(&lit(terms, UP), DOWN, [found(1.0), found(0.5), found(0.25)]);
 }
 
 /// The textbook form: D = α²/(π((n·h)²(α² − 1) + 1)²), height-correlated V, Schlick's F, for a base
@@ -130,7 +134,7 @@ fn dimmed(base: f64, [f0, f90]: [f64; 2], roughness: f64, l: [f64; 3], v: [f64; 
 /// angles, at several roughnesses.
 #[test]
 fn values_off_the_normal() {
-    let views: [View; 3] = [
+    let views: [EyeAndTarget; 3] = [
         SLANTED,
         [[4.0, 3.0, 0.0], [0.0; 3]],
         [[-2.0, 1.0, 2.0], [0.0; 3]],
@@ -168,9 +172,9 @@ fn values_off_the_normal() {
                     );
                     whole
                 };
-                sees_within(&lit(dielectric, l), [eye, target], sends(0.0), 1e-4);
+                expect_pixel_within(&lit(dielectric, l), [eye, target], sends(0.0), 1e-4);
                 let metal = json!({ "base_colour": 0.5, "metallic": 1, "roughness": roughness });
-                sees_within(&lit(metal, l), [eye, target], sends(1.0), 1e-4);
+                expect_pixel_within(&lit(metal, l), [eye, target], sends(1.0), 1e-4);
             }
         }
     }
@@ -186,7 +190,7 @@ fn values_off_the_normal() {
         (black - facets).abs() < 1e-12,
         "{black} of facets that send {facets}"
     );
-    sees(
+    expect_pixel(
         &lit(
             json!({ "base_colour": 0.5, "roughness": 0.5 }),
             [-0.6, 0.8, 0.0],
@@ -197,7 +201,7 @@ fn values_off_the_normal() {
 }
 
 /// Settings for paths of two segments along one ray.
-fn straight(scene: &Scene, view: View) -> Settings {
+fn straight(scene: &Scene, view: EyeAndTarget) -> Settings {
     Settings {
         integrator: Integrator::Path,
         max_depth: 2,
@@ -208,7 +212,7 @@ fn straight(scene: &Scene, view: View) -> Settings {
 /// Asserts a path tracer's radiance for single scattering of microfacets: to a picture's digits in
 /// `f64`, and within a wider tolerance in `f32`, where surfaces are shaded several at a time.
 #[track_caller]
-fn traced(scene: &Scene, view: View, without: EffectSet, expected: f64, what: &str) {
+fn traced(scene: &Scene, view: EyeAndTarget, without: EffectSet, expected: f64, label: &str) {
     for (precision, tolerance) in [
         (PrecisionChoice::Reference, 1e-6),
         (PrecisionChoice::Robust, 1e-4),
@@ -220,11 +224,11 @@ fn traced(scene: &Scene, view: View, without: EffectSet, expected: f64, what: &s
             precision,
             ..straight(scene, view)
         };
-        near(
+        expect_near(
             pixel(scene, &settings),
             [expected; 3],
             tolerance,
-            &format!("{what}, {precision:?}"),
+            &format!("{label}, {precision:?}"),
         );
     }
 }
@@ -293,7 +297,7 @@ fn factors_dim_reflections_beside_bodies() {
     traced(
         &scene,
         view,
-        EffectSet::of(&[Effect::NestedMedia]),
+        EffectSet::from_effects(&[Effect::NestedMedia]),
         expected,
         "beside bodies that are not told apart",
     );
@@ -316,7 +320,7 @@ fn where_factors_are_layers() {
         1
     );
     assert_eq!(layers(json!({ "transmission": 1, "roughness": 0 })), 0);
-    sees(
+    expect_pixel(
         &lit(
             json!({ "base_colour": 0.5, "roughness": 0.5, "specular": 0 }),
             UP,
@@ -330,14 +334,14 @@ fn where_factors_are_layers() {
 /// setting or a shadow.
 #[test]
 fn what_does_not_reach_a_surface() {
-    sees(
+    expect_pixel(
         &lit(json!({ "base_colour": 0.5 }), [0.0, -1.0, 0.0]),
         DOWN,
         [0.0; 3],
     );
     let mut dull = lit(json!({ "base_colour": 0.5, "roughness": 0.5 }), UP);
     dull.lights[0].specular = false;
-    sees(
+    expect_pixel(
         &dull,
         DOWN,
         Surface::dielectric(0.5, 0.5, 0.04).sends([DVec3::Y; 3], false),
@@ -363,20 +367,20 @@ fn shadows_dim_physical_surfaces() {
     };
     let lit = Surface::dielectric(0.5, 1.0, 0.0)
         .sends([DVec3::Y, DVec3::Y, DVec3::new(0.6, 0.8, 0.0)], false);
-    sees(&dull(true), SLANTED, lit.map(|x| 0.25 * x));
-    sees(&dull(false), SLANTED, lit);
+    expect_pixel(&dull(true), SLANTED, lit.map(|x| 0.25 * x));
+    expect_pixel(&dull(false), SLANTED, lit);
 }
 
 /// Protects: emission is added to the other light, and an unlit surface shows its base colour
 /// alone.
 #[test]
 fn emission_and_unlit_surfaces() {
-    sees(
+    expect_pixel(
         &lit(json!({ "base_colour": 0.5, "emission": [3, 2, 1] }), UP),
         DOWN,
         [3.0, 2.0, 1.0].map(|glow| glow + 0.01 + below(0.5, 1.0, 0.04)),
     );
-    sees(
+    expect_pixel(
         &lit(
             json!({ "base_colour": [0.5, 0.25, 2], "unlit": true, "emission": [3, 2, 1] }),
             UP,
@@ -407,7 +411,7 @@ fn unlit_surfaces_are_their_base_colour_alone() {
             );
             let view = settings(&scene, [[3.0, 4.0, 0.0], [0.0, 0.5, 0.0]]);
             let sampling = raywright_core::settings::Sampling::General(16);
-            rendered(
+            render_scene(
                 &scene,
                 &Settings {
                     size: [12, 12],

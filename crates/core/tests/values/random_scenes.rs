@@ -12,15 +12,15 @@ use raywright_core::settings::{PrecisionChoice, Sampling};
 use raywright_core::{Settings, validate};
 use serde_json::{Map, Value, json};
 
-use crate::support::{View, ball, rendered, scene, settings};
+use crate::support::{EyeAndTarget, ball, render_scene, scene, settings};
 
 const SCENES: u64 = 500;
 const SEED: u64 = 46;
 
 /// Random numbers (Steele, Lea, Flood, "Fast Splittable Pseudorandom Number Generators", 2014).
-struct Random(u64);
+struct SceneRng(u64);
 
-impl Random {
+impl SceneRng {
     fn of(scene: u64) -> Self {
         Self((SEED << 32) + scene)
     }
@@ -45,7 +45,7 @@ impl Random {
     }
 
     /// A number from 0 to 1, in half of the cases one of its ends, where formulas have their poles.
-    fn share(&mut self) -> f64 {
+    fn uniform(&mut self) -> f64 {
         if self.is(0.5) {
             self.one_of(&[0.0, 1.0])
         } else {
@@ -54,7 +54,7 @@ impl Random {
     }
 
     fn colour(&mut self) -> Value {
-        json!([self.share(), self.share(), self.share()])
+        json!([self.uniform(), self.uniform(), self.uniform()])
     }
 
     /// A magnitude between two powers of ten.
@@ -65,18 +65,18 @@ impl Random {
 
 /// Adds a field by chance.
 fn maybe(
-    random: &mut Random,
+    rng: &mut SceneRng,
     of: &mut Map<String, Value>,
     name: &str,
-    value: impl FnOnce(&mut Random) -> Value,
+    value: impl FnOnce(&mut SceneRng) -> Value,
 ) {
-    if random.is(0.4) {
-        let value = value(random);
+    if rng.is(0.4) {
+        let value = value(rng);
         of.insert(name.to_owned(), value);
     }
 }
 
-fn physical(random: &mut Random) -> Value {
+fn physical(rng: &mut SceneRng) -> Value {
     let mut m = Map::new();
     let all = &mut m;
     for field in [
@@ -86,104 +86,104 @@ fn physical(random: &mut Random) -> Value {
         "specular",
         "opacity",
     ] {
-        maybe(random, all, field, |r| r.share().into());
+        maybe(rng, all, field, |r| r.uniform().into());
     }
     for field in ["base_colour", "specular_colour", "attenuation_colour"] {
-        maybe(random, all, field, Random::colour);
+        maybe(rng, all, field, SceneRng::colour);
     }
-    maybe(random, all, "ior", |r| {
+    maybe(rng, all, "ior", |r| {
         r.one_of(&[1.0, 1.0001, 1.1, 1.33, 1.5, 2.4, 1000.0]).into()
     });
-    maybe(random, all, "attenuation_distance", |r| {
+    maybe(rng, all, "attenuation_distance", |r| {
         r.magnitude(-6.0, 3.0).into()
     });
-    maybe(random, all, "dispersion", |r| r.magnitude(-2.0, 2.0).into());
+    maybe(rng, all, "dispersion", |r| r.magnitude(-2.0, 2.0).into());
     // A thin wall has no inside, so it takes no priority.
-    match random.next() % 4 {
+    match rng.next() % 4 {
         0 => all.insert("thin_walled".to_owned(), true.into()),
-        1 => all.insert("priority".to_owned(), random.one_of(&[1, 2]).into()),
+        1 => all.insert("priority".to_owned(), rng.one_of(&[1, 2]).into()),
         _ => None,
     };
-    maybe(random, all, "emission", |r| {
-        json!([r.share(), 0.0, r.magnitude(-3.0, 3.0)])
+    maybe(rng, all, "emission", |r| {
+        json!([r.uniform(), 0.0, r.magnitude(-3.0, 3.0)])
     });
-    maybe(random, all, "alpha", |r| {
+    maybe(rng, all, "alpha", |r| {
         r.one_of(&[json!("blend"), json!({ "mask": { "cutoff": 0.5 } })])
     });
     maybe(
-        random,
+        rng,
         all,
         "conductor",
         |r| json!({ "n": [0.001, 1.5, 3.0], "k": [r.magnitude(-2.0, 2.0), 0.0, 7.0] }),
     );
     maybe(
-        random,
+        rng,
         all,
         "clearcoat",
-        |r| json!({ "factor": r.share(), "roughness": r.share() }),
+        |r| json!({ "factor": r.uniform(), "roughness": r.uniform() }),
     );
     maybe(
-        random,
+        rng,
         all,
         "sheen",
-        |r| json!({ "colour": r.colour(), "roughness": r.share() }),
+        |r| json!({ "colour": r.colour(), "roughness": r.uniform() }),
     );
     maybe(
-        random,
+        rng,
         all,
         "iridescence",
-        |r| json!({ "factor": r.share(), "ior": 1.0 + r.unit(), "thickness": 800.0 * r.unit() }),
+        |r| json!({ "factor": r.uniform(), "ior": 1.0 + r.unit(), "thickness": 800.0 * r.unit() }),
     );
     maybe(
-        random,
+        rng,
         all,
         "anisotropy",
-        |r| json!({ "strength": r.share(), "rotation": 360.0 * r.unit() }),
+        |r| json!({ "strength": r.uniform(), "rotation": 360.0 * r.unit() }),
     );
     maybe(
-        random,
+        rng,
         all,
         "diffuse_transmission",
-        |r| json!({ "factor": r.share(), "colour": r.colour() }),
+        |r| json!({ "factor": r.uniform(), "colour": r.colour() }),
     );
     json!({ "physical": m })
 }
 
-fn classic(random: &mut Random) -> Value {
+fn classic(rng: &mut SceneRng) -> Value {
     let mut m = Map::new();
     let all = &mut m;
     for field in ["local", "diffuse", "shadow_transmittance"] {
-        maybe(random, all, field, |r| r.share().into());
+        maybe(rng, all, field, |r| r.uniform().into());
     }
-    maybe(random, all, "colour", Random::colour);
-    maybe(random, all, "emission", |r| r.magnitude(-3.0, 3.0).into());
+    maybe(rng, all, "colour", SceneRng::colour);
+    maybe(rng, all, "emission", |r| r.magnitude(-3.0, 3.0).into());
     maybe(
-        random,
+        rng,
         all,
         "rim",
-        |r| json!({ "strength": r.share(), "exponent": 3 }),
+        |r| json!({ "strength": r.uniform(), "exponent": 3 }),
     );
-    maybe(random, all, "specular", |r| {
+    maybe(rng, all, "specular", |r| {
         let model = r.one_of(&["blinn", "blinn_reflected", "phong", "grazing"]);
-        json!({ "model": model, "exponent": r.one_of(&[1, 30, 65536]), "strength": r.share(), "on_reflection": r.is(0.5) })
+        json!({ "model": model, "exponent": r.one_of(&[1, 30, 65536]), "strength": r.uniform(), "on_reflection": r.is(0.5) })
     });
-    let ior = random.one_of(&[0.5, 1.0, 1.33, 1.5, 2.4]);
-    match random.next() % 4 {
+    let ior = rng.one_of(&[0.5, 1.0, 1.33, 1.5, 2.4]);
+    match rng.next() % 4 {
         0 => all.extend([(
             "reflection".to_owned(),
-            json!({ "weight": random.share(), "tinted": random.is(0.5) }),
+            json!({ "weight": rng.uniform(), "tinted": rng.is(0.5) }),
         )]),
         1 => all.extend([(
             "transmission".to_owned(),
-            json!({ "ior": ior, "refracted_tint": random.colour() }),
+            json!({ "ior": ior, "refracted_tint": rng.colour() }),
         )]),
         2 => {
-            let through = random.share();
+            let through = rng.uniform();
             let mut mixture = json!({
-                "specular_chance": (1.0 - through) * random.share(), "refraction_chance": through, "specular_roughness": random.share(),
-                "refraction_roughness": random.share(), "absorption": [0.0, random.magnitude(-3.0, 6.0), random.share()],
+                "specular_chance": (1.0 - through) * rng.uniform(), "refraction_chance": through, "specular_roughness": rng.uniform(),
+                "refraction_roughness": rng.uniform(), "absorption": [0.0, rng.magnitude(-3.0, 6.0), rng.uniform()],
             });
-            if random.is(0.7) {
+            if rng.is(0.7) {
                 mixture["ior"] = ior.into();
             }
             all.extend([("mixture".to_owned(), mixture)]);
@@ -194,25 +194,25 @@ fn classic(random: &mut Random) -> Value {
 }
 
 /// A material of either family.
-fn material(random: &mut Random, name: &str) -> Value {
-    let model = if random.is(0.7) {
-        physical(random)
+fn material(rng: &mut SceneRng, name: &str) -> Value {
+    let model = if rng.is(0.7) {
+        physical(rng)
     } else {
-        classic(random)
+        classic(rng)
     };
     json!({ "name": name, "model": model })
 }
 
 /// One of five bodies: a ball, a box, a mesh, a thin quad, a ball in a ball.
 fn bodies(kind: u64) -> Vec<Value> {
-    let of = |shape: Value| json!({ "shape": shape, "material": "a" });
+    let value_of = |shape: Value| json!({ "shape": shape, "material": "a" });
     match kind {
         0 => vec![ball([0.0, 1.0, 0.0], 1.0, "a")],
-        1 => vec![of(
+        1 => vec![value_of(
             json!({ "box": { "min": [-0.8, 0.1, -0.7], "max": [0.8, 1.6, 0.9] } }),
         )],
-        2 => vec![of(json!({ "mesh": "tent" }))],
-        3 => vec![of(
+        2 => vec![value_of(json!({ "mesh": "tent" }))],
+        3 => vec![value_of(
             json!({ "quad": { "corner": [-1, 0.2, 0], "edge_u": [2, 0, 0.3], "edge_v": [0, 1.6, 0.2] } }),
         )],
         _ => vec![
@@ -235,8 +235,8 @@ fn tent() -> Value {
 
 /// Adds one of eight lights: directional, point, spot, a lamp, a constant sky, a gradient with a
 /// sun, an environment map, an emissive mesh.
-fn add_light(kind: u64, random: &mut Random, parts: &mut Value) {
-    let strength = random.magnitude(-2.0, 4.0);
+fn add_light(kind: u64, rng: &mut SceneRng, parts: &mut Value) {
+    let strength = rng.magnitude(-2.0, 4.0);
     let light = |kind: Value| json!([{ "kind": kind, "colour": [strength, strength, 0.0] }]);
     let glow = |shape: Value, parts: &mut Value| {
         let lamp =
@@ -284,15 +284,15 @@ fn add_light(kind: u64, random: &mut Random, parts: &mut Value) {
 
 /// A scene by its number.
 fn of_number(number: u64) -> Scene {
-    let random = &mut Random::of(number);
-    let materials = ["floor", "a", "b"].map(|name| material(random, name));
+    let rng = &mut SceneRng::of(number);
+    let materials = ["floor", "a", "b"].map(|name| material(rng, name));
     let floor = json!({ "shape": { "plane": { "point": [0, 0, 0], "normal": [0, 1, 0] } }, "material": "floor" });
     let mut parts = json!({ "materials": materials, "meshes": [tent()], "objects": [floor], "images": [{ "name": "sky", "path": "sky" }] });
     parts["objects"]
         .as_array_mut()
         .expect("a list")
         .extend(bodies(number % 5));
-    add_light(number / 5 % 8, random, &mut parts);
+    add_light(number / 5 % 8, rng, &mut parts);
     let mut scene = scene_of(parts);
     // Black but for a spot of a million.
     let mut texels = vec![[0.0, 0.0, 0.0, 1.0]; 8];
@@ -312,7 +312,7 @@ fn scene_of(parts: Value) -> Scene {
 }
 
 /// Views from outside, and from inside the bodies.
-const VIEWS: [View; 2] = [
+const VIEWS: [EyeAndTarget; 2] = [
     [[1.0, 2.2, 4.0], [0.0, 0.9, 0.0]],
     [[0.05, 1.02, 0.03], [0.5, 0.4, 0.6]],
 ];
@@ -337,16 +337,16 @@ fn no_sample_is_lost() {
             (Integrator::Whitted, PrecisionChoice::Reference),
         ] {
             for view in VIEWS {
-                let own = settings(&scene, view);
+                let own_settings = settings(&scene, view);
                 let settings = Settings {
                     integrator,
                     precision,
                     max_depth: 6,
                     size: [12, 12],
                     sampling: Sampling::General(8),
-                    ..own
+                    ..own_settings
                 };
-                let counters = rendered(&scene, &settings).counters;
+                let counters = render_scene(&scene, &settings).counters;
                 if counters.samples != 12 * 12 * 8 || counters.losses().next().is_some() {
                     lost.push(format!(
                         "scene {number}, {integrator:?}, {precision:?}, {view:?}: {counters:?}\n{:?}",
@@ -367,19 +367,19 @@ fn no_sample_is_lost() {
 /// Protects: a partly transparent flat lamp is hit once by a shadow ray that begins in its plane,
 /// so that no such ray ends at the limit of passed surfaces: the one random scene where a ray did.
 #[test]
-fn flat_lamps_are_met_once_from_their_own_plane() {
+fn flat_lamps_are_hit_once_from_their_own_plane() {
     let scene = of_number(473);
     for view in VIEWS {
-        let own = settings(&scene, view);
+        let own_settings = settings(&scene, view);
         let precision = PrecisionChoice::Reference;
         let settings = Settings {
             precision,
             max_depth: 6,
             size: [12, 12],
             sampling: Sampling::General(8),
-            ..own
+            ..own_settings
         };
-        let counters = rendered(
+        let counters = render_scene(
             &scene,
             &Settings {
                 integrator: Integrator::Path,

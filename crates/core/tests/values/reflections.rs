@@ -4,7 +4,8 @@ use raywright_core::Settings;
 use serde_json::{Value, json};
 
 use crate::support::{
-    DOWN, SLANTED, View, classic, floor, near, pixel, rendered, scene, sees, settings, sun,
+    DOWN, EyeAndTarget, SLANTED, classic, expect_near, expect_pixel, floor, pixel, render_scene,
+    scene, settings, sun,
 };
 
 /// Protects: weight and tint of a mirrored ray's radiance.
@@ -17,17 +18,17 @@ fn a_mirror_shows_the_mirrored_direction() {
         )
     };
     // 1 + r = (0.4, 1.8, 1).
-    sees(
+    expect_pixel(
         &mirror(json!({ "weight": 0.5 })),
         SLANTED,
         [0.1, 0.225, 0.5],
     );
-    sees(
+    expect_pixel(
         &mirror(json!({ "weight": 0.5, "tinted": false })),
         SLANTED,
         [0.2, 0.9, 0.5],
     );
-    sees(
+    expect_pixel(
         &mirror(json!({ "weight": "1 + dot(d, n)", "tinted": false })),
         SLANTED,
         [0.08, 0.36, 0.2],
@@ -42,8 +43,8 @@ fn fuzz_disturbs_by_its_rows() {
     let fuzz = json!({ "amount": 0.5, "frequencies": [[PI, 0, 0], [0, 0, 0], [PI / 3.0, 0, 0]] });
     let mirror = classic(json!({ "local": 0, "reflection": { "weight": 1, "fuzz": fuzz } }));
     let length = f64::sqrt(0.25 + 1.0 + 0.0625);
-    let view: View = [[0.5, 2.0, 0.0], [0.5, 0.0, 0.0]];
-    sees(
+    let view: EyeAndTarget = [[0.5, 2.0, 0.0], [0.5, 0.0, 0.0]];
+    expect_pixel(
         &floor(mirror, json!({ "sky": { "expression": "d" } })),
         view,
         [0.5 / length, 1.0 / length, 0.25 / length],
@@ -56,7 +57,7 @@ fn fuzz_disturbs_by_its_rows() {
 fn a_weight_finds_the_first_light() {
     let terms = json!({ "diffuse": 0.5, "reflection": { "weight": "l.y*shadow" } });
     let parts = json!({ "lights": [sun([3.0, 4.0, 0.0]), sun([0.0, 1.0, 0.0])], "sky": { "constant": [1, 0.5, 0] } });
-    sees(
+    expect_pixel(
         &floor(classic(terms), parts),
         SLANTED,
         [0.9 + 0.8, 0.9 + 0.4, 0.9],
@@ -81,14 +82,14 @@ fn paths_have_as_many_segments_as_they_may() {
         json!({}),
     );
     for (max_depth, expected) in [(1, 1.0), (2, 1.5), (3, 1.75), (6, 1.96875)] {
-        let rendered = rendered(
+        let rendered = render_scene(
             &scene,
             &Settings {
                 max_depth,
                 ..settings(&scene, DOWN)
             },
         );
-        near(
+        expect_near(
             rendered.picture.rgb[0].map(f64::from),
             [expected; 3],
             1e-6,
@@ -116,7 +117,7 @@ fn the_last_segment_may_show_the_local_term() {
         (2, 2.25 + 0.5 * 3.0),
         (3, 2.25 + 0.5 * 2.25 + 0.25 * 3.0),
     ] {
-        near(
+        expect_near(
             pixel(
                 &scene,
                 &Settings {
@@ -134,7 +135,7 @@ fn the_last_segment_may_show_the_local_term() {
         json!({ "local": 0.25 }),
         json!({ "ambient": 1, "depth_limit": "local_only" }),
     );
-    near(
+    expect_near(
         pixel(
             &matte,
             &Settings {

@@ -5,8 +5,8 @@ use raywright_core::scene::{Integrator, Scene};
 use raywright_core::settings::{AreaShadows, LightSampling, Roulette, SamplerKind, Sampling};
 use serde_json::{Value, json};
 
-use crate::paths::{AT, lamp, mean, paths};
-use crate::support::{View, ball, classic, floor, rendered, scene, settings};
+use crate::paths::{AT, lamp, mean_radiance, paths};
+use crate::support::{EyeAndTarget, ball, classic, floor, render_scene, scene, settings};
 
 /// A floor under a lamp and a wall half way up, which hides the part of the lamp with x above
 /// `edge` from the point of [`AT`]. The view comes from x below the wall.
@@ -35,7 +35,7 @@ fn box_lamp() -> Value {
 #[test]
 fn hard_shadows_go_by_the_middle() {
     let ball_lamp = || ball([0.0, 2.0, 0.0], 0.8, "lamp");
-    for (what, object) in [
+    for (label, object) in [
         ("quad", quad_lamp()),
         ("ball", ball_lamp()),
         ("box", box_lamp()),
@@ -47,8 +47,8 @@ fn hard_shadows_go_by_the_middle() {
             (Integrator::Path, LightSampling::Lights),
             (Integrator::Whitted, LightSampling::Both),
         ] {
-            let of = |scene: &Scene, area_shadows| {
-                mean(
+            let value_of = |scene: &Scene, area_shadows| {
+                mean_radiance(
                     scene,
                     &Settings {
                         integrator,
@@ -58,20 +58,20 @@ fn hard_shadows_go_by_the_middle() {
                     },
                 )
             };
-            let (whole, error) = of(&open, AreaShadows::Soft);
+            let (whole, error) = value_of(&open, AreaShadows::Soft);
             for (scene, share) in [(&open, 1.0), (&hidden, 0.0), (&seen, 1.0)] {
-                let (found, noise) = of(scene, AreaShadows::Hard);
+                let (found, noise) = value_of(scene, AreaShadows::Hard);
                 let allowed = 3.5 * (error[0].powi(2) + noise[0].powi(2)).sqrt() + 1e-9;
                 assert!(
                     (found[0] - share * whole[0]).abs() <= allowed,
-                    "{what}, {integrator:?}, {share}: {found:?} of {whole:?}"
+                    "{label}, {integrator:?}, {share}: {found:?} of {whole:?}"
                 );
             }
             for scene in [&hidden, &seen] {
-                let (soft, _) = of(scene, AreaShadows::Soft);
+                let (soft, _) = value_of(scene, AreaShadows::Soft);
                 assert!(
                     soft[0] > 0.25 * whole[0] && soft[0] < 0.75 * whole[0],
-                    "{what}, {integrator:?}: {soft:?} of {whole:?}"
+                    "{label}, {integrator:?}: {soft:?} of {whole:?}"
                 );
             }
         }
@@ -84,9 +84,9 @@ fn hard_shadows_go_by_the_middle() {
 #[test]
 fn hard_shadows_have_their_exceptions() {
     let [soft, hard] = [AreaShadows::Soft, AreaShadows::Hard];
-    let alike = |scene: &Scene, view: View, depth: u32, what: &str| {
+    let alike = |scene: &Scene, view: EyeAndTarget, depth: u32, label: &str| {
         let [(a, sa), (b, sb)] = [soft, hard].map(|area_shadows| {
-            mean(
+            mean_radiance(
                 scene,
                 &Settings {
                     area_shadows,
@@ -97,7 +97,7 @@ fn hard_shadows_have_their_exceptions() {
         let allowed = 3.5 * (sa[0] * sa[0] + sb[0] * sb[0]).sqrt() + 1e-6;
         assert!(
             a[0] > 0.05 && (a[0] - b[0]).abs() <= allowed,
-            "{what}: {a:?} ± {sa:?}, hard {b:?} ± {sb:?}"
+            "{label}: {a:?} ± {sa:?}, hard {b:?} ± {sb:?}"
         );
     };
     let mut room = json!({ "shape": { "box": { "min": [-3, -1, -3], "max": [3, 4, 3] } }, "material": "lamp" });
@@ -118,12 +118,12 @@ fn hard_shadows_have_their_exceptions() {
     let pane = json!({ "shape": { "quad": { "corner": [-9, 1, -9], "edge_u": [18, 0, 0], "edge_v": [0, 0, 18] } }, "material": "pane" });
     let glass = json!({ "name": "pane", "model": { "physical": { "transmission": 1, "roughness": 0, "thin_walled": true } } });
     let parts = |lamp_object: Value| json!({ "materials": [lamp(5.0), glass.clone()], "objects": [lamp_object, pane.clone()] });
-    for (what, object) in [("quad", quad_lamp()), ("box", box_lamp())] {
+    for (label, object) in [("quad", quad_lamp()), ("box", box_lamp())] {
         alike(
             &floor(classic(json!({ "colour": 0.6 })), parts(object)),
             AT,
             3,
-            &format!("{what} behind a pane"),
+            &format!("{label} behind a pane"),
         );
     }
 }
@@ -144,7 +144,7 @@ fn a_triangle_has_a_middle_of_its_own() {
         )
     };
     let hard = |scene: &Scene| {
-        mean(
+        mean_radiance(
             scene,
             &Settings {
                 area_shadows: AreaShadows::Hard,
@@ -186,12 +186,12 @@ fn roulette_only_saves_time() {
             light_sampling: LightSampling::Scattering,
             ..paths(&room, [[0.5, 0.2, 0.3], [0.0, 0.0, -1.0]], DEPTH)
         };
-        let (found, error) = mean(&room, &settings);
+        let (found, error) = mean_radiance(&room, &settings);
         assert!(
             (found[0] - expected).abs() <= 3.5 * error[0] + 1e-4,
             "{roulette:?}: {found:?} instead of {expected}"
         );
-        let counters = rendered(&room, &settings).counters;
+        let counters = render_scene(&room, &settings).counters;
         let mean = counters.rays() as f64 / counters.camera as f64;
         assert!(
             (mean / segments - 1.0).abs() < 0.02,
@@ -201,7 +201,7 @@ fn roulette_only_saves_time() {
 }
 
 /// An edge through the middle of every pixel: half of each is white.
-fn edge() -> (Scene, View) {
+fn edge() -> (Scene, EyeAndTarget) {
     let white = json!({ "classic": { "local": 0, "emission": 1 } });
     let half = json!({ "shape": { "quad": { "corner": [0, 0, -50], "edge_u": [50, 0, 0], "edge_v": [0, 0, 100] } }, "material": "white" });
     (
@@ -216,21 +216,24 @@ fn edge() -> (Scene, View) {
 #[test]
 fn samplers_are_what_they_are_called() {
     let (scene, view) = edge();
-    let of = |sampler, seed| {
-        let asked = Settings {
+    let value_of = |sampler, seed| {
+        let requested = Settings {
             sampler,
             seed,
             sampling: Sampling::General(16),
             replicates: Some(1),
             ..settings(&scene, view)
         };
-        f64::from(rendered(&scene, &asked).picture.rgb[0][0])
+        f64::from(render_scene(&scene, &requested).picture.rgb[0][0])
     };
     for sampler in [SamplerKind::Stratified, SamplerKind::Sobol] {
-        assert!((0..50).all(|seed| of(sampler, seed) == 0.5), "{sampler:?}");
+        assert!(
+            (0..50).all(|seed| value_of(sampler, seed) == 0.5),
+            "{sampler:?}"
+        );
     }
     let found: Vec<f64> = (0..400)
-        .map(|seed| of(SamplerKind::Independent, seed))
+        .map(|seed| value_of(SamplerKind::Independent, seed))
         .collect();
     let mean = found.iter().sum::<f64>() / 400.0;
     let deviation = (found.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / 400.0).sqrt();

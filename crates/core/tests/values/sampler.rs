@@ -1,9 +1,9 @@
 //! Random numbers by address: every part of an address matters, and the numbers never change.
 
-use raywright_core::sampler::{Address, Branch, Purpose, pair};
+use raywright_core::sampler::{Branch, Purpose, SampleAddress, pair};
 use raywright_core::settings::SamplerKind;
 
-const AT: Address = Address {
+const AT: SampleAddress = SampleAddress {
     seed: 11,
     frame: 0,
     pixel: [3, 5],
@@ -26,21 +26,21 @@ fn every_part_of_an_address_counts() {
     ];
     for bit in 0..32 {
         seen.push(pair(
-            Address {
+            SampleAddress {
                 bounce: 1 << bit,
                 ..AT
             },
             Purpose::Pixel,
         ));
         seen.push(pair(
-            Address {
+            SampleAddress {
                 frame: 1 << bit,
                 ..AT
             },
             Purpose::Pixel,
         ));
         seen.push(pair(
-            Address {
+            SampleAddress {
                 replicate: 1 << bit,
                 ..AT
             },
@@ -49,21 +49,21 @@ fn every_part_of_an_address_counts() {
     }
     seen.extend((0..64).map(|bit| {
         pair(
-            Address {
+            SampleAddress {
                 branch: 1 << bit,
                 ..AT
             },
             Purpose::Pixel,
         )
     }));
-    let glass = Address { bounce: 2, ..AT };
+    let glass = SampleAddress { bounce: 2, ..AT };
     seen.extend(
         [glass.aside(Branch::Reflected), glass.aside(Branch::Behind)]
-            .map(|at| pair(at, Purpose::Pixel)),
+            .map(|address| pair(address, Purpose::Pixel)),
     );
     seen.extend((0..64).map(|bit| {
         pair(
-            Address {
+            SampleAddress {
                 seed: AT.seed ^ 1 << bit,
                 ..AT
             },
@@ -72,7 +72,7 @@ fn every_part_of_an_address_counts() {
     }));
     seen.extend((0..32).map(|bit| {
         pair(
-            Address {
+            SampleAddress {
                 index: AT.index ^ 1 << bit,
                 ..AT
             },
@@ -81,14 +81,14 @@ fn every_part_of_an_address_counts() {
     }));
     for bit in 0..16 {
         seen.push(pair(
-            Address {
+            SampleAddress {
                 pixel: [3 ^ 1 << bit, 5],
                 ..AT
             },
             Purpose::Pixel,
         ));
         seen.push(pair(
-            Address {
+            SampleAddress {
                 pixel: [3, 5 ^ 1 << bit],
                 ..AT
             },
@@ -96,7 +96,7 @@ fn every_part_of_an_address_counts() {
         ));
     }
     seen.push(pair(
-        Address {
+        SampleAddress {
             pixel: [5, 3],
             ..AT
         },
@@ -108,11 +108,11 @@ fn every_part_of_an_address_counts() {
             "entry {i} is not the first with {a:?}"
         );
     }
-    let zero = Address::default();
+    let zero = SampleAddress::default();
     assert_ne!(
         pair(zero, Purpose::Pixel),
         pair(
-            Address {
+            SampleAddress {
                 seed: 1 << 32,
                 ..zero
             },
@@ -133,7 +133,7 @@ fn pairs_fill_the_square() {
     ] {
         let mut cells = [0; 64];
         for index in 0..4096 {
-            let [x, y] = pair(Address { index, ..AT }, purpose);
+            let [x, y] = pair(SampleAddress { index, ..AT }, purpose);
             cells[(x * 8.0) as usize + 8 * (y * 8.0) as usize] += 1;
         }
         assert_eq!(cells, [64; 64], "{purpose:?}");
@@ -144,14 +144,15 @@ fn pairs_fill_the_square() {
 /// of deviations cancel. Exactly aligned points would give 1/12.
 #[test]
 fn addresses_are_independent() {
-    let numbers = |at: Address, purpose, k: usize| {
-        (0..4096).map(move |index| f64::from(pair(Address { index, ..at }, purpose)[k]) - 0.5)
+    let numbers = |address: SampleAddress, purpose, k: usize| {
+        (0..4096)
+            .map(move |index| f64::from(pair(SampleAddress { index, ..address }, purpose)[k]) - 0.5)
     };
-    let beside = Address {
+    let beside = SampleAddress {
         pixel: [4, 5],
         ..AT
     };
-    for (what, a, b) in [
+    for (label, a, b) in [
         (
             "purposes",
             numbers(AT, Purpose::Emitter, 0),
@@ -174,7 +175,7 @@ fn addresses_are_independent() {
         ),
     ] {
         let product: f64 = a.zip(b).map(|(a, b)| a * b).sum::<f64>() / 4096.0;
-        assert!(product.abs() < 0.02, "{what}: {product}");
+        assert!(product.abs() < 0.02, "{label}: {product}");
     }
 }
 
@@ -182,7 +183,7 @@ fn addresses_are_independent() {
 /// earlier.
 #[test]
 fn numbers_stay_what_they_were() {
-    let far = Address {
+    let far = SampleAddress {
         pixel: [65535, 1],
         index: 70_000,
         seed: u64::MAX,
@@ -191,7 +192,7 @@ fn numbers_stay_what_they_were() {
     };
     let found = [
         pair(AT, Purpose::Pixel),
-        pair(Address { bounce: 3, ..AT }, Purpose::EmitterPoint),
+        pair(SampleAddress { bounce: 3, ..AT }, Purpose::EmitterPoint),
         pair(far, Purpose::Lens),
     ];
     assert_eq!(

@@ -4,7 +4,7 @@ use raywright_core::Scene;
 use serde_json::{Value, json};
 
 use crate::support::{
-    SLANTED, ball, classic, floor, near, physical, rendered, sees, settings, sun,
+    SLANTED, ball, classic, expect_near, expect_pixel, floor, physical, render_scene, settings, sun,
 };
 
 /// A white floor under the sun, with balls above the origin at these heights.
@@ -29,27 +29,27 @@ fn veils() -> Value {
 #[test]
 fn occluders_multiply_or_the_first_decides() {
     let first = || json!({ "shadow": "first_in_order" });
-    sees(
+    expect_pixel(
         &under(json!({}), veils(), &[(9.0, "half"), (3.0, "quarter")]),
         SLANTED,
         [0.125; 3],
     );
-    sees(
+    expect_pixel(
         &under(first(), veils(), &[(9.0, "half"), (3.0, "quarter")]),
         SLANTED,
         [0.5; 3],
     );
-    sees(
+    expect_pixel(
         &under(first(), veils(), &[(3.0, "quarter"), (9.0, "half")]),
         SLANTED,
         [0.25; 3],
     );
-    sees(
+    expect_pixel(
         &under(json!({}), veils(), &[(9.0, "half"), (3.0, "solid")]),
         SLANTED,
         [0.0; 3],
     );
-    sees(
+    expect_pixel(
         &under(first(), veils(), &[(9.0, "half"), (3.0, "solid")]),
         SLANTED,
         [0.5; 3],
@@ -61,15 +61,17 @@ fn occluders_multiply_or_the_first_decides() {
 fn shadows_may_be_left_out() {
     let mut scene = under(json!({}), veils(), &[(3.0, "solid"), (6.0, "half")]);
     scene.objects[1].casts_shadow = false;
-    sees(&scene, SLANTED, [0.5; 3]);
+    expect_pixel(&scene, SLANTED, [0.5; 3]);
     scene.objects[2].casts_shadow = false;
     scene.objects[0].casts_shadow = false;
-    sees(&scene, SLANTED, [1.0; 3]);
+    expect_pixel(&scene, SLANTED, [1.0; 3]);
     let mut scene = under(json!({}), veils(), &[(3.0, "solid")]);
     scene.lights[0].shadows = false;
-    sees(&scene, SLANTED, [1.0; 3]);
+    expect_pixel(&scene, SLANTED, [1.0; 3]);
     assert_eq!(
-        rendered(&scene, &settings(&scene, SLANTED)).counters.shadow,
+        render_scene(&scene, &settings(&scene, SLANTED))
+            .counters
+            .shadow,
         0
     );
 }
@@ -85,7 +87,7 @@ fn occluders_count_up_to_a_distance() {
     ] {
         for (distance, expected) in [(2.4, 1.0), (2.6, 0.0)] {
             let rules = json!({ "shadow_max_distance": distance, "spawn": spawn });
-            sees(
+            expect_pixel(
                 &under(rules.clone(), veils(), &[(3.0, "solid")]),
                 SLANTED,
                 [expected; 3],
@@ -96,7 +98,7 @@ fn occluders_count_up_to_a_distance() {
                 falloff: raywright_core::scene::Falloff::None,
                 range: None,
             };
-            sees(&lamp, SLANTED, [0.0; 3]);
+            expect_pixel(&lamp, SLANTED, [0.0; 3]);
         }
     }
 }
@@ -134,8 +136,9 @@ fn physical_occluders_transmit() {
             let disk = json!({ "shape": { "disk": { "centre": [0, 3, 0], "normal": [0, up, 0], "radius": 0.5 } }, "material": "glass" });
             let parts = json!({ "lights": [sun([0.0, 1.0, 0.0])], "materials": base(rest.clone()), "objects": [disk] });
             let scene = floor(classic(json!({})), parts);
-            let found = rendered(&scene, &settings(&scene, SLANTED)).picture.rgb[0].map(f64::from);
-            near(
+            let found =
+                render_scene(&scene, &settings(&scene, SLANTED)).picture.rgb[0].map(f64::from);
+            expect_near(
                 found,
                 [share; 3],
                 1e-6,
@@ -162,12 +165,18 @@ fn shadow_rays_are_asked_where_they_matter() {
         towards([1.0, 2.0, 0.0], false),
     ]);
     assert_eq!(
-        rendered(&scene, &settings(&scene, SLANTED)).counters.shadow,
+        render_scene(&scene, &settings(&scene, SLANTED))
+            .counters
+            .shadow,
         2
     );
     // A shadow rule that reads no occluder needs no shadow ray, nor does a scene without shadow
     // casters.
-    let count = |scene: &Scene| rendered(scene, &settings(scene, SLANTED)).counters.shadow;
+    let count = |scene: &Scene| {
+        render_scene(scene, &settings(scene, SLANTED))
+            .counters
+            .shadow
+    };
     let lit = || json!({ "lights": [sun([0.0, 1.0, 0.0])] });
     assert_eq!(count(&floor(classic(json!({ "shadow": "n.y" })), lit())), 0);
     assert_eq!(
@@ -195,7 +204,7 @@ fn distances_are_of_the_nearest_occluder() {
         };
         floor.specular = Some(serde_json::from_value(specular).expect("a highlight"));
         // The ball's lower end is 2.5 above the floor, which is in its shadow.
-        sees(&scene, SLANTED, [0.25; 3]);
+        expect_pixel(&scene, SLANTED, [0.25; 3]);
     }
 }
 
@@ -211,7 +220,7 @@ fn a_materials_own_shadow_needs_no_occluder() {
             json!({ "lights": [light] }),
         );
         scene.objects[0].casts_shadow = false;
-        sees(&scene, SLANTED, [expected; 3]);
+        expect_pixel(&scene, SLANTED, [expected; 3]);
     }
 }
 
@@ -220,7 +229,7 @@ fn a_materials_own_shadow_needs_no_occluder() {
 /// if thin walls make shadow rays visit surfaces in order.
 #[test]
 fn a_sky_is_hidden_beyond_the_limit_of_shadows() {
-    use crate::paths::{all_see, lamp};
+    use crate::paths::{expect_pixels, lamp};
     use crate::support::{ball, floor};
     // Inside a closed black ball of radius 50, and under a lamp hidden by a black disk.
     let black = json!({ "name": "black", "model": classic(json!({ "colour": 0 })) });
@@ -234,7 +243,7 @@ fn a_sky_is_hidden_beyond_the_limit_of_shadows() {
         let shut = json!({ "classic": rules, "sky": { "constant": 2 }, "materials": [black, clear],
             "objects": with_walls(vec![ball([0.0; 3], 50.0, "black")]) });
         let found = floor(classic(json!({ "colour": 0.5 })), shut);
-        all_see(
+        expect_pixels(
             &found,
             crate::paths::AT,
             2,
@@ -245,7 +254,7 @@ fn a_sky_is_hidden_beyond_the_limit_of_shadows() {
         let hidden = json!({ "classic": rules, "materials": [black, clear, lamp(5.0)],
             "objects": with_walls(vec![disk, ball([0.0, 80.0, 0.0], 10.0, "lamp")]) });
         let found = floor(classic(json!({ "colour": 0.5 })), hidden);
-        all_see(
+        expect_pixels(
             &found,
             crate::paths::AT,
             2,

@@ -1,10 +1,10 @@
 //! Lights without any contribution are reported, and no others.
 
 use raywright_core::Settings;
-use raywright_core::prepare::ShutAway;
+use raywright_core::prepare::UnreachedLight;
 use raywright_core::scene::{Integrator, Scene};
 use raywright_core::settings::{LightSampling, Sampling};
-use raywright_core::{Ready, prepare};
+use raywright_core::{ReadyScene, prepare};
 use serde_json::json;
 
 use crate::support::{DOWN, ball, classic, floor, settings};
@@ -38,7 +38,7 @@ fn told(
     samples: u32,
     light_sampling: LightSampling,
     tile_size: u32,
-) -> Vec<ShutAway> {
+) -> Vec<UnreachedLight> {
     let settings = Settings {
         size: [24, 16],
         sampling: Sampling::General(samples),
@@ -48,16 +48,16 @@ fn told(
         ..settings(scene, DOWN)
     };
     let ready = prepare(scene, &settings, &()).unwrap_or_else(|e| panic!("{e}"));
-    let shut = |ready: &Ready| {
+    let unreached = |ready: &ReadyScene| {
         let mut film = ready.film("");
         ready
-            .render_part(&mut film, &ready.film("").whole(), &())
+            .render_part(&mut film, &ready.film("").whole_part(), &())
             .expect("its own film");
         assert_eq!(film.unfinished(), 0);
         ready.shut_away(&film)
     };
-    let first = shut(&ready);
-    assert_eq!(shut(&ready), first, "a render counts its own rays");
+    let first = unreached(&ready);
+    assert_eq!(unreached(&ready), first, "a render counts its own rays");
     first
 }
 
@@ -66,28 +66,28 @@ fn told(
 /// no shadow rays.
 #[test]
 fn what_lights_nothing_is_told() {
-    let shut = told(&scene(true), 64, LightSampling::Both, 32);
+    let unreached = told(&scene(true), 64, LightSampling::Both, 32);
     let [
-        ShutAway::Light {
+        UnreachedLight::Light {
             index: 1,
             rays: to_light,
         },
-        ShutAway::Object {
+        UnreachedLight::Object {
             index: 2,
             rays: to_lamp,
         },
-    ] = shut[..]
+    ] = unreached[..]
     else {
-        panic!("{shut:?}")
+        panic!("{unreached:?}")
     };
     // Each vertex samples one light, nearer and brighter ones more often.
     assert!(
         [to_light, to_lamp]
             .iter()
             .all(|rays| (200..24 * 16 * 64).contains(rays)),
-        "{shut:?}"
+        "{unreached:?}"
     );
-    assert_eq!(told(&scene(true), 64, LightSampling::Both, 5), shut);
+    assert_eq!(told(&scene(true), 64, LightSampling::Both, 5), unreached);
     assert_eq!(told(&scene(false), 64, LightSampling::Both, 32), []);
     assert_eq!(
         told(&scene(true), 64, LightSampling::Scattering, 32).len(),
@@ -110,7 +110,7 @@ fn what_lights_nothing_is_told() {
     let ready = ready.unwrap_or_else(|e| panic!("{e}"));
     let mut film = ready.film("");
     ready
-        .render_part(&mut film, &ready.film("").whole(), &())
+        .render_part(&mut film, &ready.film("").whole_part(), &())
         .expect("its own film");
     assert_eq!(ready.shut_away(&film), []);
 }

@@ -7,9 +7,12 @@ use raywright_core::scene::{Image, ImageData, Pixels, Scene, Sky, SkyMap};
 use raywright_core::settings::Background;
 use serde_json::{Value, json};
 
-use crate::support::{DOWN, View, classic, floor, near, pixel, rendered, scene, sees, settings};
+use crate::support::{
+    DOWN, EyeAndTarget, classic, expect_near, expect_pixel, floor, pixel, render_scene, scene,
+    settings,
+};
 
-fn towards(d: [f64; 3]) -> View {
+fn view_towards(d: [f64; 3]) -> EyeAndTarget {
     [[1.0, 2.0, 3.0], [1.0 + d[0], 2.0 + d[1], 3.0 + d[2]]]
 }
 
@@ -21,15 +24,15 @@ fn sky(sky: Value) -> Scene {
 /// origin.
 #[test]
 fn plain_skies() {
-    sees(&scene(json!({})), towards([1.0, 0.0, 0.0]), [0.0; 3]);
-    sees(
+    expect_pixel(&scene(json!({})), view_towards([1.0, 0.0, 0.0]), [0.0; 3]);
+    expect_pixel(
         &sky(json!({ "constant": [1, 0.5, 0.25] })),
-        towards([1.0, 0.0, 0.0]),
+        view_towards([1.0, 0.0, 0.0]),
         [1.0, 0.5, 0.25],
     );
-    sees(
+    expect_pixel(
         &sky(json!({ "expression": "o + d" })),
-        towards([0.6, -0.8, 0.0]),
+        view_towards([0.6, -0.8, 0.0]),
         [1.6, 1.2, 3.0],
     );
 }
@@ -42,19 +45,19 @@ fn gradients_with_suns() {
         sky(json!({ "gradient": { "bottom": [1, 0, 0], "top": [0, 1, 0], "suns": suns } }))
     };
     let plain = gradient(json!([]));
-    sees(&plain, towards([0.0, 1.0, 0.0]), [0.0, 1.0, 0.0]);
-    sees(&plain, towards([0.0, -1.0, 0.0]), [1.0, 0.0, 0.0]);
-    sees(&plain, towards([0.8, 0.6, 0.0]), [0.2, 0.8, 0.0]);
+    expect_pixel(&plain, view_towards([0.0, 1.0, 0.0]), [0.0, 1.0, 0.0]);
+    expect_pixel(&plain, view_towards([0.0, -1.0, 0.0]), [1.0, 0.0, 0.0]);
+    expect_pixel(&plain, view_towards([0.8, 0.6, 0.0]), [0.2, 0.8, 0.0]);
     let suns = json!([{ "direction": [4, 0, 0], "colour": [1, 0.5, 2], "weight": 0.5, "exponent": 2 },
                       { "direction": [0, 0, -1], "colour": 1, "weight": 7, "exponent": 1 }]);
-    sees(
+    expect_pixel(
         &gradient(suns.clone()),
-        towards([0.8, 0.6, 0.0]),
+        view_towards([0.8, 0.6, 0.0]),
         [0.2 + 0.32, 0.8 + 0.16, 0.64],
     );
-    sees(
+    expect_pixel(
         &gradient(suns),
-        towards([-0.8, 0.0, -0.6]),
+        view_towards([-0.8, 0.0, -0.6]),
         [0.5 + 4.2, 0.5 + 4.2, 4.2],
     );
 }
@@ -97,41 +100,41 @@ fn maps_lie_as_documented() {
         (2.0, [1.0, 1.0]),
         (3.0, [-1.0, 1.0]),
     ] {
-        near(
+        expect_near(
             pixel(
                 &map(0.0, 1.0),
-                &settings(&map(0.0, 1.0), towards([x, high, z])),
+                &settings(&map(0.0, 1.0), view_towards([x, high, z])),
             ),
             [column, 0.0, 0.5],
             1e-6,
             "upper",
         );
-        near(
+        expect_near(
             pixel(
                 &map(0.0, 2.0),
-                &settings(&map(0.0, 2.0), towards([x, -high, z])),
+                &settings(&map(0.0, 2.0), view_towards([x, -high, z])),
             ),
             [2.0 * column, 2.0, 1.0],
             1e-6,
             "lower",
         );
         let turned = map(90.0, 1.0);
-        near(
-            pixel(&turned, &settings(&turned, towards([-z, high, x]))),
+        expect_near(
+            pixel(&turned, &settings(&turned, view_towards([-z, high, x]))),
             [column, 0.0, 0.5],
             1e-6,
             "turned",
         );
     }
     let scene = map(0.0, 1.0);
-    near(
-        pixel(&scene, &settings(&scene, towards([-1.0, 0.0, 0.0]))),
+    expect_near(
+        pixel(&scene, &settings(&scene, view_towards([-1.0, 0.0, 0.0]))),
         [1.5, 0.5, 0.5],
         1e-6,
         "seam",
     );
-    near(
-        pixel(&scene, &settings(&scene, towards([0.0, 0.0, 1.0]))),
+    expect_near(
+        pixel(&scene, &settings(&scene, view_towards([0.0, 0.0, 1.0]))),
         [2.5, 0.5, 0.5],
         1e-6,
         "between",
@@ -146,16 +149,16 @@ fn backgrounds_hide_the_sky_from_the_camera() {
         classic(json!({ "local": 0, "reflection": { "weight": 1 } })),
         json!({ "sky": { "constant": [0, 1, 0] } }),
     );
-    let up: View = [[0.0, 2.0, 0.0], [0.0, 3.0, 0.0]];
+    let up: EyeAndTarget = [[0.0, 2.0, 0.0], [0.0, 3.0, 0.0]];
     for (view, rgb, alpha) in [(up, [0.0; 3], 0.0), (DOWN, [0.0, 1.0, 0.0], 1.0)] {
         let settings = Settings {
             background: Background::Transparent,
             ..settings(&scene, view)
         };
-        let picture = rendered(&scene, &settings).picture;
+        let picture = render_scene(&scene, &settings).picture;
         let behind = picture.over([0.25, 0.5, 0.75]).rgb[0].map(f64::from);
         assert_eq!((picture.rgb[0], picture.alpha), (rgb, Some(vec![alpha])));
-        near(
+        expect_near(
             behind,
             if alpha > 0.0 {
                 [0.0, 1.0, 0.0]
@@ -166,5 +169,8 @@ fn backgrounds_hide_the_sky_from_the_camera() {
             "before a colour",
         );
     }
-    assert_eq!(rendered(&scene, &settings(&scene, up)).picture.alpha, None);
+    assert_eq!(
+        render_scene(&scene, &settings(&scene, up)).picture.alpha,
+        None
+    );
 }

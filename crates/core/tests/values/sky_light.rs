@@ -5,7 +5,8 @@ use raywright_core::{Scene, Settings};
 use serde_json::{Value, json};
 
 use crate::support::{
-    DOWN, SLANTED, floor, physical, pixel, rendered, scene, sees, sees_within, settings,
+    DOWN, SLANTED, expect_pixel, expect_pixel_within, floor, physical, pixel, render_scene, scene,
+    settings,
 };
 
 fn under(terms: Value, sky: &str) -> Scene {
@@ -28,7 +29,7 @@ fn karis(roughness: f64, cosine: f64) -> (f64, f64) {
 fn a_white_furnace_stays_white() {
     for view in [DOWN, SLANTED] {
         for roughness in [0.1, 0.5, 1.0] {
-            sees_within(
+            expect_pixel_within(
                 &under(json!({ "roughness": roughness }), "1"),
                 view,
                 [1.0; 3],
@@ -36,13 +37,13 @@ fn a_white_furnace_stays_white() {
             );
         }
         for roughness in [0.0, 0.05] {
-            sees_within(
+            expect_pixel_within(
                 &under(json!({ "roughness": roughness }), "1"),
                 view,
                 [0.9945; 3],
                 0.0055,
             );
-            sees_within(
+            expect_pixel_within(
                 &under(json!({ "roughness": roughness, "metallic": 1 }), "1"),
                 view,
                 [1.0; 3],
@@ -56,7 +57,7 @@ fn a_white_furnace_stays_white() {
 /// roughest at normal incidence, and the published fit elsewhere.
 #[test]
 fn rough_surfaces_mirror_the_average() {
-    sees_within(
+    expect_pixel_within(
         &under(json!({ "metallic": 1, "roughness": 1 }), "1"),
         DOWN,
         [0.45; 3],
@@ -72,9 +73,9 @@ fn rough_surfaces_mirror_the_average() {
             let (scale, offset) = karis(roughness, cosine);
             let terms = |metallic: f64| json!({ "base_colour": [0.75, 0.5, 0], "metallic": metallic, "roughness": roughness });
             let expected = [0.75, 0.5, 0.0].map(|f0| (f0 * scale + offset).max(0.0));
-            sees_within(&under(terms(1.0), "1"), view, expected, 2e-4);
+            expect_pixel_within(&under(terms(1.0), "1"), view, expected, 2e-4);
             let mirrored = 0.04 * scale + offset;
-            sees_within(
+            expect_pixel_within(
                 &under(terms(0.0), "1"),
                 view,
                 [0.75, 0.5, 0.0].map(|base| base * (1.0 - mirrored) + mirrored),
@@ -117,7 +118,7 @@ fn the_average_has_its_closed_forms() {
 fn the_mirrored_average_is_about_the_mirrored_direction() {
     let (scale, offset) = karis(0.5, 0.8);
     let terms = json!({ "base_colour": 0.5, "metallic": 1, "roughness": 0.5 });
-    sees_within(
+    expect_pixel_within(
         &under(terms, "1 + d.x"),
         SLANTED,
         [(0.5 * scale + offset) * (1.0 - 0.4); 3],
@@ -136,10 +137,10 @@ fn smooth_metals_mirror_the_sky() {
         )
     };
     let f = |base: f64| base + (1.0 - base) * 0.2_f64.powi(5);
-    sees(&metal(0.05), SLANTED, [0.4 * f(1.0), 1.8 * f(0.5), f(0.25)]);
+    expect_pixel(&metal(0.05), SLANTED, [0.4 * f(1.0), 1.8 * f(0.5), f(0.25)]);
     let reflections = |roughness: f64, max_depth: u32| {
         let scene = metal(roughness);
-        rendered(
+        render_scene(
             &scene,
             &Settings {
                 max_depth,
@@ -165,7 +166,7 @@ fn smooth_metals_mirror_the_sky() {
 fn clear_materials_transmit() {
     let terms = |transmission: f64, metallic: f64| json!({ "base_colour": [1, 0.5, 0.25], "transmission": transmission, "metallic": metallic, "roughness": 0 });
     let base = [1.0, 0.5, 0.25];
-    sees_within(
+    expect_pixel_within(
         &under(terms(1.0, 0.0), "1"),
         DOWN,
         base.map(|b| 0.04 + 0.96 * b),
@@ -174,19 +175,19 @@ fn clear_materials_transmit() {
     let (scale, offset) = karis(0.0, 1.0);
     let diffused = |f0: f64| 1.0 - (f0 * scale + offset);
     let half = |b: f64| 0.04 + 0.96 * 0.5 * b + 0.5 * b * diffused(0.04);
-    sees_within(&under(terms(0.5, 0.0), "1"), DOWN, base.map(half), 1e-4);
+    expect_pixel_within(&under(terms(0.5, 0.0), "1"), DOWN, base.map(half), 1e-4);
     // Half a metal: half of the light hits glass, without a diffuse part, and Whitted's integrator
     // continues through glass alone.
     let mixed = |b: f64| 0.5 * (0.04 + 0.96 * b);
-    sees_within(&under(terms(1.0, 0.5), "1"), DOWN, base.map(mixed), 1e-4);
-    sees_within(&under(terms(1.0, 1.0), "1"), DOWN, base, 1e-5);
+    expect_pixel_within(&under(terms(1.0, 0.5), "1"), DOWN, base.map(mixed), 1e-4);
+    expect_pixel_within(&under(terms(1.0, 1.0), "1"), DOWN, base, 1e-5);
 }
 
 /// Protects: without a sky there is no sky light, and classic materials receive none.
 #[test]
-fn who_takes_no_sky_light() {
-    sees(&floor(physical(json!({})), json!({})), DOWN, [0.0; 3]);
-    sees(
+fn no_sky_light_without_a_sky() {
+    expect_pixel(&floor(physical(json!({})), json!({})), DOWN, [0.0; 3]);
+    expect_pixel(
         &floor(
             crate::support::classic(json!({})),
             json!({ "sky": { "constant": 1 } }),

@@ -7,7 +7,9 @@ mod meshes;
 mod places;
 
 use raywright_core::scene::Scene;
-use raywright_core::stress::{Code, Effort, Finding, Report, Severity, stress};
+use raywright_core::stress::{
+    FindingCode, Severity, StressEffort, StressFinding, StressSummary, stress,
+};
 use raywright_core::{Settings, validate};
 use serde_json::{Value, json};
 
@@ -54,31 +56,36 @@ fn quad(corner: [f64; 3], edge_u: [f64; 3], edge_v: [f64; 3]) -> Value {
 }
 
 #[track_caller]
-fn report(scene: &Scene) -> Report {
-    let effort = Effort {
+fn report(scene: &Scene) -> StressSummary {
+    let effort = StressEffort {
         budget: core::time::Duration::from_secs(3600),
     };
-    stress(scene, &Settings::of(scene), &effort, &()).unwrap_or_else(|e| panic!("{e}"))
+    stress(scene, &Settings::from_scene(scene), &effort, &()).unwrap_or_else(|e| panic!("{e}"))
 }
 
-fn listed(findings: &[Finding]) -> Vec<(&'static str, Severity, u64)> {
+fn listed(findings: &[StressFinding]) -> Vec<(&'static str, Severity, u64)> {
     findings
         .iter()
-        .map(|found| (found.code.name(), found.severity, found.count))
+        .map(|finding| (finding.code.name(), finding.severity, finding.count))
         .collect()
 }
 
 /// The fault is found, and as bad as it is; of what makes the picture wrong nothing else is, but
 /// for what follows from it.
 #[track_caller]
-fn finds(scene: &Scene, code: Code, severity: Severity, follows: &[Code]) -> Finding {
+fn expect_finding(
+    scene: &Scene,
+    code: FindingCode,
+    severity: Severity,
+    follows: &[FindingCode],
+) -> StressFinding {
     let report = report(scene);
     let all = listed(&report.findings);
-    let found = report.findings.iter().find(|found| found.code == code);
-    let found = found
+    let finding = report.findings.iter().find(|finding| finding.code == code);
+    let finding = finding
         .unwrap_or_else(|| panic!("{} is not found: {all:?}", code.name()))
         .clone();
-    assert_eq!(found.severity, severity, "{all:?}");
+    assert_eq!(finding.severity, severity, "{all:?}");
     let others = report
         .findings
         .iter()
@@ -88,17 +95,17 @@ fn finds(scene: &Scene, code: Code, severity: Severity, follows: &[Code]) -> Fin
         .map(|other| other.code)
         .collect();
     assert!(strange.is_empty(), "{}: {all:?}", code.name());
-    assert!(!found.why.is_empty() && !found.remedy.is_empty() && !report.is_cut());
-    found
+    assert!(!finding.reason.is_empty() && !finding.remedy.is_empty() && !report.is_cut());
+    finding
 }
 
 /// The fault is found, and nothing else is said.
 #[track_caller]
-fn alone(scene: &Scene, code: Code, severity: Severity) -> Finding {
-    let found = finds(scene, code, severity, &[]);
+fn alone(scene: &Scene, code: FindingCode, severity: Severity) -> StressFinding {
+    let finding = expect_finding(scene, code, severity, &[]);
     let all = report(scene).findings;
     assert_eq!(all.len(), 1, "{:?}", listed(&all));
-    found
+    finding
 }
 
 /// Protects: nothing is said of a scene without a fault, everything that was to be looked at is,
@@ -121,7 +128,7 @@ fn a_scene_without_fault_has_no_findings() {
 fn a_scene_without_objects() {
     alone(
         &scene(&json!({ "objects": [] })),
-        Code::NothingSeen,
+        FindingCode::NothingSeen,
         PictureWrong,
     );
 }
@@ -129,7 +136,7 @@ fn a_scene_without_objects() {
 /// Protects: each kind of finding has a name of its own, in small letters.
 #[test]
 fn names_are_names() {
-    let mut names: Vec<&str> = Code::ALL.iter().map(|code| code.name()).collect();
+    let mut names: Vec<&str> = FindingCode::ALL.iter().map(|code| code.name()).collect();
     assert!(
         names
             .iter()
@@ -137,7 +144,7 @@ fn names_are_names() {
     );
     names.sort_unstable();
     names.dedup();
-    assert_eq!(names.len(), Code::ALL.len());
+    assert_eq!(names.len(), FindingCode::ALL.len());
 }
 
 /// Protects: ten faults of one scene are all found, the worst first.
@@ -157,26 +164,26 @@ fn ten_faults_of_one_scene() {
         "meshes": [meshes::cube([0.0, -1.5, 0.0], |_, indices| indices.push([0, 0, 1]))],
     }));
     many.cameras[0].aspect = Some(3.0);
-    let found = report(&many).findings;
+    let findings = report(&many).findings;
     let expected = [
-        Code::EnergyMade,
-        Code::OpenBody,
-        Code::LightMissesScene,
-        Code::LampBelowPixel,
-        Code::DuplicateLight,
-        Code::DuplicateObject,
-        Code::InvisibleObject,
-        Code::ValuesOutOfRange,
-        Code::DegenerateTriangles,
-        Code::StretchedPicture,
+        FindingCode::EnergyMade,
+        FindingCode::OpenBody,
+        FindingCode::LightMissesScene,
+        FindingCode::LampBelowPixel,
+        FindingCode::DuplicateLight,
+        FindingCode::DuplicateObject,
+        FindingCode::InvisibleObject,
+        FindingCode::ValuesOutOfRange,
+        FindingCode::DegenerateTriangles,
+        FindingCode::StretchedPicture,
     ];
     for code in expected {
         assert!(
-            found.iter().any(|found| found.code == code),
+            findings.iter().any(|finding| finding.code == code),
             "{}: {:?}",
             code.name(),
-            listed(&found)
+            listed(&findings)
         );
     }
-    assert!(found.is_sorted_by_key(|found| found.severity));
+    assert!(findings.is_sorted_by_key(|finding| finding.severity));
 }

@@ -6,19 +6,19 @@ use glam::DVec3;
 use raywright_core::material::MetallicRoughness;
 use raywright_core::scene::{Camera, Integrator, Pattern, Pinhole, Pose, Projection, Scene};
 use raywright_core::settings::{PrecisionChoice, Sampling};
-use raywright_core::{Rendered, Settings, prepare, validate};
+use raywright_core::{RenderOutput, Settings, prepare, validate};
 use serde_json::{Value, json};
 
 /// An eye and its target.
-pub type View = [[f64; 3]; 2];
+pub type EyeAndTarget = [[f64; 3]; 2];
 
 /// A view straight down onto the origin.
-pub const DOWN: View = [[0.0, 2.0, 0.0], [0.0; 3]];
+pub const DOWN: EyeAndTarget = [[0.0, 2.0, 0.0], [0.0; 3]];
 /// A view onto the origin along (−0.6, −0.8, 0): on a floor n·v = 0.8, and the mirror direction is
 /// (−0.6, 0.8, 0).
-pub const SLANTED: View = [[3.0, 4.0, 0.0], [0.0; 3]];
+pub const SLANTED: EyeAndTarget = [[3.0, 4.0, 0.0], [0.0; 3]];
 /// A view onto the origin from below along (−0.6, 0.8, 0).
-pub const FROM_BELOW: View = [[3.0, -4.0, 0.0], [0.0; 3]];
+pub const FROM_BELOW: EyeAndTarget = [[3.0, -4.0, 0.0], [0.0; 3]];
 
 /// Each precision, with the relative tolerance for a value of a few operations.
 pub const PRECISIONS: [(PrecisionChoice, f64); 2] = [
@@ -129,7 +129,7 @@ impl Surface {
 
 /// Settings for one ray, with Whitted's integrator if the scene names none: its results for
 /// physical materials have closed forms.
-pub fn settings(scene: &Scene, [eye, target]: View) -> Settings {
+pub fn settings(scene: &Scene, [eye, target]: EyeAndTarget) -> Settings {
     let upright = (eye[0] - target[0]).abs() + (eye[2] - target[2]).abs() > 1e-9;
     let up = if upright {
         [0.0, 1.0, 0.0]
@@ -157,15 +157,15 @@ pub fn settings(scene: &Scene, [eye, target]: View) -> Settings {
         precision: PrecisionChoice::Reference,
         integrator: match scene.render.integrator {
             Integrator::Auto => Integrator::Whitted,
-            asked => asked,
+            requested => requested,
         },
-        ..Settings::of(scene)
+        ..Settings::from_scene(scene)
     }
 }
 
 /// Renders the scene with these settings.
 #[track_caller]
-pub fn rendered(scene: &Scene, settings: &Settings) -> Rendered {
+pub fn render_scene(scene: &Scene, settings: &Settings) -> RenderOutput {
     prepare(scene, settings, &())
         .unwrap_or_else(|e| panic!("{e}"))
         .render(&())
@@ -174,18 +174,18 @@ pub fn rendered(scene: &Scene, settings: &Settings) -> Rendered {
 /// Colour of the first pixel.
 #[track_caller]
 pub fn pixel(scene: &Scene, settings: &Settings) -> [f64; 3] {
-    rendered(scene, settings).picture.rgb[0].map(f64::from)
+    render_scene(scene, settings).picture.rgb[0].map(f64::from)
 }
 
 /// Asserts the ray's radiance in every precision.
 #[track_caller]
-pub fn sees(scene: &Scene, view: View, expected: [f64; 3]) {
-    sees_within(scene, view, expected, 0.0);
+pub fn expect_pixel(scene: &Scene, view: EyeAndTarget, expected: [f64; 3]) {
+    expect_pixel_within(scene, view, expected, 0.0);
 }
 
 /// Asserts the ray's radiance in every precision, within a relative error.
 #[track_caller]
-pub fn sees_within(scene: &Scene, view: View, expected: [f64; 3], error: f64) {
+pub fn expect_pixel_within(scene: &Scene, view: EyeAndTarget, expected: [f64; 3], error: f64) {
     for (precision, tolerance) in PRECISIONS {
         let found = pixel(
             scene,
@@ -194,7 +194,7 @@ pub fn sees_within(scene: &Scene, view: View, expected: [f64; 3], error: f64) {
                 ..settings(scene, view)
             },
         );
-        near(
+        expect_near(
             found,
             expected,
             tolerance + error,
@@ -205,10 +205,10 @@ pub fn sees_within(scene: &Scene, view: View, expected: [f64; 3], error: f64) {
 
 /// Asserts that numbers agree within a relative error, absolute below one.
 #[track_caller]
-pub fn near(found: [f64; 3], expected: [f64; 3], tolerance: f64, what: &str) {
+pub fn expect_near(found: [f64; 3], expected: [f64; 3], tolerance: f64, label: &str) {
     let close = |a: f64, b: f64| (a - b).abs() <= tolerance * b.abs().max(1.0);
     assert!(
         found.iter().zip(expected).all(|(&a, b)| close(a, b)),
-        "{what}: {found:?} instead of {expected:?}"
+        "{label}: {found:?} instead of {expected:?}"
     );
 }

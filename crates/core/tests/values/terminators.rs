@@ -9,7 +9,7 @@ use raywright_core::scene::Pattern;
 use raywright_core::settings::{PrecisionChoice, Sampling};
 use serde_json::json;
 
-use crate::support::{classic, rendered, scene, sun};
+use crate::support::{classic, render_scene, scene, sun};
 
 /// Width and height in pixels; the ball fills nine tenths.
 const SIZE: u32 = 96;
@@ -56,13 +56,13 @@ fn s07_no_light_through_facets() {
         };
         for precision in [PrecisionChoice::Robust, PrecisionChoice::Reference] {
             let sampling = Sampling::Pattern(Pattern::Centre);
-            let picture = rendered(
+            let picture = render_scene(
                 &scene,
                 &Settings {
                     size: [SIZE; 2],
                     precision,
                     sampling,
-                    ..Settings::of(&scene)
+                    ..Settings::from_scene(&scene)
                 },
             )
             .picture;

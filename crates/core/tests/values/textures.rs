@@ -7,7 +7,10 @@ use raywright_core::prepare;
 use raywright_core::scene::{Colour, Image, ImageData, Pixels, Scene, Sky};
 use serde_json::{Value, json};
 
-use crate::support::{Surface, View, classic, near, physical, pixel, scene, sees, settings, sun};
+use crate::support::{
+    EyeAndTarget, Surface, classic, expect_near, expect_pixel, physical, pixel, scene, settings,
+    sun,
+};
 
 /// A mesh of a material in the plane z = 0 with two sets of coordinates. `ramp` holds its column in
 /// red and its row in green, in steps of a half and a quarter, and alpha 0.5 in its last row;
@@ -57,7 +60,7 @@ fn leaf(model: Value, two_sets: bool) -> Scene {
     scene
 }
 
-const AT: View = [[0.25, 0.25, 2.0], [0.25, 0.25, 0.0]];
+const AT: EyeAndTarget = [[0.25, 0.25, 2.0], [0.25, 0.25, 0.0]];
 
 /// Asserts the radiance of a classic surface with a use of a texture under ambient light.
 fn shown(texture: Value, two_sets: bool, expected: [f64; 3]) {
@@ -66,7 +69,7 @@ fn shown(texture: Value, two_sets: bool, expected: [f64; 3]) {
         two_sets,
     );
     scene.lights.clear();
-    sees(&scene, AT, expected);
+    expect_pixel(&scene, AT, expected);
 }
 
 /// Protects: the set of coordinates is respected; a missing second set, or any larger number, falls
@@ -138,7 +141,7 @@ fn maps_of_one_material() {
             let model = json!({ "colour": { "texture": one }, "ambient": 1, "emission": { "texture": other } });
             let mut scene = leaf(classic(model), true);
             scene.lights.clear();
-            sees(&scene, AT, core::array::from_fn(|i| first[i] + second[i]));
+            expect_pixel(&scene, AT, core::array::from_fn(|i| first[i] + second[i]));
         }
     }
 }
@@ -169,26 +172,26 @@ fn textures_of_physical_materials() {
         leaf(physical(terms), true)
     };
     let at = |row: f64| json!({ "name": "ramp", "uv": [0.6, row], "factor": [1, 1, 2] });
-    sees(
+    expect_pixel(
         &unlit(json!({ "base_colour_texture": at(0.4) })),
         AT,
         [0.5, 0.25, 0.5],
     );
-    sees(
+    expect_pixel(
         &unlit(json!({ "base_colour_texture": at(0.9), "alpha": "blend", "opacity": 0.5 })),
         AT,
         [0.125, 0.1875, 0.125],
     );
     let dark =
         json!({ "base_colour": 0, "ior": 1, "emission": [3, 4, 5], "emission_texture": at(0.4) });
-    sees(&leaf(physical(dark), true), AT, [3.0, 1.0, 10.0]);
+    expect_pixel(&leaf(physical(dark), true), AT, [3.0, 1.0, 10.0]);
     // Roughness 1 · 0.5 and metalness 0.5 · 1 at normal incidence: see `physical`.
     let terms = json!({ "base_colour": 0.5, "metallic": 0.5, "metallic_roughness_texture": { "name": "ramp", "uv": [0.6, 0.6] } });
     let half = Surface {
         metallic: 0.5,
         ..Surface::dielectric(0.5, 0.5, 0.04)
     };
-    sees(
+    expect_pixel(
         &leaf(physical(terms), true),
         AT,
         half.sends([DVec3::Y; 3], true)
@@ -200,7 +203,7 @@ fn textures_of_physical_materials() {
 /// without the image its factor alone applies.
 #[test]
 fn textures_of_transmission() {
-    let seen = |terms: Value, has_image: bool| {
+    let actual = |terms: Value, has_image: bool| {
         let mut scene = leaf(physical(terms), true);
         if !has_image {
             scene.images[0].data = None;
@@ -208,14 +211,14 @@ fn textures_of_transmission() {
         scene.sky = Some(Sky::Constant(Colour::WHITE));
         pixel(&scene, &settings(&scene, AT))
     };
-    let even = |share: f64| seen(json!({ "transmission": share }), true);
+    let even = |share: f64| actual(json!({ "transmission": share }), true);
     let with = |more: Value, has_image| {
         let mut texture = json!({ "name": "ramp", "uv": [0.3, 0.6] });
         texture
             .as_object_mut()
             .expect("a table")
             .extend(more.as_object().expect("a table").clone());
-        seen(
+        actual(
             json!({ "transmission": 0.8, "transmission_texture": texture }),
             has_image,
         )
@@ -231,7 +234,7 @@ fn textures_of_transmission() {
         (with(json!({ "uv": [0.9, 0.3] }), true), even(1.0)),
         (with(json!({}), false), even(0.8)),
     ] {
-        near(found, expected, 1e-12, "an image of transmission");
+        expect_near(found, expected, 1e-12, "an image of transmission");
     }
     assert!(
         even(0.4) != even(0.2) && even(0.2) != even(0.0),
@@ -253,7 +256,7 @@ fn every_input_reads_its_own_texture() {
     .sends([DVec3::Z; 3], true);
     let both = |emission: Value, glow: [f64; 3]| {
         let terms = json!({ "ior": 1, "base_colour_texture": at(0.4), "emission": 1, "emission_texture": emission });
-        sees(
+        expect_pixel(
             &leaf(physical(terms), true),
             AT,
             core::array::from_fn(|k| lit[k] / core::f64::consts::PI + glow[k]),
@@ -274,7 +277,7 @@ fn missing_images_leave_the_factor() {
     );
     scene.lights.clear();
     scene.images[0].data = None;
-    sees(&scene, AT, [0.5, 1.0, 2.0]);
+    expect_pixel(&scene, AT, [0.5, 1.0, 2.0]);
 }
 
 /// Protects: a surface with textured emission is visible but lights nothing; with a colour, every

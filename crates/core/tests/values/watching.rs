@@ -16,23 +16,23 @@ use serde_json::{Value, json};
 use crate::support::{DOWN, ball, classic, floor, scene, settings, sun};
 
 /// Cancels from a given check on, and counts the checks.
-struct Impatient {
-    asked: AtomicUsize,
+struct StopsAtQuestion {
+    requested: AtomicUsize,
     allowed: usize,
 }
 
-impl Impatient {
+impl StopsAtQuestion {
     fn after(allowed: usize) -> Self {
         Self {
-            asked: AtomicUsize::new(0),
+            requested: AtomicUsize::new(0),
             allowed,
         }
     }
 }
 
-impl Observer for Impatient {
-    fn cancelled(&self) -> bool {
-        self.asked.fetch_add(1, Ordering::Relaxed) >= self.allowed
+impl Observer for StopsAtQuestion {
+    fn is_cancelled(&self) -> bool {
+        self.requested.fetch_add(1, Ordering::Relaxed) >= self.allowed
     }
 }
 
@@ -61,36 +61,47 @@ fn made_of(meshes: usize, materials: usize, balls: u32) -> Scene {
 #[test]
 fn preparation_can_be_stopped() {
     let questions = |scene: &Scene| {
-        let patient = Impatient::after(usize::MAX);
+        let patient = StopsAtQuestion::after(usize::MAX);
         assert!(prepare(scene, &settings(scene, DOWN), &patient).is_ok());
-        patient.asked.into_inner()
+        patient.requested.into_inner()
     };
     let small = made_of(1, 1, 1);
-    let asked = questions(&small);
-    for allowed in 0..asked {
-        let stopped = prepare(&small, &settings(&small, DOWN), &Impatient::after(allowed));
+    let requested = questions(&small);
+    for allowed in 0..requested {
+        let stopped = prepare(
+            &small,
+            &settings(&small, DOWN),
+            &StopsAtQuestion::after(allowed),
+        );
         assert_eq!(
             stopped.err(),
             Some(PrepareError::Cancelled),
-            "after {allowed} of {asked}"
+            "after {allowed} of {requested}"
         );
     }
-    assert!(prepare(&small, &settings(&small, DOWN), &Impatient::after(asked)).is_ok());
-    assert!(questions(&made_of(5, 1, 1)) >= asked + 4, "meshes");
-    assert!(questions(&made_of(1, 5, 1)) >= asked + 4, "materials");
+    assert!(
+        prepare(
+            &small,
+            &settings(&small, DOWN),
+            &StopsAtQuestion::after(requested)
+        )
+        .is_ok()
+    );
+    assert!(questions(&made_of(5, 1, 1)) >= requested + 4, "meshes");
+    assert!(questions(&made_of(1, 5, 1)) >= requested + 4, "materials");
     // Each thousand once for the geometry and once for the emitters: more checks than either alone.
     assert!(
-        questions(&made_of(1, 1, 40_001)) >= asked + 2 * 30,
+        questions(&made_of(1, 1, 40_001)) >= requested + 2 * 30,
         "objects"
     );
 }
 
 /// Records the names of the threads that call it.
 #[derive(Default)]
-struct Roll(Mutex<Vec<Option<String>>>);
+struct ThreadRoll(Mutex<Vec<Option<String>>>);
 
-impl Observer for Roll {
-    fn cancelled(&self) -> bool {
+impl Observer for ThreadRoll {
+    fn is_cancelled(&self) -> bool {
         self.0
             .lock()
             .expect("no panic")
@@ -113,7 +124,7 @@ fn work_is_done_on_the_callers_pool() {
         .thread_name(|i| format!("mine {i}"))
         .build()
         .expect("three threads");
-    let roll = Roll::default();
+    let roll = ThreadRoll::default();
     let ready = pool
         .install(|| prepare(&scene, &settings, &roll))
         .expect("prepares");

@@ -1,6 +1,6 @@
 //! Corruption of bytes, of lines and of numbers in a text, whatever their meaning.
 
-use crate::random::Random;
+use crate::random::MangleRng;
 
 /// Numbers that break counters, sums and divisions.
 const NUMBERS: [&str; 14] = [
@@ -38,36 +38,36 @@ const WORDS: [u32; 12] = [
 ];
 
 /// Changes some bytes.
-pub fn mangle(bytes: &mut Vec<u8>, random: &mut Random) {
-    for _ in 0..=random.below(4) {
-        let (at, length) = (random.below(bytes.len()), 1 + random.below(16));
-        let end = (at + length).min(bytes.len());
-        match random.below(10) {
-            0 | 1 if !bytes.is_empty() => bytes[at] ^= 1 << random.below(8),
-            2 if !bytes.is_empty() => bytes[at] = *random.of(&[0, 0xff, 0x7f, 0x80]),
-            3 => drop(bytes.drain(at..end)),
-            4 if random.below(4) == 0 => bytes.truncate(at),
+pub fn mangle(bytes: &mut Vec<u8>, rng: &mut MangleRng) {
+    for _ in 0..=rng.below(4) {
+        let (position, length) = (rng.below(bytes.len()), 1 + rng.below(16));
+        let end = (position + length).min(bytes.len());
+        match rng.below(10) {
+            0 | 1 if !bytes.is_empty() => bytes[position] ^= 1 << rng.below(8),
+            2 if !bytes.is_empty() => bytes[position] = *rng.choose(&[0, 0xff, 0x7f, 0x80]),
+            3 => drop(bytes.drain(position..end)),
+            4 if rng.below(4) == 0 => bytes.truncate(position),
             5 => {
-                let copy = bytes[at..end].to_vec();
-                let to = random.below(bytes.len());
+                let copy = bytes[position..end].to_vec();
+                let to = rng.below(bytes.len());
                 bytes.splice(to..to, copy);
             }
-            6 | 7 => word(bytes, at, random),
-            _ => number(bytes, at, random),
+            6 | 7 => word(bytes, position, rng),
+            _ => number(bytes, position, rng),
         }
     }
 }
 
 /// Replaces four bytes by another number, in either byte order.
-fn word(bytes: &mut [u8], at: usize, random: &mut Random) {
-    let word = *random.of(&WORDS);
-    let new = if random.below(2) == 0 {
+fn word(bytes: &mut [u8], position: usize, rng: &mut MangleRng) {
+    let word = *rng.choose(&WORDS);
+    let new = if rng.below(2) == 0 {
         word.to_le_bytes()
     } else {
         word.to_be_bytes()
     };
     if let Some(old) = bytes
-        .get_mut(at & !3..)
+        .get_mut(position & !3..)
         .and_then(|rest| rest.first_chunk_mut::<4>())
     {
         *old = new;
@@ -75,7 +75,7 @@ fn word(bytes: &mut [u8], at: usize, random: &mut Random) {
 }
 
 /// Replaces the next number in digits by another.
-fn number(bytes: &mut Vec<u8>, from: usize, random: &mut Random) {
+fn number(bytes: &mut Vec<u8>, from: usize, rng: &mut MangleRng) {
     let Some(start) = bytes
         .iter()
         .skip(from)
@@ -88,57 +88,60 @@ fn number(bytes: &mut Vec<u8>, from: usize, random: &mut Random) {
         .iter()
         .take_while(|b| b.is_ascii_digit() || **b == b'.')
         .count();
-    bytes.splice(start..start + length, random.of(&NUMBERS).bytes());
+    bytes.splice(start..start + length, rng.choose(&NUMBERS).bytes());
 }
 
 /// Changes the order and number of a text's lines and words.
-pub fn mangle_lines(bytes: &mut Vec<u8>, random: &mut Random) {
+pub fn mangle_lines(bytes: &mut Vec<u8>, rng: &mut MangleRng) {
     let mut lines: Vec<Vec<u8>> = bytes.split(|&b| b == b'\n').map(<[u8]>::to_vec).collect();
-    for _ in 0..=random.below(3) {
-        let (a, b) = (random.below(lines.len()), random.below(lines.len()));
-        match random.below(7) {
+    for _ in 0..=rng.below(3) {
+        let (a, b) = (rng.below(lines.len()), rng.below(lines.len()));
+        match rng.below(7) {
             0 => lines.swap(a, b),
             1 => drop(lines.remove(a)),
             2 => lines.insert(b, lines[a].clone()),
             3 => lines[a].extend_from_slice(b" \\"),
-            4 => lines[a] = lines[a].repeat(1 + random.below(64)),
-            _ => words(&mut lines, a, b, random),
+            4 => lines[a] = lines[a].repeat(1 + rng.below(64)),
+            _ => words(&mut lines, a, b, rng),
         }
         if lines.is_empty() {
             lines.push(Vec::new());
         }
     }
-    let end = *random.of(&["\n", "\r\n", "\n", "\r"]);
+    let end = *rng.choose(&["\n", "\r\n", "\n", "\r"]);
     *bytes = lines.join(end.as_bytes());
 }
 
 /// Puts a word of one line, or a number, into another line.
-fn words(lines: &mut [Vec<u8>], a: usize, b: usize, random: &mut Random) {
+fn words(lines: &mut [Vec<u8>], a: usize, b: usize, rng: &mut MangleRng) {
     let mut words: Vec<Vec<u8>> = lines[a]
         .split(|&byte| byte == b' ')
         .map(<[u8]>::to_vec)
         .collect();
     let others: Vec<&[u8]> = lines[b].split(|&byte| byte == b' ').collect();
-    let new = if random.below(2) == 0 {
-        random.of(&NUMBERS).as_bytes()
+    let new = if rng.below(2) == 0 {
+        rng.choose(&NUMBERS).as_bytes()
     } else {
-        random.of(&others)
+        rng.choose(&others)
     }
     .to_vec();
-    let at = random.below(words.len());
-    match random.below(3) {
-        0 => words.insert(at, new),
-        _ => words[at] = new,
+    let position = rng.below(words.len());
+    match rng.below(3) {
+        0 => words.insert(position, new),
+        _ => words[position] = new,
     }
     lines[a] = words.join(&b' ');
 }
 
 /// Corrects the checksums of a PNG's chunks, so that the decoder reads their corrupt content.
 pub fn mend_png(bytes: &mut [u8]) {
-    let mut at = 8;
-    while let Some(length) = bytes.get(at..).and_then(|rest| rest.first_chunk::<4>()) {
-        let end = at + 8 + u32::from_be_bytes(*length) as usize;
-        let Some(sum) = bytes.get(at + 4..end).map(crc) else {
+    let mut position = 8;
+    while let Some(length) = bytes
+        .get(position..)
+        .and_then(|rest| rest.first_chunk::<4>())
+    {
+        let end = position + 8 + u32::from_be_bytes(*length) as usize;
+        let Some(sum) = bytes.get(position + 4..end).map(crc) else {
             return;
         };
         let Some(place) = bytes
@@ -148,7 +151,7 @@ pub fn mend_png(bytes: &mut [u8]) {
             return;
         };
         *place = sum.to_be_bytes();
-        at = end + 4;
+        position = end + 4;
     }
 }
 

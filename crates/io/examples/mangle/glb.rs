@@ -1,6 +1,6 @@
 //! Splits and rebuilds GLB files, with correct or wrong lengths.
 
-use crate::random::Random;
+use crate::random::MangleRng;
 
 /// Returns the JSON and the rest of a container, if it has both.
 pub fn parts(bytes: &[u8]) -> Option<(&[u8], &[u8])> {
@@ -26,11 +26,11 @@ pub fn container(mut json: Vec<u8>, rest: &[u8]) -> Vec<u8> {
 }
 
 /// Corrupts the length of the file or of one of its first two chunks.
-pub fn break_length(bytes: &mut [u8], random: &mut Random) {
+pub fn break_length(bytes: &mut [u8], rng: &mut MangleRng) {
     let second = parts(bytes).map_or(12, |(json, _)| 20 + json.len());
-    let at = *random.of(&[8, 12, second]);
+    let position = *rng.choose(&[8, 12, second]);
     let Some(place) = bytes
-        .get_mut(at..)
+        .get_mut(position..)
         .and_then(|rest| rest.first_chunk_mut::<4>())
     else {
         return;
@@ -47,5 +47,5 @@ pub fn break_length(bytes: &mut [u8], random: &mut Random) {
         u32::MAX - 7,
         1 << 31,
     ];
-    *place = random.of(&new).to_le_bytes();
+    *place = rng.choose(&new).to_le_bytes();
 }

@@ -12,9 +12,9 @@
 #![expect(clippy::print_stdout, reason = "a program that reports what it did")]
 
 mod bytes;
-mod desk;
 mod glb;
 mod random;
+mod sandbox_folder;
 mod tree;
 
 use std::path::{Path, PathBuf};
@@ -25,8 +25,8 @@ use raywright_core::{Settings, prepare};
 use raywright_io::{Input, Limits, LoadOptions, load};
 use serde_json::Value;
 
-use desk::Desk;
-use random::Random;
+use random::MangleRng;
+use sandbox_folder::MangleFolder;
 use tree::Pool;
 
 /// Largest CPU seconds of a file.
@@ -37,13 +37,13 @@ const EVERY: f64 = 60.0;
 
 /// A kind of file: its name, the extensions of the mangled files, and pairs of extensions for files
 /// that are loaded through a companion file.
-type Kind = (
+type FileKind = (
     &'static str,
     &'static [&'static str],
     &'static [(&'static str, &'static str)],
 );
 
-const KINDS: [Kind; 6] = [
+const KINDS: [FileKind; 6] = [
     ("gltf", &[".gltf", ".glb", ".bin"], &[("bin", "gltf")]),
     ("obj", &[".obj", ".mtl"], &[("mtl", "obj")]),
     ("stl", &[".stl"], &[]),
@@ -112,34 +112,34 @@ fn corpus(folders: &[String], endings: &[&str]) -> Vec<Seed> {
 }
 
 /// Returns the bytes of a mangled file, and its extension if changed.
-fn mangled(seed: &Seed, pool: &Pool, random: &mut Random) -> (Vec<u8>, Option<&'static str>) {
+fn mangled(seed: &Seed, pool: &Pool, rng: &mut MangleRng) -> (Vec<u8>, Option<&'static str>) {
     let name = seed.path.to_string_lossy().to_lowercase();
     let mut bytes = seed.bytes.clone();
-    if let Some(mut tree) = seed.tree.clone().filter(|_| random.below(4) > 0) {
-        tree::mangle(&mut tree, pool, random);
+    if let Some(mut tree) = seed.tree.clone().filter(|_| rng.below(4) > 0) {
+        tree::mangle(&mut tree, pool, rng);
         let json = tree.to_string().into_bytes();
         let Some((_, rest)) = glb::parts(&seed.bytes) else {
             return (json, name.ends_with(".toml").then_some("json"));
         };
         let mut rest = rest.to_vec();
-        if random.below(3) == 0 && rest.len() > 8 {
+        if rng.below(3) == 0 && rest.len() > 8 {
             let mut data = rest.split_off(8);
-            bytes::mangle(&mut data, random);
+            bytes::mangle(&mut data, rng);
             rest.append(&mut data);
         }
         bytes = glb::container(json, &rest);
-        if random.below(8) == 0 {
-            glb::break_length(&mut bytes, random);
+        if rng.below(8) == 0 {
+            glb::break_length(&mut bytes, rng);
         }
         return (bytes, None);
     }
     match name.rsplit('.').next() {
-        Some("obj" | "mtl" | "stl" | "ply" | "toml") if random.below(2) == 0 => {
-            bytes::mangle_lines(&mut bytes, random)
+        Some("obj" | "mtl" | "stl" | "ply" | "toml") if rng.below(2) == 0 => {
+            bytes::mangle_lines(&mut bytes, rng)
         }
-        _ => bytes::mangle(&mut bytes, random),
+        _ => bytes::mangle(&mut bytes, rng),
     }
-    if name.ends_with(".png") && random.below(4) > 0 {
+    if name.ends_with(".png") && rng.below(4) > 0 {
         bytes::mend_png(&mut bytes);
     }
     (bytes, None)
@@ -169,7 +169,7 @@ fn swallow(path: &Path, renders: bool) -> bool {
         size: [4, 3],
         sampling: Sampling::resolve(&scene, Some(1)),
         max_depth: 3,
-        ..Settings::of(&scene)
+        ..Settings::from_scene(&scene)
     };
     if let Ok(ready) = prepare(
         &scene,
@@ -185,12 +185,12 @@ fn swallow(path: &Path, renders: bool) -> bool {
 }
 
 /// Path to load for a written file: the file itself, or its companion.
-fn entrance(path: &Path, (kind, _, named): &Kind) -> PathBuf {
+fn entrance(path: &Path, (kind, _, named): &FileKind) -> PathBuf {
     let ending = path
         .extension()
         .map(|ending| ending.to_string_lossy().to_lowercase())
         .unwrap_or_default();
-    if let Some((_, by)) = named.iter().find(|(what, _)| *what == ending) {
+    if let Some((_, by)) = named.iter().find(|(label, _)| *label == ending) {
         return path.with_extension(by);
     }
     if *kind != "picture" {
@@ -237,19 +237,19 @@ fn busy(start: Instant) -> f64 {
 }
 
 /// State of a run.
-struct Run {
-    kind: &'static Kind,
+struct MangleRun {
+    kind: &'static FileKind,
     number: u64,
     seeds: Vec<Seed>,
     pool: Pool,
-    desk: Desk,
+    sandbox: MangleFolder,
     start: Instant,
     rounds: u64,
     loaded: u64,
     wrong: u64,
 }
 
-impl Run {
+impl MangleRun {
     /// Mangles and loads the cheapest file so far; returns false without any file.
     fn round(&mut self) -> bool {
         let by_cost =
@@ -260,9 +260,9 @@ impl Run {
         let (bytes, ending) = mangled(
             seed,
             &self.pool,
-            &mut Random::new(self.number, index, seed.rounds),
+            &mut MangleRng::new(self.number, index, seed.rounds),
         );
-        let folder = self.desk.folder(&seed.path);
+        let folder = self.sandbox.folder(&seed.path);
         let own = folder.join(seed.path.file_name().expect("a file"));
         let path = ending.map_or(own.clone(), |ending| own.with_extension(ending));
         std::fs::write(&path, &bytes).expect("a mangled file");
@@ -279,7 +279,7 @@ impl Run {
                 if outcome.is_ok() { "slow" } else { "panic" },
                 seed.rounds
             );
-            let kept = self.desk.keep(&folder, &kept);
+            let kept = self.sandbox.keep(&folder, &kept);
             println!("{}: {} ({spent:.1} s)", kept.display(), seed.path.display());
         }
         seed.rounds += 1;
@@ -319,8 +319,8 @@ fn main() {
         .iter()
         .position(|word| KINDS.iter().any(|kind| kind.0 == word));
     let Some((folders, rest)) = place
-        .filter(|&place| place > 0)
-        .map(|place| words.split_at(place))
+        .filter(|&index| index > 0)
+        .map(|index| words.split_at(index))
     else {
         println!("mangle FOLDER.. gltf|obj|stl|ply|scene|picture SECONDS [SEED]");
         std::process::exit(2);
@@ -340,7 +340,7 @@ fn main() {
         .iter()
         .filter_map(|seed| seed.tree.as_ref())
         .for_each(|tree| pool.add(tree));
-    let desk = Desk::new(&format!(
+    let sandbox = MangleFolder::new(&format!(
         "mangle-{}-{number}-{}",
         kind.0,
         std::process::id()
@@ -348,27 +348,27 @@ fn main() {
     println!(
         "{} files to mangle, in {}",
         seeds.len(),
-        desk.here().display()
+        sandbox.here().display()
     );
-    let mut run = Run {
+    let mut run = MangleRun {
         kind,
         number,
         seeds,
         pool,
-        desk,
+        sandbox,
         start: Instant::now(),
         rounds: 0,
         loaded: 0,
         wrong: 0,
     };
-    let mut told = EVERY;
+    let mut reported = EVERY;
     while busy(run.start) < seconds && run.round() {
-        if busy(run.start) >= told {
+        if busy(run.start) >= reported {
             run.report();
-            told += EVERY;
+            reported += EVERY;
         }
     }
     run.report();
-    run.desk.clear();
+    run.sandbox.clear();
     std::process::exit(i32::from(run.wrong > 0));
 }

@@ -1,9 +1,9 @@
 //! Random numbers determined by a seed, so that a mangled file can be reproduced.
 
 /// A random stream (Steele, Lea, Flood, "Fast Splittable Pseudorandom Number Generators", 2014).
-pub struct Random(u64);
+pub struct MangleRng(u64);
 
-impl Random {
+impl MangleRng {
     /// Creates the stream for a seed, the index of a file in its list, and the number of earlier
     /// rounds.
     pub fn new(seed: u64, file: usize, round: u64) -> Self {
@@ -27,7 +27,7 @@ impl Random {
     }
 
     /// Returns a random element of a list that must not be empty.
-    pub fn of<'a, T>(&mut self, list: &'a [T]) -> &'a T {
+    pub fn choose<'a, T>(&mut self, list: &'a [T]) -> &'a T {
         &list[self.below(list.len())]
     }
 }

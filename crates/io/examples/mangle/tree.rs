@@ -7,7 +7,7 @@ use serde_json::{Map, Value, json};
 use toml::de::{DeTable, DeValue};
 
 use crate::bytes;
-use crate::random::Random;
+use crate::random::MangleRng;
 
 /// Values of all files under each name, to replace values of the same name elsewhere.
 #[derive(Default)]
@@ -52,14 +52,14 @@ impl Pool {
     }
 
     /// Returns a value from any file under this name.
-    fn value(&self, key: &str, random: &mut Random) -> Option<Value> {
-        self.0.get(key).map(|values| random.of(values).clone())
+    fn value(&self, key: &str, rng: &mut MangleRng) -> Option<Value> {
+        self.0.get(key).map(|values| rng.choose(values).clone())
     }
 
     /// Returns a random name with a value.
-    fn entry(&self, random: &mut Random) -> Option<(String, Value)> {
-        let (key, values) = self.0.iter().nth(random.below(self.0.len()))?;
-        Some((key.clone(), random.of(values).clone()))
+    fn entry(&self, rng: &mut MangleRng) -> Option<(String, Value)> {
+        let (key, values) = self.0.iter().nth(rng.below(self.0.len()))?;
+        Some((key.clone(), rng.choose(values).clone()))
     }
 }
 
@@ -93,35 +93,35 @@ fn of_value(value: &DeValue<'_>) -> Value {
 }
 
 /// Changes some values of a tree.
-pub fn mangle(root: &mut Value, pool: &Pool, random: &mut Random) {
-    for _ in 0..=random.below(4) {
-        descend(root, "", pool, random);
+pub fn mangle(root: &mut Value, pool: &Pool, rng: &mut MangleRng) {
+    for _ in 0..=rng.below(4) {
+        descend(root, "", pool, rng);
     }
 }
 
 /// Descends along random branches to a value, and changes it.
-fn descend(value: &mut Value, key: &str, pool: &Pool, random: &mut Random) {
-    let stays = random.below(6) == 0;
+fn descend(value: &mut Value, key: &str, pool: &Pool, rng: &mut MangleRng) {
+    let stays = rng.below(6) == 0;
     match value {
         Value::Array(list) if !list.is_empty() && !stays => {
-            let at = random.below(list.len());
-            descend(&mut list[at], key, pool, random);
+            let position = rng.below(list.len());
+            descend(&mut list[position], key, pool, rng);
         }
         Value::Object(map) if !map.is_empty() && !stays => {
-            let at = random.below(map.len());
-            if let Some((key, inner)) = map.iter_mut().nth(at) {
-                descend(inner, key, pool, random);
+            let position = rng.below(map.len());
+            if let Some((key, inner)) = map.iter_mut().nth(position) {
+                descend(inner, key, pool, rng);
             }
         }
-        _ => change(value, key, pool, random),
+        _ => change(value, key, pool, rng),
     }
 }
 
-fn change(value: &mut Value, key: &str, pool: &Pool, random: &mut Random) {
-    match (random.below(8), &mut *value) {
+fn change(value: &mut Value, key: &str, pool: &Pool, rng: &mut MangleRng) {
+    match (rng.below(8), &mut *value) {
         (0, _) => {
-            *value = random
-                .of(&[
+            *value = rng
+                .choose(&[
                     json!(null),
                     json!(true),
                     json!([]),
@@ -132,24 +132,24 @@ fn change(value: &mut Value, key: &str, pool: &Pool, random: &mut Random) {
                 ])
                 .clone()
         }
-        (1 | 2, _) => drop(pool.value(key, random).map(|new| *value = new)),
-        (_, Value::Number(number)) => *value = extreme(number.as_f64().unwrap_or(0.0), random),
-        (_, Value::String(text)) => string(text, random),
-        (_, Value::Array(list)) => array(list, random),
-        (_, Value::Object(map)) => object(map, pool, random),
+        (1 | 2, _) => drop(pool.value(key, rng).map(|new| *value = new)),
+        (_, Value::Number(number)) => *value = extreme(number.as_f64().unwrap_or(0.0), rng),
+        (_, Value::String(text)) => string(text, rng),
+        (_, Value::Array(list)) => array(list, rng),
+        (_, Value::Object(map)) => object(map, pool, rng),
         (_, Value::Bool(told)) => *told = !*told,
         (_, Value::Null) => *value = json!(0),
     }
 }
 
 /// Returns a nearby, small, or extreme number.
-fn extreme(number: f64, random: &mut Random) -> Value {
-    match random.below(6) {
+fn extreme(number: f64, rng: &mut MangleRng) -> Value {
+    match rng.below(6) {
         0 => json!(number as i64 + 1),
         1 => json!(number as i64 - 1),
-        2 => json!(random.below(12)),
+        2 => json!(rng.below(12)),
         3 => json!(-number),
-        4 => json!(*random.of(&[
+        4 => json!(*rng.choose(&[
             1u64 << 16,
             1 << 31,
             (1 << 32) - 1,
@@ -157,54 +157,51 @@ fn extreme(number: f64, random: &mut Random) -> Value {
             1 << 62,
             u64::MAX
         ])),
-        _ => json!(*random.of(&[1e-320, 1e-45, 1e-7, 0.5, 1e9, 1e20, 3.5e38, 1e308, -1e308])),
+        _ => json!(*rng.choose(&[1e-320, 1e-45, 1e-7, 0.5, 1e9, 1e20, 3.5e38, 1e308, -1e308])),
     }
 }
 
-fn string(text: &mut String, random: &mut Random) {
-    match random.below(4) {
-        0 => *text = random.of(&WORDS).to_string(),
-        1 => *text = text.repeat(1 + random.below(40)),
+fn string(text: &mut String, rng: &mut MangleRng) {
+    match rng.below(4) {
+        0 => *text = rng.choose(&WORDS).to_string(),
+        1 => *text = text.repeat(1 + rng.below(40)),
         2 => {
-            *text = random
-                .of(&["(", "-", "1+", "a"])
-                .repeat(1 << random.below(14))
+            *text = rng
+                .choose(&["(", "-", "1+", "a"])
+                .repeat(1 << rng.below(14))
         }
         _ => {
             let mut bytes = text.clone().into_bytes();
-            bytes::mangle(&mut bytes, random);
-            let at = random.below(bytes.len());
-            bytes.splice(at..at, random.of(&WORDS).bytes());
+            bytes::mangle(&mut bytes, rng);
+            let position = rng.below(bytes.len());
+            bytes.splice(position..position, rng.choose(&WORDS).bytes());
             *text = String::from_utf8_lossy(&bytes).into_owned();
         }
     }
 }
 
-fn array(list: &mut Vec<Value>, random: &mut Random) {
-    let (a, b) = (random.below(list.len()), random.below(list.len()));
-    match random.below(6) {
+fn array(list: &mut Vec<Value>, rng: &mut MangleRng) {
+    let (a, b) = (rng.below(list.len()), rng.below(list.len()));
+    match rng.below(6) {
         0 => list.clear(),
         1 if !list.is_empty() => drop(list.remove(a)),
         2 if !list.is_empty() => list.swap(a, b),
         3 if list.len() < 100 => list.extend(list.clone()),
-        4 if list.len() < 100 => *list = vec![list.clone(); 1 + random.below(20)].concat(),
+        4 if list.len() < 100 => *list = vec![list.clone(); 1 + rng.below(20)].concat(),
         _ if !list.is_empty() => list.insert(a, list[b].clone()),
         _ => list.push(json!(0)),
     }
 }
 
-fn object(map: &mut Map<String, Value>, pool: &Pool, random: &mut Random) {
+fn object(map: &mut Map<String, Value>, pool: &Pool, rng: &mut MangleRng) {
     let name = map
         .keys()
-        .nth(random.below(map.len()))
+        .nth(rng.below(map.len()))
         .cloned()
         .unwrap_or_default();
-    match random.below(3) {
+    match rng.below(3) {
         0 => drop(map.remove(&name)),
-        1 => drop(
-            pool.entry(random)
-                .map(|(key, value)| map.insert(key, value)),
-        ),
+        1 => drop(pool.entry(rng).map(|(key, value)| map.insert(key, value))),
         _ => {
             let inner = Value::Object(map.clone());
             map.insert(name, inner);

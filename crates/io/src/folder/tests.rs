@@ -41,7 +41,7 @@ fn names_count_towards_the_hash() {
 /// are missing and outside files: no picture of the scene may replace any of them.
 #[test]
 fn what_is_read_and_named_is_remembered() {
-    use crate::output::Place;
+    use crate::output::OutputPlace;
     let outer = scene_folder();
     std::fs::create_dir(outer.path().join("scene/sub")).expect("a folder");
     std::fs::write(outer.path().join("scene/sub/a.txt"), "a").expect("a file");
@@ -52,7 +52,7 @@ fn what_is_read_and_named_is_remembered() {
     assert!(beside.read("none.txt").is_err() && folder.read("../secret.txt").is_err());
     let inputs = folder.inputs();
     let held = |name: &str| {
-        let place = Place::check(&outer.path().join("scene").join(name)).expect("a place");
+        let place = OutputPlace::check(&outer.path().join("scene").join(name)).expect("a place");
         inputs.clash(&place).is_some()
     };
     for name in ["own.txt", "sub/a.txt", "sub/none.txt", "../secret.txt"] {
@@ -196,7 +196,7 @@ fn a_preset_reads_no_file() {
 fn a_hash_knows_where_things_end() {
     let hash = |parts: &[&[u8]]| {
         let folder = Folder::none(100);
-        parts.iter().for_each(|part| folder.note(part));
+        parts.iter().for_each(|part| folder.record(part));
         folder.take_hash()
     };
     assert_eq!(hash(&[b"ab", b"c"]), hash(&[b"ab", b"c"]));

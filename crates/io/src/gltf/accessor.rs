@@ -9,7 +9,7 @@ use std::cell::Cell;
 use super::buffers::{Buffers, absent};
 use super::document::Document;
 use super::entries::Sparse;
-use crate::import::{Fault, Outcome, shown};
+use crate::import::{Fault, Outcome, printable};
 
 /// Component type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -78,14 +78,14 @@ pub(super) fn arity(kind: &str) -> Outcome<usize> {
         _ => {
             return Err(Fault::input(format!(
                 "has the unknown type {}",
-                shown(kind)
+                printable(kind)
             )));
         }
     })
 }
 
 /// Opens the accessors of a file.
-pub(super) struct Reader<'a> {
+pub(super) struct AccessorReader<'a> {
     pub document: &'a Document,
     pub buffers: &'a Buffers<'a>,
     /// Largest size of an accessor in bytes.
@@ -112,14 +112,14 @@ pub(super) struct Accessor<'a> {
     patches: Vec<(u32, &'a [u8])>,
 }
 
-impl<'a> Reader<'a> {
+impl<'a> AccessorReader<'a> {
     /// Opens an accessor and checks everything it refers to.
     ///
     /// # Errors
     /// A fault of kind input that names the accessor; of kind limit beyond the memory limit.
     pub fn open(&self, index: usize) -> Outcome<Accessor<'a>> {
         self.open_unplaced(index)
-            .map_err(|fault| fault.at(format_args!("accessors[{index}]")))
+            .map_err(|fault| fault.with_place(format_args!("accessors[{index}]")))
     }
 
     fn open_unplaced(&self, index: usize) -> Outcome<Accessor<'a>> {
@@ -145,7 +145,7 @@ impl<'a> Reader<'a> {
         let patches = match &accessor.sparse {
             Some(sparse) => self
                 .patches(sparse, count, size)
-                .map_err(|fault| fault.at("sparse"))?,
+                .map_err(|fault| fault.with_place("sparse"))?,
             None => Vec::new(),
         };
         Ok(Accessor {
@@ -212,8 +212,8 @@ impl<'a> Reader<'a> {
                 "replaces {replaced} of {count} elements"
             )));
         }
-        let component =
-            Component::of(sparse.indices.component_type).map_err(|fault| fault.at("indices"))?;
+        let component = Component::of(sparse.indices.component_type)
+            .map_err(|fault| fault.with_place("indices"))?;
         if !component.is_unsigned() {
             return Err(Fault::input("indices: are no unsigned numbers"));
         }

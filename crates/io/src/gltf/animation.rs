@@ -6,17 +6,17 @@
 
 use std::collections::HashMap;
 
-use super::accessor::Reader;
+use super::accessor::AccessorReader;
 use super::buffers::absent;
 use super::document::Document;
-use super::keys::{Keys, sampler};
+use super::keys::{KeyReader, sampler};
 use super::pointer;
-use crate::import::{Fault, Outcome, Warnings, shown};
+use crate::import::{Fault, Outcome, Warnings, printable};
 use crate::warning::WarningCode;
 
 /// Animated properties of a node.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Moved {
+pub(super) struct AnimatedTransform {
     pub translation: Option<[f64; 3]>,
     pub rotation: Option<[f64; 4]>,
     pub scale: Option<[f64; 3]>,
@@ -32,10 +32,13 @@ pub(super) struct Moved {
 pub(super) fn at(
     time: f64,
     document: &Document,
-    reader: &Reader<'_>,
+    reader: &AccessorReader<'_>,
     warnings: &mut Warnings,
-) -> Outcome<HashMap<usize, Moved>> {
-    let (mut moved, mut keys) = (HashMap::<usize, Moved>::new(), Keys::new(reader));
+) -> Outcome<HashMap<usize, AnimatedTransform>> {
+    let (mut moved, mut keys) = (
+        HashMap::<usize, AnimatedTransform>::new(),
+        KeyReader::new(reader),
+    );
     if document.animations.is_empty() {
         warnings.add(
             WarningCode::Choice,
@@ -44,7 +47,8 @@ pub(super) fn at(
     }
     for (i, animation) in document.animations.iter().enumerate() {
         for (j, channel) in animation.channels.iter().enumerate() {
-            let place = |fault: Fault| fault.at(format_args!("animations[{i}].channels[{j}]"));
+            let place =
+                |fault: Fault| fault.with_place(format_args!("animations[{i}].channels[{j}]"));
             // Other properties animated by an extension do not concern nodes.
             let named = || {
                 channel
@@ -95,7 +99,7 @@ pub(super) fn at(
                 }
                 other => warnings.add(
                     WarningCode::Animation,
-                    format!("animations of `{}` are ignored", shown(other)),
+                    format!("animations of `{}` are ignored", printable(other)),
                 ),
             }
         }

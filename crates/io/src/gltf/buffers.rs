@@ -7,7 +7,7 @@ use std::collections::HashMap;
 use super::document::Document;
 use super::entries::Buffer;
 use crate::folder::Folder;
-use crate::import::{Budget, Fault, Outcome};
+use crate::import::{DecodeBudget, Fault, Outcome};
 use crate::uri;
 
 /// All buffers of a file, each truncated to its length in the JSON.
@@ -30,12 +30,12 @@ impl<'a> Buffers<'a> {
         document: &Document,
         binary: Option<&'a [u8]>,
         folder: &Folder,
-        budget: &mut Budget,
+        budget: &mut DecodeBudget,
     ) -> Outcome<Self> {
         let mut data = Vec::new();
         for (i, buffer) in document.buffers.iter().enumerate() {
             let bytes = load_one(buffer, i, binary, folder)
-                .map_err(|fault| fault.at(format_args!("buffers[{i}]")))?;
+                .map_err(|fault| fault.with_place(format_args!("buffers[{i}]")))?;
             if let Some(Cow::Owned(bytes)) = &bytes {
                 budget.memory(bytes.len(), 1)?;
             }
@@ -53,7 +53,7 @@ impl<'a> Buffers<'a> {
     /// # Errors
     /// A fault of kind input for an unknown view or buffer, or a view beyond its buffer.
     pub fn view(&self, document: &Document, index: usize) -> Outcome<(&[u8], Option<usize>)> {
-        let place = |fault: Fault| fault.at(format_args!("bufferViews[{index}]"));
+        let place = |fault: Fault| fault.with_place(format_args!("bufferViews[{index}]"));
         let view = document
             .buffer_views
             .get(index)

@@ -3,8 +3,8 @@
 use raywright_core::scene::{Camera, Fit, Pinhole, Pose, Projection};
 use raywright_core::validate::{FARTHEST, LEAST_ASPECT, MOST_ASPECT, SMALLEST};
 
-use super::entries::Camera as Source;
-use super::nodes::Placed;
+use super::entries::CameraEntry as Source;
+use super::nodes::NodeInstance;
 use crate::import::{Warnings, number};
 use crate::warning::WarningCode;
 
@@ -15,13 +15,13 @@ pub(super) fn convert(
     camera: &Source,
     index: usize,
     name: String,
-    placed: &Placed,
+    instance: &NodeInstance,
     warnings: &mut Warnings,
 ) -> Option<Camera> {
-    let mut skip = |why: &str| {
+    let mut skip = |reason: &str| {
         warnings.add(
             WarningCode::CameraOrLight,
-            format!("cameras[{index}]: {why}; the camera was left out"),
+            format!("cameras[{index}]: {reason}; the camera was left out"),
         );
         None
     };
@@ -59,7 +59,7 @@ pub(super) fn convert(
         }
         _ => return skip("it has no view of its type"),
     };
-    let Some(pose) = pose(placed) else {
+    let Some(pose) = pose(instance) else {
         return skip("its node squeezes it flat");
     };
     // An extreme aspect ratio is ignored.
@@ -77,14 +77,14 @@ pub(super) fn convert(
 
 /// Pose from the node's normalised axes; a reflected node keeps its reflected view. `None` for a
 /// singular transform.
-fn pose(placed: &Placed) -> Option<Pose> {
-    let m = placed.world.matrix3;
+fn pose(instance: &NodeInstance) -> Option<Pose> {
+    let m = instance.world.matrix3;
     let back = m.z_axis.try_normalize()?;
     let right = (m.x_axis - back * back.dot(m.x_axis)).try_normalize()?;
     let up =
         (m.y_axis - back * back.dot(m.y_axis) - right * right.dot(m.y_axis)).try_normalize()?;
     Some(Pose::Axes {
-        eye: placed.world.translation.into(),
+        eye: instance.world.translation.into(),
         right: right.into(),
         up: up.into(),
         back: back.into(),

@@ -4,15 +4,15 @@ use std::collections::BTreeSet;
 
 use raywright_core::suggest::closest;
 
-use super::accessor::Reader;
+use super::accessor::AccessorReader;
 use super::document::Document;
 use super::extensions;
-use super::keys::Keys;
-use crate::import::{Fault, Outcome, shown};
+use super::keys::KeyReader;
+use crate::import::{Fault, Outcome, printable};
 
 /// Choices for a glTF file. `None`: the default scene, the default materials, the rest pose.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Choice<'a> {
+pub(crate) struct ModelChoice<'a> {
     /// Name or index of a scene.
     pub scene: Option<&'a str>,
     /// Name of a variant of its materials.
@@ -25,7 +25,7 @@ pub(crate) struct Choice<'a> {
 
 /// Contents of a model file that a user can choose from.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Contents {
+pub struct ModelContents {
     /// Names of its scenes by index; empty for an unnamed scene.
     pub scenes: Vec<String>,
     /// Names of its material variants.
@@ -56,7 +56,7 @@ pub struct AnimationInfo {
     pub seconds: Option<f64>,
 }
 
-impl Contents {
+impl ModelContents {
     /// Duration in seconds of an animation, by name or, if no name matches, by index, or of the
     /// longest animation; `None` without timed keys.
     pub fn seconds(&self, animation: Option<&str>) -> Option<f64> {
@@ -85,9 +85,9 @@ fn chosen(names: &[&str], wish: &str) -> Option<usize> {
 }
 
 /// Lists the contents of a file. Faults in animations are reported when they are played.
-pub(super) fn contents(document: &Document, reader: &Reader<'_>) -> Contents {
-    let mut keys = Keys::new(reader);
-    let name = |name: &Option<String>| shown(name.as_deref().unwrap_or_default());
+pub(super) fn contents(document: &Document, reader: &AccessorReader<'_>) -> ModelContents {
+    let mut keys = KeyReader::new(reader);
+    let name = |name: &Option<String>| printable(name.as_deref().unwrap_or_default());
     let animations = document.animations.iter().map(|animation| {
         let ends = animation
             .samplers
@@ -103,11 +103,11 @@ pub(super) fn contents(document: &Document, reader: &Reader<'_>) -> Contents {
         .chain(&document.extensions_required)
         .collect();
     let extension = |name: &String| ExtensionInfo {
-        name: shown(name),
+        name: printable(name),
         required: document.extensions_required.contains(name),
         read: extensions::is_read(name),
     };
-    Contents {
+    ModelContents {
         extensions: named.into_iter().map(extension).collect(),
         animations: animations.collect(),
         scenes: document
@@ -117,7 +117,7 @@ pub(super) fn contents(document: &Document, reader: &Reader<'_>) -> Contents {
             .collect(),
         variants: variants(document)
             .iter()
-            .map(|variant| shown(variant))
+            .map(|variant| printable(variant))
             .collect(),
     }
 }
@@ -180,19 +180,19 @@ pub(super) fn variant(document: &Document, wish: &str) -> Outcome<u32> {
 }
 
 /// Fault for an unknown name, with the closest known name and the list of names.
-fn unknown(what: &str, wish: &str, names: &[&str], by_index: bool) -> Fault {
+fn unknown(label: &str, wish: &str, names: &[&str], by_index: bool) -> Fault {
     const MOST: usize = 20;
-    let wish = shown(wish);
+    let wish = printable(wish);
     if names.is_empty() {
         return Fault::choice(format!(
-            "has no {what}s to choose from, so none is `{wish}`"
+            "has no {label}s to choose from, so none is `{wish}`"
         ));
     }
     let listed = names.iter().take(MOST).enumerate().map(|(index, name)| {
         match (by_index, name.is_empty()) {
             (true, true) => index.to_string(),
-            (true, false) => format!("{index} `{}`", shown(name)),
-            (false, _) => format!("`{}`", shown(name)),
+            (true, false) => format!("{index} `{}`", printable(name)),
+            (false, _) => format!("`{}`", printable(name)),
         }
     });
     let list = listed
@@ -200,8 +200,8 @@ fn unknown(what: &str, wish: &str, names: &[&str], by_index: bool) -> Fault {
         .collect::<Vec<_>>()
         .join(", ");
     let meant = match closest(&wish, names.iter().copied().filter(|name| !name.is_empty())) {
-        Some(name) => format!("did you mean `{}`? Its", shown(name)),
+        Some(name) => format!("did you mean `{}`? Its", printable(name)),
         None => "its".to_owned(),
     };
-    Fault::choice(format!("has no {what} `{wish}`; {meant} {what}s: {list}"))
+    Fault::choice(format!("has no {label} `{wish}`; {meant} {label}s: {list}"))
 }

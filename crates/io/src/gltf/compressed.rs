@@ -10,7 +10,7 @@ use super::accessor::{Component, arity};
 use super::buffers::{Buffers, absent};
 use super::document::Document;
 use super::entries::{Draco, Meshopt, Primitive, ViewExtensions};
-use crate::import::{Budget, Fault, Outcome, shown};
+use crate::import::{DecodeBudget, Fault, Outcome, printable};
 use crate::{Limits, meshopt};
 
 /// Decodes all compressed data and replaces the views and accessors.
@@ -22,7 +22,7 @@ pub(super) fn decode(
     document: &Document,
     buffers: &mut Buffers<'_>,
     limits: &Limits,
-    budget: &mut Budget,
+    budget: &mut DecodeBudget,
 ) -> Outcome<()> {
     for (i, view) in document.buffer_views.iter().enumerate() {
         let ViewExtensions {
@@ -38,7 +38,7 @@ pub(super) fn decode(
         else {
             continue;
         };
-        let place = |fault: Fault| fault.at(format_args!("bufferViews[{i}]: {name}"));
+        let place = |fault: Fault| fault.with_place(format_args!("bufferViews[{i}]: {name}"));
         let bytes = unpacked(packed, buffers, budget).map_err(place)?;
         if (bytes.len() as u64) < view.byte_length {
             let length = view.byte_length;
@@ -59,7 +59,7 @@ pub(super) fn decode(
             continue;
         };
         let place = |fault: Fault| {
-            fault.at(format_args!(
+            fault.with_place(format_args!(
                 "meshes[{mesh}].primitives[{part}]: KHR_draco_mesh_compression"
             ))
         };
@@ -69,7 +69,7 @@ pub(super) fn decode(
 }
 
 /// Decodes a compressed view.
-fn unpacked(view: &Meshopt, buffers: &Buffers<'_>, budget: &mut Budget) -> Outcome<Vec<u8>> {
+fn unpacked(view: &Meshopt, buffers: &Buffers<'_>, budget: &mut DecodeBudget) -> Outcome<Vec<u8>> {
     let source = buffers.bytes(view.buffer as usize, view.byte_offset, view.byte_length)?;
     let number = |x: u64| usize::try_from(x).unwrap_or(usize::MAX);
     let (count, stride) = (number(view.count), number(view.byte_stride));
@@ -82,7 +82,7 @@ fn unpacked(view: &Meshopt, buffers: &Buffers<'_>, budget: &mut Budget) -> Outco
         other => {
             return Err(Fault::input(format!(
                 "has the unknown mode {}",
-                shown(other)
+                printable(other)
             )));
         }
     };
@@ -96,7 +96,7 @@ fn unpacked(view: &Meshopt, buffers: &Buffers<'_>, budget: &mut Budget) -> Outco
         other => {
             return Err(Fault::input(format!(
                 "has the unknown filter {}",
-                shown(other)
+                printable(other)
             )));
         }
     };
@@ -111,7 +111,7 @@ fn draco(
     draco: &Draco,
     buffers: &mut Buffers<'_>,
     limits: &Limits,
-    budget: &mut Budget,
+    budget: &mut DecodeBudget,
 ) -> Outcome<()> {
     let (bytes, _) = buffers.view(document, draco.buffer_view as usize)?;
     let mut most = DecodeLimits::default();
@@ -128,10 +128,11 @@ fn draco(
             continue;
         };
         let attribute = mesh.attribute_by_unique_id(id);
-        let attribute = attribute
-            .ok_or_else(|| Fault::input(format!("has no attribute {id} for {}", shown(name))))?;
-        let layout =
-            layout(document, accessor, mesh.num_points()).map_err(|fault| fault.at(shown(name)))?;
+        let attribute = attribute.ok_or_else(|| {
+            Fault::input(format!("has no attribute {id} for {}", printable(name)))
+        })?;
+        let layout = layout(document, accessor, mesh.num_points())
+            .map_err(|fault| fault.with_place(printable(name)))?;
         budget.memory(
             mesh.num_points() * layout.arity,
             layout.component.size() + size_of::<f32>(),
@@ -141,7 +142,8 @@ fn draco(
     }
     if let Some(accessor) = primitive.indices {
         let corners = mesh.num_faces() * 3;
-        let layout = layout(document, accessor, corners).map_err(|fault| fault.at("indices"))?;
+        let layout =
+            layout(document, accessor, corners).map_err(|fault| fault.with_place("indices"))?;
         budget.memory(corners, layout.component.size())?;
         let indices = mesh.faces().iter().flatten().map(|point| point.0);
         let bytes = match layout.component.size() {
@@ -158,18 +160,18 @@ fn draco(
 }
 
 /// Storage of an accessor's elements.
-struct Layout {
+struct AccessorLayout {
     component: Component,
     arity: usize,
 }
 
 /// Returns the layout of an accessor whose count equals the number of decoded elements.
-fn layout(document: &Document, index: u32, decoded: usize) -> Outcome<Layout> {
+fn layout(document: &Document, index: u32, decoded: usize) -> Outcome<AccessorLayout> {
     let list = &document.accessors;
     let accessor = list
         .get(index as usize)
         .ok_or_else(|| absent("accessors", index as usize, list.len()))?;
-    let place = |fault: Fault| fault.at(format_args!("accessors[{index}]"));
+    let place = |fault: Fault| fault.with_place(format_args!("accessors[{index}]"));
     if accessor.count != decoded as u64 {
         let message = format!(
             "counts {} elements, and {decoded} were decoded",
@@ -179,7 +181,7 @@ fn layout(document: &Document, index: u32, decoded: usize) -> Outcome<Layout> {
     }
     let component = Component::of(accessor.component_type).map_err(place)?;
     match arity(&accessor.kind).map_err(place)? {
-        arity @ 1..=4 => Ok(Layout { component, arity }),
+        arity @ 1..=4 => Ok(AccessorLayout { component, arity }),
         _ => Err(place(Fault::input("is a matrix"))),
     }
 }

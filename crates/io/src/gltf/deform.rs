@@ -10,8 +10,8 @@ use super::Import;
 use super::accessor::Accessor;
 use super::buffers::absent;
 use super::document::Document;
-use super::entries::{Node, Primitive};
-use super::nodes::Placed;
+use super::entries::{NodeEntry, Primitive};
+use super::nodes::NodeInstance;
 use super::vertices::Vertices;
 use crate::import::{Fault, Outcome};
 
@@ -25,7 +25,7 @@ pub(super) struct Pose {
     /// Weights of the morph targets; empty if all are zero.
     pub weights: Vec<f64>,
     /// Skin whose joints map vertices to world space; `None`: the node does.
-    pub skin: Option<Rc<Skinned>>,
+    pub skin: Option<Rc<PosedSkin>>,
     /// Whether faces are reversed: the handedness of a node's transform decides even for a skinned
     /// mesh (glTF 2.0, section 3.7.4, "Instantiation").
     pub mirrored: bool,
@@ -52,7 +52,7 @@ impl Pose {
 
 /// A skin with the transforms of its joints.
 #[derive(Clone, Debug)]
-pub(super) struct Skinned {
+pub(super) struct PosedSkin {
     /// Index in the file.
     index: usize,
     /// Origin of its meshes in world space: far from the world's own origin, single precision could
@@ -64,7 +64,7 @@ pub(super) struct Skinned {
 
 /// Positions and directions of a mesh during its deformation.
 #[derive(Default)]
-pub(super) struct Moving {
+pub(super) struct DeformingMesh {
     pub positions: Vec<DVec3>,
     /// Normals; empty if the mesh has none.
     pub normals: Vec<DVec3>,
@@ -72,14 +72,14 @@ pub(super) struct Moving {
 
 impl Import<'_> {
     /// Returns the deformation of a node's mesh.
-    pub(super) fn pose(&mut self, placed: &Placed, node: &Node) -> Outcome<Pose> {
+    pub(super) fn pose(&mut self, instance: &NodeInstance, node: &NodeEntry) -> Outcome<Pose> {
         let mesh = node
             .mesh
             .and_then(|mesh| self.document.meshes.get(mesh as usize));
         let own = || mesh.map(|mesh| mesh.weights.clone());
         let animated = self
             .moved
-            .get(&placed.node)
+            .get(&instance.node)
             .and_then(|moved| moved.weights.clone());
         let mut weights = animated
             .or_else(|| node.weights.clone())
@@ -92,7 +92,7 @@ impl Import<'_> {
             weights.clear();
         }
         let skin = node.skin.map(|skin| self.skin(skin as usize)).transpose()?;
-        let mirrored = skin.is_some() && placed.world.matrix3.determinant() < 0.0;
+        let mirrored = skin.is_some() && instance.world.matrix3.determinant() < 0.0;
         Ok(Pose {
             weights,
             skin,
@@ -101,17 +101,17 @@ impl Import<'_> {
     }
 
     /// Returns a skin with its joint transforms, computed on first use.
-    fn skin(&mut self, index: usize) -> Outcome<Rc<Skinned>> {
+    fn skin(&mut self, index: usize) -> Outcome<Rc<PosedSkin>> {
         if let Some(known) = self.skins.get(&index) {
             return Ok(Rc::clone(known));
         }
         let skin = self
             .skinned(index)
-            .map_err(|fault| fault.at(format_args!("skins[{index}]")))?;
+            .map_err(|fault| fault.with_place(format_args!("skins[{index}]")))?;
         Ok(Rc::clone(self.skins.entry(index).or_insert(Rc::new(skin))))
     }
 
-    fn skinned(&mut self, index: usize) -> Outcome<Skinned> {
+    fn skinned(&mut self, index: usize) -> Outcome<PosedSkin> {
         let Document { skins, nodes, .. } = self.document;
         let skin = skins
             .get(index)
@@ -157,7 +157,7 @@ impl Import<'_> {
             Some(i) => Err(Fault::input(format!(
                 "the matrix of joints[{i}] is not finite"
             ))),
-            None => Ok(Skinned {
+            None => Ok(PosedSkin {
                 index,
                 origin,
                 joints,
@@ -172,7 +172,7 @@ impl Import<'_> {
         pose: &Pose,
         vertices: &Vertices,
         count: usize,
-        moving: &mut Moving,
+        moving: &mut DeformingMesh,
     ) -> Outcome<()> {
         for (i, (target, &weight)) in primitive
             .targets
@@ -182,10 +182,10 @@ impl Import<'_> {
             .filter(|(_, (_, weight))| **weight != 0.0)
         {
             self.morph(target, weight, vertices, count, moving)
-                .map_err(|fault| fault.at(format_args!("targets[{i}]")))?;
+                .map_err(|fault| fault.with_place(format_args!("targets[{i}]")))?;
         }
         match &pose.skin {
-            Some(skin) => self.bend(primitive, skin, vertices, count, moving),
+            Some(skin) => self.deform_mesh(primitive, skin, vertices, count, moving),
             None => Ok(()),
         }
     }
@@ -208,7 +208,7 @@ impl Import<'_> {
         weight: f64,
         vertices: &Vertices,
         count: usize,
-        moving: &mut Moving,
+        moving: &mut DeformingMesh,
     ) -> Outcome<()> {
         for (name, list) in [
             ("POSITION", &mut moving.positions),
@@ -221,7 +221,7 @@ impl Import<'_> {
             let steps = self
                 .reader
                 .open(index as usize)
-                .map_err(|fault| fault.at(name))?;
+                .map_err(|fault| fault.with_place(name))?;
             if steps.arity() != 3 || steps.count() != count {
                 let (n, m) = (steps.count(), steps.arity());
                 return Err(Fault::input(format!(
@@ -236,13 +236,13 @@ impl Import<'_> {
     }
 
     /// Transforms vertices by their joints.
-    fn bend(
+    fn deform_mesh(
         &mut self,
         primitive: &Primitive,
-        skin: &Skinned,
+        skin: &PosedSkin,
         vertices: &Vertices,
         count: usize,
-        moving: &mut Moving,
+        moving: &mut DeformingMesh,
     ) -> Outcome<()> {
         let mut sets = Vec::new();
         for set in 0_u32.. {
@@ -278,7 +278,7 @@ impl Import<'_> {
     }
 }
 
-impl Skinned {
+impl PosedSkin {
     /// Weighted sum of a vertex's joint transforms. Weights are divided by their sum, because
     /// rounding keeps it from being 1; without weights, the first joint has all of it.
     fn map(&self, sets: &[(Accessor<'_>, Accessor<'_>)], vertex: usize) -> Outcome<DAffine3> {
@@ -355,4 +355,4 @@ pub(super) fn vectors(accessor: &Accessor<'_>, vertices: &Vertices) -> Vec<DVec3
 }
 
 /// Skins by index in the file.
-pub(super) type Skins = HashMap<usize, Rc<Skinned>>;
+pub(super) type Skins = HashMap<usize, Rc<PosedSkin>>;

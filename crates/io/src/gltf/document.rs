@@ -10,8 +10,8 @@
 use serde::Deserialize;
 
 use super::entries::{
-    Accessor, Animation, Buffer, Camera, Image, Material, Mesh, Node, RootExtensions, Sampler,
-    SceneEntry, Skin, Texture, View,
+    AccessorEntry, AnimationEntry, Buffer, BufferViewEntry, CameraEntry, Image, Material, Mesh,
+    NodeEntry, RootExtensions, Sampler, SceneEntry, Skin, Texture,
 };
 use super::json;
 use crate::Limits;
@@ -23,19 +23,19 @@ use crate::warning::WarningCode;
 #[derive(Debug, Default, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
 pub(super) struct Document {
-    pub accessors: Vec<Accessor>,
-    pub animations: Vec<Animation>,
+    pub accessors: Vec<AccessorEntry>,
+    pub animations: Vec<AnimationEntry>,
     pub asset: Asset,
     pub buffers: Vec<Buffer>,
-    pub buffer_views: Vec<View>,
-    pub cameras: Vec<Camera>,
+    pub buffer_views: Vec<BufferViewEntry>,
+    pub cameras: Vec<CameraEntry>,
     pub extensions: RootExtensions,
     pub extensions_required: Vec<String>,
     pub extensions_used: Vec<String>,
     pub images: Vec<Image>,
     pub materials: Vec<Material>,
     pub meshes: Vec<Mesh>,
-    pub nodes: Vec<Node>,
+    pub nodes: Vec<NodeEntry>,
     pub samplers: Vec<Sampler>,
     pub scene: Option<u32>,
     pub scenes: Vec<SceneEntry>,
@@ -73,7 +73,7 @@ pub(super) struct Asset {
 /// Part of a file that identifies another version than glTF 2.0, or a required extension.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
-struct Head {
+struct DocumentHeader {
     asset: Asset,
     extensions_required: Vec<String>,
 }
@@ -86,12 +86,12 @@ const BYTES_A_VALUE: u64 = 256;
 /// colon.
 fn values(text: &[u8]) -> u64 {
     let (mut count, mut rest) = (1, text);
-    while let Some(at) = rest
+    while let Some(position) = rest
         .iter()
         .position(|byte| matches!(byte, b'"' | b',' | b'[' | b'{'))
     {
-        let is_string = rest[at] == b'"';
-        rest = &rest[at + 1..];
+        let is_string = rest[position] == b'"';
+        rest = &rest[position + 1..];
         if !is_string {
             count += 1;
             continue;
@@ -118,9 +118,9 @@ fn values(text: &[u8]) -> u64 {
 pub(super) fn parse(text: &[u8], limits: &Limits, warnings: &mut Warnings) -> Outcome<Document> {
     // RFC 8259, section 8.1: a parser may ignore a byte order mark.
     let text = without_mark(text);
-    let most = limits.memory_bytes / BYTES_A_VALUE;
-    if values(text) > most {
-        return Err(Fault::limit(format!("has more than {most} JSON values")));
+    let maximum = limits.memory_bytes / BYTES_A_VALUE;
+    if values(text) > maximum {
+        return Err(Fault::limit(format!("has more than {maximum} JSON values")));
     }
     match typed(text, warnings) {
         Ok(document) => Ok(document),
@@ -145,7 +145,7 @@ fn typed(text: &[u8], warnings: &mut Warnings) -> Outcome<Document> {
     let document = match Document::deserialize(&mut json) {
         Ok(document) => document,
         Err(error) => {
-            if let Ok(Head {
+            if let Ok(DocumentHeader {
                 asset,
                 extensions_required,
             }) = serde_json::from_slice(text)
@@ -291,7 +291,7 @@ mod tests {
     /// type error.
     #[test]
     fn foreign_files_are_told() {
-        let of = |text: &str| {
+        let value_of = |text: &str| {
             parse(
                 text.as_bytes(),
                 &Limits::default(),
@@ -301,13 +301,14 @@ mod tests {
             .message
         };
         assert!(
-            of(r#"{ "asset": { "version": "1.0" }, "meshes": { "a": {} } }"#).contains("glTF 1.0")
+            value_of(r#"{ "asset": { "version": "1.0" }, "meshes": { "a": {} } }"#)
+                .contains("glTF 1.0")
         );
         let needs =
             r#"{ "asset": { "version": "2.0" }, "extensionsRequired": ["EXT_odd"], "nodes": 3 }"#;
-        assert!(of(needs).contains("EXT_odd"));
+        assert!(value_of(needs).contains("EXT_odd"));
         assert!(
-            of(r#"{ "asset": { "version": "2.0" }, "nodes": 3 }"#)
+            value_of(r#"{ "asset": { "version": "2.0" }, "nodes": 3 }"#)
                 .starts_with("nodes: is no valid glTF")
         );
     }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde_json::Value;
 
-use crate::import::{Fault, Outcome, Warnings, shown};
+use crate::import::{Fault, Outcome, Warnings, printable};
 use crate::warning::WarningCode;
 
 /// Extensions that are supported, or have no effect on a picture of the default state.
@@ -60,7 +60,7 @@ pub(super) fn check_required(required: &[String]) -> Outcome<()> {
     let list: Vec<String> = missing
         .iter()
         .take(8)
-        .map(|name| format!("`{}`", shown(name)))
+        .map(|name| format!("`{}`", printable(name)))
         .collect();
     Err(Fault::input(format!(
         "requires the extension {}, which is not supported",
@@ -76,7 +76,7 @@ pub(super) fn warn_ignored<'a>(named: impl Iterator<Item = &'a String>, warnings
     for name in named.filter(|name| !READ.contains(&name.as_str()) && !of_materials(name)) {
         warnings.add(
             WarningCode::Unsupported,
-            format!("extension {} is ignored", shown(name)),
+            format!("extension {} is ignored", printable(name)),
         );
     }
 }

@@ -54,7 +54,7 @@ pub(super) fn parse<'a>(bytes: &'a [u8], warnings: &mut Warnings) -> Outcome<Con
     let mut number = 0_usize;
     while !rest.is_empty() {
         let (kind, data, after) =
-            chunk(rest).map_err(|fault| fault.at(format_args!("GLB chunk {number}")))?;
+            chunk(rest).map_err(|fault| fault.with_place(format_args!("GLB chunk {number}")))?;
         match kind {
             b"JSON" if number == 0 => json = Some(data),
             b"JSON" => {
@@ -97,9 +97,9 @@ fn chunk(bytes: &[u8]) -> Outcome<(&[u8], &[u8], &[u8])> {
 }
 
 /// Reads a little-endian 32-bit number.
-fn word(bytes: &[u8], at: usize) -> Option<u32> {
+fn word(bytes: &[u8], position: usize) -> Option<u32> {
     bytes
-        .get(at..at + 4)?
+        .get(position..position + 4)?
         .try_into()
         .ok()
         .map(u32::from_le_bytes)

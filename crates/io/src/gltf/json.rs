@@ -8,7 +8,7 @@
 
 use std::collections::HashMap;
 
-use crate::import::shown;
+use crate::import::printable;
 
 /// All integers up to this one are exact in f64.
 const MOST_WHOLE: f64 = 9_007_199_254_740_992.0;
@@ -18,7 +18,7 @@ const MOST_DEPTH: usize = 128;
 
 /// A text whose numbers and names fit typed data.
 #[derive(Debug, Default)]
-pub(super) struct Rewritten {
+pub(super) struct RewrittenJson {
     pub text: Vec<u8>,
     /// Number of values replaced by a later value of the same name.
     repeated: usize,
@@ -27,7 +27,7 @@ pub(super) struct Rewritten {
     changed: bool,
 }
 
-impl Rewritten {
+impl RewrittenJson {
     /// Warning about repeated names; `None` without any.
     pub fn warning(&self) -> Option<String> {
         let (name, line) = self.first.as_ref()?;
@@ -38,14 +38,14 @@ impl Rewritten {
         };
         Some(format!(
             "`{}` is twice in an object, again in line {line}{many}: the later value counts",
-            shown(name)
+            printable(name)
         ))
     }
 }
 
 /// Content of an open bracket.
 #[derive(Default)]
-struct Open {
+struct OpenBracket {
     is_object: bool,
     /// Ranges of an object's members in the new text, from the name to the comma inclusive.
     members: HashMap<String, [usize; 2]>,
@@ -54,25 +54,25 @@ struct Open {
 }
 
 /// Rewrites a text; `None` if nothing changes.
-pub(super) fn rewritten(text: &[u8]) -> Option<Rewritten> {
+pub(super) fn rewritten(text: &[u8]) -> Option<RewrittenJson> {
     let (mut out, mut open) = (
-        Rewritten {
+        RewrittenJson {
             text: Vec::with_capacity(text.len()),
-            ..Rewritten::default()
+            ..RewrittenJson::default()
         },
-        Vec::<Open>::new(),
+        Vec::<OpenBracket>::new(),
     );
-    let (mut at, mut line) = (0, 1);
-    while let Some(&byte) = text.get(at) {
+    let (mut position, mut line) = (0, 1);
+    while let Some(&byte) = text.get(position) {
         let length = match byte {
-            b'"' => string(&text[at..]),
-            b'-' | b'0'..=b'9' => text[at..]
+            b'"' => string(&text[position..]),
+            b'-' | b'0'..=b'9' => text[position..]
                 .iter()
                 .take_while(|byte| is_of_number(**byte))
                 .count(),
             _ => 1,
         };
-        let token = &text[at..at + length];
+        let token = &text[position..position + length];
         match byte {
             b'"' => {
                 // In an object, a string without a name before it is the name.
@@ -90,9 +90,9 @@ pub(super) fn rewritten(text: &[u8]) -> Option<Rewritten> {
                 out.text.push(byte);
                 match byte {
                     b'{' | b'[' if open.len() == MOST_DEPTH => return None,
-                    b'{' | b'[' => open.push(Open {
+                    b'{' | b'[' => open.push(OpenBracket {
                         is_object: byte == b'{',
-                        ..Open::default()
+                        ..OpenBracket::default()
                     }),
                     b'}' | b']' => drop(open.pop()),
                     b',' => out.close(open.last_mut()),
@@ -100,14 +100,14 @@ pub(super) fn rewritten(text: &[u8]) -> Option<Rewritten> {
                 }
             }
         }
-        at += length;
+        position += length;
     }
     out.changed.then_some(out)
 }
 
-impl Rewritten {
+impl RewrittenJson {
     /// Records a name, and erases an earlier member of that name.
-    fn name(&mut self, holder: &mut Open, token: &[u8], line: usize) {
+    fn name(&mut self, holder: &mut OpenBracket, token: &[u8], line: usize) {
         let name = decoded(token);
         let start = self.text.len();
         if let Some([from, to]) = holder.members.insert(name.clone(), [start; 2]) {
@@ -123,7 +123,7 @@ impl Rewritten {
     }
 
     /// Ends a member of an object at its comma.
-    fn close(&mut self, holder: Option<&mut Open>) {
+    fn close(&mut self, holder: Option<&mut OpenBracket>) {
         let Some(holder) = holder else { return };
         let member = holder
             .name
@@ -165,16 +165,16 @@ fn is_of_number(byte: u8) -> bool {
 
 /// Length of the string at the start of a text; an unterminated string extends to the end.
 fn string(text: &[u8]) -> usize {
-    let mut at = 1;
+    let mut position = 1;
     while let Some(skip) = text
-        .get(at..)
+        .get(position..)
         .and_then(|rest| rest.iter().position(|byte| matches!(byte, b'"' | b'\\')))
     {
-        at += skip;
-        if text[at] == b'"' {
-            return at + 1;
+        position += skip;
+        if text[position] == b'"' {
+            return position + 1;
         }
-        at += 2;
+        position += 2;
     }
     text.len()
 }
@@ -192,12 +192,18 @@ pub(super) fn path(text: &[u8], line: usize, column: usize) -> String {
     let text = &text[..text.len().min(lines + column)];
     // Current entry of each open bracket: the name in an object, once parsed, and the index in an
     // array.
-    let (mut entries, mut at) = (Vec::<(Option<String>, usize)>::new(), 0);
+    let (mut entries, mut position) = (Vec::<(Option<String>, usize)>::new(), 0);
     let mut is_name = false;
-    while let Some(&byte) = text.get(at) {
-        let length = if byte == b'"' { string(&text[at..]) } else { 1 };
+    while let Some(&byte) = text.get(position) {
+        let length = if byte == b'"' {
+            string(&text[position..])
+        } else {
+            1
+        };
         match (byte, entries.last_mut()) {
-            (b'"', Some((name, _))) if is_name => *name = Some(decoded(&text[at..at + length])),
+            (b'"', Some((name, _))) if is_name => {
+                *name = Some(decoded(&text[position..position + length]))
+            }
             (b'{', _) => entries.push((Some(String::new()), 0)),
             (b'[', _) => entries.push((None, 0)),
             (b'}' | b']', _) => drop(entries.pop()),
@@ -208,14 +214,14 @@ pub(super) fn path(text: &[u8], line: usize, column: usize) -> String {
             is_name = byte == b'{'
                 || byte == b',' && entries.last().is_some_and(|(name, _)| name.is_some());
         }
-        at += length;
+        position += length;
     }
     let mut path = String::new();
-    for (name, place) in entries {
+    for (name, index) in entries {
         match name {
             Some(name) if path.is_empty() => path = name,
             Some(name) => path.extend([".", &name]),
-            None => path.push_str(&format!("[{place}]")),
+            None => path.push_str(&format!("[{index}]")),
         }
     }
     path
@@ -311,7 +317,7 @@ mod tests {
             ("\"d\": {}}", ""),
         ] {
             let end = text.find(before).expect(before) + before.len();
-            let start = text[..end].rfind('\n').map_or(0, |at| at + 1);
+            let start = text[..end].rfind('\n').map_or(0, |position| position + 1);
             assert_eq!(
                 path(text.as_bytes(), 1 + usize::from(start > 0), end - start),
                 expected,

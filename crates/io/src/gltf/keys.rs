@@ -7,14 +7,14 @@ use std::rc::Rc;
 
 use glam::{DQuat, DVec4};
 
-use super::accessor::{Accessor, Reader};
+use super::accessor::{Accessor, AccessorReader};
 use super::buffers::absent;
-use super::entries::{Animation, AnimationSampler, Interpolation};
+use super::entries::{AnimationEntry, AnimationSampler, Interpolation};
 use crate::import::{Fault, Outcome};
 
 /// Opened accessors of samplers, each opened once: a sparse accessor takes time and memory.
-pub(super) struct Keys<'a> {
-    reader: &'a Reader<'a>,
+pub(super) struct KeyReader<'a> {
+    reader: &'a AccessorReader<'a>,
     open: HashMap<u32, Rc<Accessor<'a>>>,
 }
 
@@ -22,7 +22,7 @@ pub(super) struct Keys<'a> {
 ///
 /// # Errors
 /// A fault of kind input for an unknown sampler.
-pub(super) fn sampler(animation: &Animation, index: u32) -> Outcome<&AnimationSampler> {
+pub(super) fn sampler(animation: &AnimationEntry, index: u32) -> Outcome<&AnimationSampler> {
     let (list, index) = (&animation.samplers, index as usize);
     list.get(index)
         .ok_or_else(|| absent("samplers", index, list.len()))
@@ -41,8 +41,8 @@ enum KeyPosition {
     Span(usize, f64, f64),
 }
 
-impl<'a> Keys<'a> {
-    pub fn new(reader: &'a Reader<'a>) -> Self {
+impl<'a> KeyReader<'a> {
+    pub fn new(reader: &'a AccessorReader<'a>) -> Self {
         Self {
             reader,
             open: HashMap::new(),
@@ -75,11 +75,11 @@ impl<'a> Keys<'a> {
     ) -> Outcome<(Rc<Accessor<'a>>, KeyPosition)> {
         let times = self
             .open(sampler.input)
-            .map_err(|fault| fault.at("input"))?;
+            .map_err(|fault| fault.with_place("input"))?;
         let values = self
             .open(sampler.output)
-            .map_err(|fault| fault.at("output"))?;
-        let (count, wanted) = (
+            .map_err(|fault| fault.with_place("output"))?;
+        let (count, requested) = (
             times.count(),
             times
                 .count()
@@ -87,14 +87,14 @@ impl<'a> Keys<'a> {
         );
         // A key has as many weights as the mesh has targets.
         let fits = if arity == 1 {
-            wanted > 0 && values.count() % wanted == 0
+            requested > 0 && values.count() % requested == 0
         } else {
-            values.count() == wanted
+            values.count() == requested
         };
         if count == 0 || times.arity() != 1 || values.arity() != arity || !fits {
             let (n, m) = (values.count(), values.arity());
             return Err(Fault::input(format!(
-                "has {count} times and {n} values of {m} numbers, not {wanted} of {arity}"
+                "has {count} times and {n} values of {m} numbers, not {requested} of {arity}"
             )));
         }
         let seconds = |key: usize| f64::from(times.vector::<1>(key)[0]);
@@ -147,8 +147,8 @@ impl<'a> Keys<'a> {
         let parts = if cubic(sampler) { 3 } else { 1 };
         let (values, between) = self.find(sampler, time, 1)?;
         let targets = values.count() / (parts * self.open(sampler.input)?.count());
-        let value = |place: usize, target: usize| {
-            values.vector::<1>(place * targets + target).map(f64::from)
+        let value = |index: usize, target: usize| {
+            values.vector::<1>(index * targets + target).map(f64::from)
         };
         let weight = |target: usize| match between {
             KeyPosition::At(key) => value(parts * key + parts / 2, target),

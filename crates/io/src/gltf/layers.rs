@@ -8,7 +8,7 @@ use raywright_core::validate::{FARTHEST, SMALLEST};
 
 use super::Import;
 use super::entries::{MaterialExtensions, TextureUse};
-use super::texture::Use;
+use super::texture::TextureRole;
 use crate::import::{Outcome, number};
 use crate::warning::WarningCode;
 
@@ -88,7 +88,7 @@ impl Import<'_> {
         });
         out.specular_colour = Colour(colour).into();
         out.specular_colour_texture =
-            self.texture(data.specular_color_texture.as_ref(), Use::Colour)?;
+            self.texture(data.specular_color_texture.as_ref(), TextureRole::Colour)?;
         Ok(())
     }
 
@@ -122,7 +122,8 @@ impl Import<'_> {
                 label,
                 "clearcoatNormalTexture.scale",
             ),
-            normal_texture: self.texture(data.clearcoat_normal_texture.as_ref(), Use::Data)?,
+            normal_texture: self
+                .texture(data.clearcoat_normal_texture.as_ref(), TextureRole::Data)?,
         });
         Ok(())
     }
@@ -144,7 +145,7 @@ impl Import<'_> {
         }
         out.sheen = Some(Sheen {
             colour: Colour(colour).into(),
-            colour_texture: self.texture(data.sheen_color_texture.as_ref(), Use::Colour)?,
+            colour_texture: self.texture(data.sheen_color_texture.as_ref(), TextureRole::Colour)?,
             roughness: self
                 .unit(data.sheen_roughness_factor, label, "sheenRoughnessFactor")
                 .into(),
@@ -172,7 +173,7 @@ impl Import<'_> {
         out.anisotropy = Some(Anisotropy {
             strength: strength.into(),
             rotation,
-            texture: self.texture(data.anisotropy_texture.as_ref(), Use::Data)?,
+            texture: self.texture(data.anisotropy_texture.as_ref(), TextureRole::Data)?,
         });
         Ok(())
     }
@@ -247,7 +248,7 @@ impl Import<'_> {
             colour: Colour(colour).into(),
             colour_texture: self.texture(
                 data.diffuse_transmission_color_texture.as_ref(),
-                Use::Colour,
+                TextureRole::Colour,
             )?,
         });
         Ok(())
@@ -259,7 +260,7 @@ impl Import<'_> {
         info: Option<&TextureUse>,
         channel: Channel,
     ) -> Outcome<Option<TextureRef>> {
-        let texture = self.texture(info, Use::Data)?;
+        let texture = self.texture(info, TextureRole::Data)?;
         Ok(texture.map(|texture| TextureRef {
             channel: Some(channel),
             ..texture

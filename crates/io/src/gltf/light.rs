@@ -4,7 +4,7 @@ use raywright_core::scene::{Colour, Falloff, Light, LightKind};
 use raywright_core::validate::{FARTHEST, GREATEST, GREATEST_INTENSITY, SMALLEST};
 
 use super::entries::{Light as Source, Spot};
-use super::nodes::Placed;
+use super::nodes::NodeInstance;
 use crate::import::{Warnings, number};
 use crate::warning::WarningCode;
 
@@ -13,32 +13,32 @@ pub(super) fn convert(
     light: &Source,
     index: usize,
     name: String,
-    placed: &Placed,
+    instance: &NodeInstance,
     warnings: &mut Warnings,
 ) -> Option<Light> {
     let label = format!("KHR_lights_punctual.lights[{index}]");
-    let skip = |warnings: &mut Warnings, why: &str| {
+    let skip = |warnings: &mut Warnings, reason: &str| {
         warnings.add(
             WarningCode::CameraOrLight,
-            format!("{label}: {why}; the light was left out"),
+            format!("{label}: {reason}; the light was left out"),
         );
         None
     };
-    let most = if light.kind == "directional" {
+    let maximum = if light.kind == "directional" {
         GREATEST
     } else {
         GREATEST_INTENSITY
     };
-    let intensity = warnings.clamped(light.intensity.into(), [0.0, most], &label, "intensity");
+    let intensity = warnings.clamped(light.intensity.into(), [0.0, maximum], &label, "intensity");
     let colour = light
         .color
-        .map(|c| warnings.clamped(c.into(), [0.0, most], &label, "color"));
-    let colour = colour.map(|c| (c * intensity).min(most));
+        .map(|c| warnings.clamped(c.into(), [0.0, maximum], &label, "color"));
+    let colour = colour.map(|c| (c * intensity).min(maximum));
     // Lights shine along their node's -z.
-    let Some(back) = placed.world.matrix3.z_axis.try_normalize() else {
+    let Some(back) = instance.world.matrix3.z_axis.try_normalize() else {
         return skip(warnings, "its node squeezes it flat");
     };
-    let position = placed.world.translation.into();
+    let position = instance.world.translation.into();
     let range = range(light, &label, warnings);
     let kind = match light.kind.as_str() {
         "directional" => LightKind::Directional {

@@ -1,14 +1,16 @@
 //! Materials of a glTF file as physical materials.
 
-use raywright_core::scene::{AlphaMode, Colour, Fields, Material, Model, Physical, Unread};
+use raywright_core::scene::{
+    AlphaMode, Colour, Material, MaterialFields, Model, Physical, UnreadPart,
+};
 use raywright_core::validate::GREATEST;
 
 use super::Import;
 use super::buffers::absent;
 use super::entries::{Material as Source, TextureUse};
 use super::extensions;
-use super::texture::Use;
-use crate::import::{Outcome, number, shown};
+use super::texture::TextureRole;
+use crate::import::{Outcome, number, printable};
 use crate::warning::WarningCode;
 
 /// Largest normal scale.
@@ -50,7 +52,7 @@ impl Import<'_> {
         );
         let model = self
             .physical(source, &label)
-            .map_err(|fault| fault.at(&label))?;
+            .map_err(|fault| fault.with_place(&label))?;
         let textures = model
             .fields()
             .into_iter()
@@ -63,7 +65,7 @@ impl Import<'_> {
             place: self.scene.materials.len(),
             // Rays must be able to leave a surface that they entered.
             two_sided: source.double_sided || model.may_transmit() || model.may_diffuse_through(),
-            bumpy: model.directed_by().is_some() || model.combed().is_some(),
+            bumpy: model.directed_by().is_some() || model.active_anisotropy().is_some(),
             uv_sets: textures.map(|(_, texture)| texture.uv_set).collect(),
         };
         self.note_unread(source, &used.name);
@@ -93,7 +95,8 @@ impl Import<'_> {
         let [r, g, b, a] = pbr.base_color_factor.map(f64::from);
         let mut out = Physical {
             base_colour: Colour([r, g, b].map(|c| self.unit(c, label, "baseColorFactor"))).into(),
-            base_colour_texture: self.texture(pbr.base_color_texture.as_ref(), Use::Colour)?,
+            base_colour_texture: self
+                .texture(pbr.base_color_texture.as_ref(), TextureRole::Colour)?,
             metallic: self
                 .unit(pbr.metallic_factor.into(), label, "metallicFactor")
                 .into(),
@@ -101,15 +104,16 @@ impl Import<'_> {
                 .unit(pbr.roughness_factor.into(), label, "roughnessFactor")
                 .into(),
             metallic_roughness_texture: self
-                .texture(pbr.metallic_roughness_texture.as_ref(), Use::Data)?,
-            normal_texture: self.texture(source.normal_texture.as_ref(), Use::Data)?,
+                .texture(pbr.metallic_roughness_texture.as_ref(), TextureRole::Data)?,
+            normal_texture: self.texture(source.normal_texture.as_ref(), TextureRole::Data)?,
             normal_scale: self.normal_scale(
                 source.normal_texture.as_ref(),
                 label,
                 "normalTexture.scale",
             ),
             emission: self.emission(source, label).into(),
-            emission_texture: self.texture(source.emissive_texture.as_ref(), Use::Colour)?,
+            emission_texture: self
+                .texture(source.emissive_texture.as_ref(), TextureRole::Colour)?,
             opacity: self.unit(a, label, "baseColorFactor alpha").into(),
             unlit: extensions.unlit.is_some(),
             ..Physical::default()
@@ -145,8 +149,10 @@ impl Import<'_> {
                     "transmissionFactor",
                 )
                 .into();
-            out.transmission_texture =
-                self.texture(transmission.transmission_texture.as_ref(), Use::Data)?;
+            out.transmission_texture = self.texture(
+                transmission.transmission_texture.as_ref(),
+                TextureRole::Data,
+            )?;
         }
         self.layers(extensions, label, &mut out)?;
         // An unlit material shows the base colour of the core model.
@@ -168,13 +174,13 @@ impl Import<'_> {
     /// material.
     fn note_unread(&mut self, source: &Source, material: &str) {
         let extensions = &source.extensions;
-        let unread = |what: String| Unread {
+        let unread = |label: String| UnreadPart {
             material: material.to_owned(),
-            what,
+            label,
         };
         self.scene
             .unread
-            .extend(extensions::unread(&extensions.others).map(|name| unread(shown(name))));
+            .extend(extensions::unread(&extensions.others).map(|name| unread(printable(name))));
     }
 
     /// Warns about the unsupported parts of a material.
@@ -223,8 +229,8 @@ impl Import<'_> {
     }
 
     /// Clamps a factor to 0..1, because others would add energy.
-    pub(super) fn unit(&mut self, value: f64, label: &str, what: &str) -> f64 {
-        self.warnings.clamped(value, [0.0, 1.0], label, what)
+    pub(super) fn unit(&mut self, value: f64, label: &str, subject: &str) -> f64 {
+        self.warnings.clamped(value, [0.0, 1.0], label, subject)
     }
 
     /// Clamps the scale of a normal map. Larger values do not change the result, in which nothing
@@ -233,14 +239,14 @@ impl Import<'_> {
         &mut self,
         normal: Option<&TextureUse>,
         label: &str,
-        what: &str,
+        subject: &str,
     ) -> f64 {
         normal.map_or(1.0, |normal| {
             self.warnings.clamped(
                 normal.scale.into(),
                 [-MOST_NORMAL_SCALE, MOST_NORMAL_SCALE],
                 label,
-                what,
+                subject,
             )
         })
     }

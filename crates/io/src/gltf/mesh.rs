@@ -5,7 +5,7 @@ use raywright_core::scene::MeshData;
 
 use super::Import;
 use super::accessor::Accessor;
-use super::deform::{Moving, Pose, vectors};
+use super::deform::{DeformingMesh, Pose, vectors};
 use super::document::Document;
 use super::entries::Primitive;
 use super::material::UsedMaterial;
@@ -26,9 +26,9 @@ impl<'a> Import<'a> {
     ) -> Outcome<Option<MeshData>> {
         let place = format!("meshes[{mesh}].primitives[{part}]");
         let mode = match primitive.mode {
-            None | Some(4) => Mode::List,
-            Some(5) => Mode::Strip,
-            Some(6) => Mode::Fan,
+            None | Some(4) => PrimitiveMode::List,
+            Some(5) => PrimitiveMode::Strip,
+            Some(6) => PrimitiveMode::Fan,
             // Points, and three kinds of lines.
             Some(0..=3) => {
                 self.thin += 1;
@@ -55,7 +55,7 @@ impl<'a> Import<'a> {
             indices,
             ..MeshData::default()
         };
-        let mut moving = Moving::default();
+        let mut moving = DeformingMesh::default();
         if let Some(normals) = self.vertex_attribute(primitive, "NORMAL", &[3], &positions)? {
             data.normals = vertices.gather(|v| normals.vector(v));
             moving.normals = if pose.is_rest() {
@@ -152,7 +152,7 @@ impl<'a> Import<'a> {
         let accessor = self
             .reader
             .open(index as usize)
-            .map_err(|fault| fault.at(name))?;
+            .map_err(|fault| fault.with_place(name))?;
         if !arities.contains(&accessor.arity()) {
             return Err(Fault::input(format!(
                 "{name}: has {} components",
@@ -194,12 +194,12 @@ impl<'a> Import<'a> {
         let mut missing = Vec::new();
         let present = |set: &u32| primitive.attributes.contains_key(&coordinates(*set));
         let own = (0..MOST_UV_SETS).take_while(present).count() as u32;
-        let wanted = material.uv_sets.iter().max().map_or(0, |most| most + 1);
+        let requested = material.uv_sets.iter().max().map_or(0, |most| most + 1);
         self.budget.memory(
             vertices.len(),
-            size_of::<[f32; 2]>() * own.max(wanted) as usize,
+            size_of::<[f32; 2]>() * own.max(requested) as usize,
         )?;
-        for set in 0..own.max(wanted) {
+        for set in 0..own.max(requested) {
             match self.vertex_attribute(primitive, &coordinates(set), &[2], positions)? {
                 Some(uv) => sets.push(vertices.gather(|v| uv.vector(v).map(finite_or_zero))),
                 None => {
@@ -226,14 +226,14 @@ impl<'a> Import<'a> {
     fn corners(
         &mut self,
         primitive: &Primitive,
-        mode: Mode,
+        mode: PrimitiveMode,
         count: usize,
     ) -> Outcome<Vec<[u32; 3]>> {
         let accessor = match primitive.indices {
             Some(index) => Some(
                 self.reader
                     .open(index as usize)
-                    .map_err(|fault| fault.at("indices"))?,
+                    .map_err(|fault| fault.with_place("indices"))?,
             ),
             None => None,
         };
@@ -245,7 +245,7 @@ impl<'a> Import<'a> {
         }
         let length = accessor.as_ref().map_or(count, Accessor::count);
         let triangles = match mode {
-            Mode::Strip | Mode::Fan => length.saturating_sub(2),
+            PrimitiveMode::Strip | PrimitiveMode::Fan => length.saturating_sub(2),
             _ => length / 3,
         };
         self.budget.triangles(triangles)?;
@@ -254,8 +254,8 @@ impl<'a> Import<'a> {
             // glTF 2.0, section 3.7.2.1: the order that gives all triangles of a strip the same
             // orientation.
             let places = match mode {
-                Mode::Strip => [i, i + 1 + i % 2, i + 2 - i % 2],
-                Mode::Fan => [i + 1, i + 2, 0],
+                PrimitiveMode::Strip => [i, i + 1 + i % 2, i + 2 - i % 2],
+                PrimitiveMode::Fan => [i + 1, i + 2, 0],
                 _ => [3 * i, 3 * i + 1, 3 * i + 2],
             };
             places.map(vertex)
@@ -270,7 +270,7 @@ impl<'a> Import<'a> {
         }
         // Degenerate triangles join the parts of a strip.
         out.retain(|[a, b, c]| a != b && b != c && c != a);
-        if !matches!(mode, Mode::Strip | Mode::Fan) && length % 3 != 0 {
+        if !matches!(mode, PrimitiveMode::Strip | PrimitiveMode::Fan) && length % 3 != 0 {
             self.warnings.add(
                 WarningCode::Geometry,
                 format!(
@@ -285,7 +285,7 @@ impl<'a> Import<'a> {
 
 /// Topology of triangles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Mode {
+enum PrimitiveMode {
     List,
     Strip,
     Fan,

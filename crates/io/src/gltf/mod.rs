@@ -40,30 +40,30 @@ use glam::DAffine3;
 use raywright_core::validate::FARTHEST;
 use raywright_core::{Observer, Scene};
 
-pub(crate) use choose::Choice;
-pub use choose::{AnimationInfo, Contents, ExtensionInfo};
+pub(crate) use choose::ModelChoice;
+pub use choose::{AnimationInfo, ExtensionInfo, ModelContents};
 
-use accessor::{MOST_INVENTED, Reader};
-use animation::Moved;
+use accessor::{AccessorReader, MOST_INVENTED};
+use animation::AnimatedTransform;
 use buffers::{Buffers, absent};
 use deform::{PoseKey, Skins};
 use document::Document;
 use material::UsedMaterial;
-use nodes::Placed;
+use nodes::NodeInstance;
 use specular_glossiness::Bakery;
 
 use crate::folder::Folder;
-use crate::import::{Budget, Fault, Names, Outcome, Warnings, checked};
-use crate::waiting::{Waiting, drop_missing};
+use crate::import::{DecodeBudget, Fault, Outcome, UniqueNames, Warnings, checked};
+use crate::waiting_images::{WaitingImages, drop_missing};
 use crate::warning::WarningCode;
-use crate::work::Work;
+use crate::work::ImportWork;
 use crate::{Error, Limits, Warning, uri};
 
 /// An imported file.
-pub(crate) struct Model {
+pub(crate) struct ImportedModel {
     pub scene: Scene,
     pub warnings: Vec<Warning>,
-    pub contents: Contents,
+    pub contents: ModelContents,
 }
 
 /// Imports a glTF or GLB file (detected by content) from its bytes, with the files in its folder.
@@ -77,10 +77,10 @@ pub(crate) fn load(
     bytes: &[u8],
     folder: &Folder,
     limits: &Limits,
-    choice: &Choice<'_>,
+    choice: &ModelChoice<'_>,
     observer: &dyn Observer,
-) -> Result<Model, Error> {
-    let source = Source {
+) -> Result<ImportedModel, Error> {
+    let source = ImportSource {
         file,
         bytes,
         folder,
@@ -92,15 +92,15 @@ pub(crate) fn load(
 }
 
 /// The file to import.
-struct Source<'a> {
+struct ImportSource<'a> {
     file: &'a Path,
     bytes: &'a [u8],
     folder: &'a Folder,
     limits: &'a Limits,
 }
 
-impl Source<'_> {
-    fn import(&self, choice: &Choice<'_>, observer: &dyn Observer) -> Outcome<Model> {
+impl ImportSource<'_> {
+    fn import(&self, choice: &ModelChoice<'_>, observer: &dyn Observer) -> Outcome<ImportedModel> {
         let &Self {
             file,
             bytes,
@@ -111,7 +111,7 @@ impl Source<'_> {
             return Err(Fault::input("is empty"));
         }
         let mut warnings = Warnings::default();
-        let mut budget = Budget::new(limits);
+        let mut budget = DecodeBudget::new(limits);
         let (json, binary) = match glb::is_container(bytes) {
             true => glb::parse(bytes, &mut warnings).map(|parts| (parts.json, parts.binary))?,
             false => (bytes, None),
@@ -138,7 +138,7 @@ impl Source<'_> {
         let mut buffers = Buffers::load(&document, binary, folder, &mut budget)?;
         compressed::decode(&document, &mut buffers, limits, &mut budget)?;
         let (memory_bytes, buffers) = (limits.memory_bytes, &buffers);
-        let keyed = Reader {
+        let keyed = AccessorReader {
             document: &document,
             buffers,
             memory_bytes,
@@ -155,7 +155,7 @@ impl Source<'_> {
                 .map(|wish| choose::play(&mut document, wish))
                 .transpose()?;
         }
-        let reader = Reader {
+        let reader = AccessorReader {
             document: &document,
             buffers,
             memory_bytes,
@@ -178,9 +178,9 @@ impl Source<'_> {
             materials: HashMap::new(),
             textures: HashMap::new(),
             images: HashMap::new(),
-            waiting: Waiting::default(),
+            waiting: WaitingImages::default(),
             bakery: Bakery::default(),
-            work: Work::new(observer),
+            work: ImportWork::new(observer),
             meshes: HashMap::new(),
             moved: HashMap::new(),
             worlds: Vec::new(),
@@ -209,10 +209,10 @@ fn title(document: &Document, scene: Option<usize>, file: &Path) -> String {
 /// Names used so far, by table of the scene.
 #[derive(Default)]
 struct TableNames {
-    images: Names,
-    textures: Names,
-    materials: Names,
-    meshes: Names,
+    images: UniqueNames,
+    textures: UniqueNames,
+    materials: UniqueNames,
+    meshes: UniqueNames,
 }
 
 /// A mesh of the scene.
@@ -226,11 +226,11 @@ struct UsedMesh {
 /// State of an import.
 struct Import<'a> {
     document: &'a Document,
-    reader: Reader<'a>,
+    reader: AccessorReader<'a>,
     file: &'a Path,
     folder: &'a Folder,
     limits: &'a Limits,
-    budget: Budget,
+    budget: DecodeBudget,
     warnings: Warnings,
     /// Index of the chosen variant; `None`: the default materials.
     variant: Option<u32>,
@@ -244,14 +244,14 @@ struct Import<'a> {
     /// As `textures`, by index of the image.
     images: HashMap<usize, Option<String>>,
     /// Images with a valid header that are not decoded yet.
-    waiting: Waiting<'a>,
+    waiting: WaitingImages<'a>,
     /// Images computed from decoded ones.
     bakery: Bakery,
-    work: Work<'a>,
+    work: ImportWork<'a>,
     /// Meshes by mesh, primitive and deformation; `None` for a primitive without triangles.
     meshes: HashMap<(usize, usize, PoseKey), Option<UsedMesh>>,
     /// Animated properties of nodes.
-    moved: HashMap<usize, Moved>,
+    moved: HashMap<usize, AnimatedTransform>,
     /// World transforms of nodes, by index.
     worlds: Vec<Option<DAffine3>>,
     skins: Skins,
@@ -262,7 +262,7 @@ struct Import<'a> {
 }
 
 impl Import<'_> {
-    fn run(mut self, scene: Option<usize>, time: Option<f64>) -> Outcome<Model> {
+    fn run(mut self, scene: Option<usize>, time: Option<f64>) -> Outcome<ImportedModel> {
         extensions::warn_ignored(self.document.extensions(), &mut self.warnings);
         let moved = match time {
             Some(time) => animation::at(time, self.document, &self.reader, &mut self.warnings)?,
@@ -279,12 +279,12 @@ impl Import<'_> {
         (self.moved, self.worlds) = (moved, places.worlds);
         // A file may claim counts up to the largest integers.
         self.work.plan(
-            self.elements(&places.shown)
-                .saturating_add(Work::IMAGE * self.document.images.len() as u64),
+            self.elements(&places.instances)
+                .saturating_add(ImportWork::IMAGE * self.document.images.len() as u64),
         );
-        for placed in &places.shown {
-            self.node(placed)
-                .map_err(|fault| fault.at(format_args!("nodes[{}]", placed.node)))?;
+        for instance in &places.instances {
+            self.node(instance)
+                .map_err(|fault| fault.with_place(format_args!("nodes[{}]", instance.node)))?;
         }
         if self.thin > 0 {
             self.warnings.add(
@@ -297,12 +297,12 @@ impl Import<'_> {
         }
         let (waiting, work) = (core::mem::take(&mut self.waiting), &self.work);
         let report = waiting.decode(&mut self.scene.images, self.limits, &|| {
-            work.done(Work::IMAGE)
+            work.done(ImportWork::IMAGE)
         })?;
-        for why in report.broken {
+        for reason in report.broken {
             self.warnings.add(
                 WarningCode::Picture,
-                format!("{why}; the material's factor alone counts"),
+                format!("{reason}; the material's factor alone counts"),
             );
         }
         report
@@ -318,7 +318,7 @@ impl Import<'_> {
             );
         }
         let contents = choose::contents(self.document, &self.reader);
-        Ok(Model {
+        Ok(ImportedModel {
             scene: checked(self.scene)?,
             warnings: self.warnings.finish(self.file.display()),
             contents,
@@ -326,11 +326,11 @@ impl Import<'_> {
     }
 
     /// Numbers of vertices and indices in the meshes of some nodes, each mesh counted once.
-    fn elements(&self, shown: &[Placed]) -> u64 {
-        let node = |placed: &Placed| self.document.nodes.get(placed.node)?.mesh;
-        let meshes: HashSet<u32> = shown
+    fn elements(&self, instances: &[NodeInstance]) -> u64 {
+        let node = |instance: &NodeInstance| self.document.nodes.get(instance.node)?.mesh;
+        let meshes: HashSet<u32> = instances
             .iter()
-            .filter(|placed| placed.visible)
+            .filter(|instance| instance.visible)
             .filter_map(node)
             .collect();
         let primitives = meshes
@@ -358,18 +358,19 @@ impl Import<'_> {
     }
 
     /// Adds the contents of a node.
-    fn node(&mut self, placed: &Placed) -> Outcome<()> {
-        let Some(node) = self.document.nodes.get(placed.node) else {
+    fn node(&mut self, instance: &NodeInstance) -> Outcome<()> {
+        let Some(node) = self.document.nodes.get(instance.node) else {
             return Ok(());
         };
         let carries =
             node.mesh.is_some() || node.camera.is_some() || node.extensions.light.light.is_some();
-        if carries && !self.within_measure(&placed.world, || format!("nodes[{}]", placed.node)) {
+        if carries && !self.within_measure(&instance.world, || format!("nodes[{}]", instance.node))
+        {
             return Ok(());
         }
         let node_name = node.name.clone().unwrap_or_default();
-        if let Some(index) = node.mesh.filter(|_| placed.visible) {
-            self.mesh_of_node(index as usize, node, placed)?;
+        if let Some(index) = node.mesh.filter(|_| instance.visible) {
+            self.mesh_of_node(index as usize, node, instance)?;
         }
         if let Some(index) = node.camera.map(|i| i as usize) {
             let list = &self.document.cameras;
@@ -385,7 +386,7 @@ impl Import<'_> {
                 camera,
                 index,
                 name,
-                placed,
+                instance,
                 &mut self.warnings,
             ));
         }
@@ -393,7 +394,7 @@ impl Import<'_> {
             .extensions
             .light
             .light
-            .filter(|_| placed.visible)
+            .filter(|_| instance.visible)
             .map(|i| i as usize)
         {
             let list = &self.document.extensions.lights.lights;
@@ -409,7 +410,7 @@ impl Import<'_> {
                 light,
                 index,
                 name,
-                placed,
+                instance,
                 &mut self.warnings,
             ));
         }

@@ -4,16 +4,16 @@ use std::collections::{HashMap, HashSet};
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
-use super::animation::Moved;
+use super::animation::AnimatedTransform;
 use super::buffers::absent;
 use super::document::Document;
-use super::entries::Node;
+use super::entries::NodeEntry;
 use crate::import::{Fault, Outcome, Warnings};
 use crate::warning::WarningCode;
 
 /// A node of the chosen scene.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Placed {
+pub(super) struct NodeInstance {
     /// Index in the file.
     pub node: usize,
     /// World transform.
@@ -24,10 +24,10 @@ pub(super) struct Placed {
 
 /// Transforms of all nodes in a file.
 #[derive(Debug)]
-pub(super) struct Places {
+pub(super) struct NodeTransforms {
     /// Nodes of the chosen scene, parents before children, each in the file's order. A node with
     /// several parents is listed for each parent with another transform.
-    pub shown: Vec<Placed>,
+    pub instances: Vec<NodeInstance>,
     /// World transform of each node at its first visit; `None` for unreachable nodes.
     pub worlds: Vec<Option<DAffine3>>,
 }
@@ -44,9 +44,9 @@ const MOST_REPEATED: u64 = 1 << 20;
 pub(super) fn places(
     document: &Document,
     scene: Option<usize>,
-    moved: &HashMap<usize, Moved>,
+    moved: &HashMap<usize, AnimatedTransform>,
     warnings: &mut Warnings,
-) -> Outcome<Places> {
+) -> Outcome<NodeTransforms> {
     let roots = roots(document, scene, warnings)?;
     let (worlds, open) = (
         vec![None; document.nodes.len()],
@@ -56,15 +56,15 @@ pub(super) fn places(
         .into_iter()
         .map(|is_shared| is_shared.then_some(0))
         .collect();
-    let mut walk = Walk {
+    let mut walk = NodeWalk {
         document,
         moved,
         worlds,
         open,
         shared,
-        met: HashSet::new(),
+        visited: HashSet::new(),
     };
-    let shown = walk.down(roots, warnings)?;
+    let instances = walk.down(roots, warnings)?;
     let joints = || document.skins.iter().flat_map(|skin| &skin.joints);
     if joints().any(|&joint| walk.worlds.get(joint as usize) == Some(&None)) {
         // Joints outside the scene need a transform too.
@@ -74,17 +74,17 @@ pub(super) fn places(
             .collect();
         walk.down(elsewhere, warnings)?;
     }
-    Ok(Places {
-        shown,
+    Ok(NodeTransforms {
+        instances,
         worlds: walk.worlds,
     })
 }
 
 /// Traversal of the hierarchy with an explicit stack instead of recursion: the nesting of a file
 /// may be as deep as the file is long.
-struct Walk<'a> {
+struct NodeWalk<'a> {
     document: &'a Document,
-    moved: &'a HashMap<usize, Moved>,
+    moved: &'a HashMap<usize, AnimatedTransform>,
     worlds: Vec<Option<DAffine3>>,
     /// Whether a node is an ancestor of the current one.
     open: Vec<bool>,
@@ -92,31 +92,31 @@ struct Walk<'a> {
     shared: Vec<Option<u64>>,
     /// Transforms and visibility at earlier visits of these nodes: a visit with the same values
     /// shows nothing new.
-    met: HashSet<(usize, [u64; 12], bool)>,
+    visited: HashSet<(usize, [u64; 12], bool)>,
 }
 
 /// Step of the traversal.
-enum Turn {
+enum VisitStep {
     /// Enter a node, with the transform and visibility of its parent.
     Enter(usize, DAffine3, bool),
     /// Leave a node after its children, with the number of visits before it.
     Leave(usize, u64),
 }
 
-impl Walk<'_> {
-    fn down(&mut self, roots: Vec<usize>, warnings: &mut Warnings) -> Outcome<Vec<Placed>> {
+impl NodeWalk<'_> {
+    fn down(&mut self, roots: Vec<usize>, warnings: &mut Warnings) -> Outcome<Vec<NodeInstance>> {
         let nodes = &self.document.nodes;
         let (mut out, mut repeated, mut visits) = (Vec::new(), 0_u64, 0_u64);
         // The stack is filled in reverse, so that nodes are visited in the file's order.
-        let mut waiting: Vec<Turn> = roots
+        let mut waiting: Vec<VisitStep> = roots
             .into_iter()
             .rev()
-            .map(|root| Turn::Enter(root, DAffine3::IDENTITY, true))
+            .map(|root| VisitStep::Enter(root, DAffine3::IDENTITY, true))
             .collect();
         while let Some(turn) = waiting.pop() {
             let (index, parent, seen) = match turn {
-                Turn::Enter(index, parent, seen) => (index, parent, seen),
-                Turn::Leave(index, before) => {
+                VisitStep::Enter(index, parent, seen) => (index, parent, seen),
+                VisitStep::Leave(index, before) => {
                     self.open[index] = false;
                     self.shared[index] = self.shared[index].map(|_| visits - before);
                     continue;
@@ -125,7 +125,7 @@ impl Walk<'_> {
             let node = nodes
                 .get(index)
                 .ok_or_else(|| absent("nodes", index, nodes.len()))?;
-            let place = |fault: Fault| fault.at(format_args!("nodes[{index}]"));
+            let place = |fault: Fault| fault.with_place(format_args!("nodes[{index}]"));
             if core::mem::replace(&mut self.open[index], true) {
                 return Err(place(Fault::input(
                     "is reached from itself: its children form a cycle",
@@ -137,7 +137,7 @@ impl Walk<'_> {
             }
             let visible = seen && node.extensions.visibility.visible;
             let key = (index, world.to_cols_array().map(f64::to_bits), visible);
-            let again = self.shared[index].filter(|_| !self.met.insert(key));
+            let again = self.shared[index].filter(|_| !self.visited.insert(key));
             if again.is_some() {
                 warnings.add(
                     WarningCode::Format,
@@ -164,18 +164,18 @@ impl Walk<'_> {
                 continue;
             }
             self.worlds[index].get_or_insert(world);
-            out.push(Placed {
+            out.push(NodeInstance {
                 node: index,
                 world,
                 visible,
             });
-            waiting.push(Turn::Leave(index, visits));
+            waiting.push(VisitStep::Leave(index, visits));
             visits += 1;
             waiting.extend(
                 node.children
                     .iter()
                     .rev()
-                    .map(|&child| Turn::Enter(child as usize, world, visible)),
+                    .map(|&child| VisitStep::Enter(child as usize, world, visible)),
             );
         }
         Ok(out)
@@ -218,7 +218,7 @@ fn orphans(document: &Document) -> Vec<usize> {
 /// scene, else all nodes without a parent.
 fn roots(
     document: &Document,
-    asked: Option<usize>,
+    requested: Option<usize>,
     warnings: &mut Warnings,
 ) -> Outcome<Vec<usize>> {
     if document.scenes.is_empty() && document.scene.is_none() {
@@ -230,12 +230,12 @@ fn roots(
         }
         return Ok(orphans(document));
     }
-    let index = asked.unwrap_or(document.scene.unwrap_or(0) as usize);
+    let index = requested.unwrap_or(document.scene.unwrap_or(0) as usize);
     let scene = document
         .scenes
         .get(index)
         .ok_or_else(|| absent("scenes", index, document.scenes.len()))?;
-    if document.scenes.len() > 1 && asked.is_none() {
+    if document.scenes.len() > 1 && requested.is_none() {
         warnings.add(
             WarningCode::Choice,
             format!(
@@ -248,7 +248,12 @@ fn roots(
 }
 
 /// Returns a node's transform relative to its parent.
-fn local(node: &Node, moved: Option<&Moved>, index: usize, warnings: &mut Warnings) -> DAffine3 {
+fn local(
+    node: &NodeEntry,
+    moved: Option<&AnimatedTransform>,
+    index: usize,
+    warnings: &mut Warnings,
+) -> DAffine3 {
     if let Some(m) = &node.matrix {
         if m[3] != 0.0 || m[7] != 0.0 || m[11] != 0.0 || m[15] != 1.0 {
             warnings.add(
@@ -263,7 +268,7 @@ fn local(node: &Node, moved: Option<&Moved>, index: usize, warnings: &mut Warnin
         };
     }
     let turned = moved.and_then(|moved| moved.rotation);
-    let moved = |of: fn(&Moved) -> Option<[f64; 3]>| moved.and_then(of);
+    let moved = |of: fn(&AnimatedTransform) -> Option<[f64; 3]>| moved.and_then(of);
     let quaternion = turned
         .or(node.rotation)
         .map_or(DQuat::IDENTITY, DQuat::from_array);

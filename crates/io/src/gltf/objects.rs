@@ -8,23 +8,23 @@ use raywright_core::scene::{Mesh, MeshSource, Object, Shape, SideRule};
 
 use super::accessor::Accessor;
 use super::buffers::absent;
-use super::entries::{Instancing, Node, Primitive};
+use super::entries::{Instancing, NodeEntry, Primitive};
 use super::material::UsedMaterial;
-use super::nodes::Placed;
+use super::nodes::NodeInstance;
 use super::{Import, UsedMesh, mesh};
 use crate::import::{Fault, Outcome};
 use crate::mesh_tools;
 use crate::warning::WarningCode;
 
 /// Instance transforms in a node's space.
-struct Instances<'a> {
+struct InstanceTransforms<'a> {
     count: usize,
     translation: Option<Accessor<'a>>,
     rotation: Option<Accessor<'a>>,
     scale: Option<Accessor<'a>>,
 }
 
-impl Instances<'_> {
+impl InstanceTransforms<'_> {
     fn at(&self, index: usize) -> DAffine3 {
         let vector = |list: &Accessor<'_>| DVec3::from(list.vector::<3>(index).map(f64::from));
         let turn = |list: &Accessor<'_>| {
@@ -44,7 +44,7 @@ impl Instances<'_> {
 
 impl<'a> Import<'a> {
     /// Opens the instance transforms of a node's mesh.
-    fn instances(&self, instancing: &Instancing) -> Outcome<Instances<'a>> {
+    fn instances(&self, instancing: &Instancing) -> Outcome<InstanceTransforms<'a>> {
         let list = |name: &str, arity: usize| -> Outcome<Option<Accessor<'a>>> {
             let Some(&index) = instancing.attributes.get(name) else {
                 return Ok(None);
@@ -52,7 +52,7 @@ impl<'a> Import<'a> {
             let list = self
                 .reader
                 .open(index as usize)
-                .map_err(|fault| fault.at(name))?;
+                .map_err(|fault| fault.with_place(name))?;
             match list.arity() == arity {
                 true => Ok(Some(list)),
                 false => Err(Fault::input(format!(
@@ -75,7 +75,7 @@ impl<'a> Import<'a> {
         // Without any of these attributes, the node has a single instance.
         let count = counts.first().copied().unwrap_or(1);
         let [translation, rotation, scale] = lists;
-        Ok(Instances {
+        Ok(InstanceTransforms {
             count,
             translation,
             rotation,
@@ -86,24 +86,24 @@ impl<'a> Import<'a> {
     /// Returns the distinct world transforms of instances: a repeated one shows nothing new.
     fn distinct(
         &mut self,
-        places: &Instances<'_>,
+        places: &InstanceTransforms<'_>,
         world: &DAffine3,
         node: usize,
     ) -> Outcome<Vec<DAffine3>> {
         self.budget
             .memory(places.count, 3 * size_of::<DAffine3>())?;
-        let mut met = HashSet::with_capacity(places.count);
+        let mut visited = HashSet::with_capacity(places.count);
         let mut distinct = Vec::with_capacity(places.count);
         for index in 0..places.count {
             let place = *world * places.at(index);
-            let is_new = met.insert(place.to_cols_array().map(f64::to_bits));
+            let is_new = visited.insert(place.to_cols_array().map(f64::to_bits));
             if is_new && self.within_measure(&place, || format!("nodes[{node}], instance {index}"))
             {
                 distinct.push(place);
             }
         }
-        if met.len() < places.count {
-            let again = places.count - met.len();
+        if visited.len() < places.count {
+            let again = places.count - visited.len();
             self.warnings.add(
                 WarningCode::Format,
                 format!("nodes[{node}]: {again} of the instances lie where others lie; each is shown once"),
@@ -116,15 +116,14 @@ impl<'a> Import<'a> {
     pub(super) fn mesh_of_node(
         &mut self,
         index: usize,
-        node: &Node,
-        placed: &Placed,
+        node: &NodeEntry,
+        instance: &NodeInstance,
     ) -> Outcome<()> {
-        let pose = self.pose(placed, node)?;
+        let pose = self.pose(instance, node)?;
         // The joints of a skin place its meshes; their node's transform has no effect.
-        let world = pose
-            .skin
-            .as_ref()
-            .map_or(placed.world, |skin| DAffine3::from_translation(skin.origin));
+        let world = pose.skin.as_ref().map_or(instance.world, |skin| {
+            DAffine3::from_translation(skin.origin)
+        });
         let places = match node
             .extensions
             .instancing
@@ -133,7 +132,7 @@ impl<'a> Import<'a> {
         {
             Some(instancing) => Some(
                 self.instances(instancing)
-                    .map_err(|fault| fault.at("EXT_mesh_gpu_instancing"))?,
+                    .map_err(|fault| fault.with_place("EXT_mesh_gpu_instancing"))?,
             ),
             None => None,
         };
@@ -143,10 +142,11 @@ impl<'a> Import<'a> {
             .ok_or_else(|| absent("meshes", index, list.len()))?;
         let key = pose.key();
         let places = places
-            .map(|places| self.distinct(&places, &world, placed.node))
+            .map(|places| self.distinct(&places, &world, instance.node))
             .transpose()?;
         for (i, primitive) in shape.primitives.iter().enumerate() {
-            let place = |fault: Fault| fault.at(format_args!("meshes[{index}].primitives[{i}]"));
+            let place =
+                |fault: Fault| fault.with_place(format_args!("meshes[{index}].primitives[{i}]"));
             let material = self.material(self.look(primitive)).map_err(place)?;
             let used = match self.meshes.get(&(index, i, key.clone())) {
                 Some(known) => known.clone(),

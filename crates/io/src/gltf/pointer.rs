@@ -11,13 +11,13 @@ use std::collections::HashSet;
 
 use serde_json::{Map, Number, Value};
 
-use super::accessor::Reader;
+use super::accessor::AccessorReader;
 use super::document::{self, Document};
 use super::entries::Channel;
 use super::json;
-use super::keys::{Keys, sampler};
+use super::keys::{KeyReader, sampler};
 use crate::Limits;
-use crate::import::{Budget, Fault, Outcome, Warnings, shown};
+use crate::import::{DecodeBudget, Fault, Outcome, Warnings, printable};
 use crate::text::without_mark;
 use crate::warning::WarningCode;
 
@@ -137,23 +137,25 @@ fn kind(pointer: &str) -> Option<TargetKind> {
         }
     };
     let general = pointer.split('/').map(part).collect::<Vec<_>>().join("/");
-    let of = |list: &[(&str, TargetKind)], name: &str| {
+    let value_of = |list: &[(&str, TargetKind)], name: &str| {
         list.iter()
             .find(|(known, _)| *known == name)
             .map(|(_, kind)| *kind)
     };
     let layer = || {
-        of(
+        value_of(
             &LAYERS,
             general.strip_prefix("materials/*/extensions/KHR_materials_")?,
         )
     };
     let transform = || {
         let (texture, name) = general.rsplit_once("/extensions/KHR_texture_transform/")?;
-        of(&TRANSFORM, name)
+        value_of(&TRANSFORM, name)
             .filter(|_| texture.starts_with("materials/*/") && texture.ends_with("Texture"))
     };
-    of(&PROPERTIES, &general).or_else(layer).or_else(transform)
+    value_of(&PROPERTIES, &general)
+        .or_else(layer)
+        .or_else(transform)
 }
 
 /// Node and property of a channel whose pointer has an equivalent target path.
@@ -173,9 +175,9 @@ pub(super) fn node(channel: &Channel) -> Option<(u32, &str)> {
 pub(super) fn at(
     time: f64,
     text: &[u8],
-    reader: &Reader<'_>,
+    reader: &AccessorReader<'_>,
     limits: &Limits,
-    budget: &mut Budget,
+    budget: &mut DecodeBudget,
     warnings: &mut Warnings,
 ) -> Outcome<Option<Document>> {
     let values = values(time, reader, warnings)?;
@@ -199,7 +201,7 @@ pub(super) fn at(
                 WarningCode::Animation,
                 format!(
                     "animations of `/{}` are ignored: there is no such property",
-                    shown(&pointer)
+                    printable(&pointer)
                 ),
             ),
         }
@@ -210,21 +212,22 @@ pub(super) fn at(
 /// Returns the pointers, without their first slash, and their values at a time.
 fn values(
     time: f64,
-    reader: &Reader<'_>,
+    reader: &AccessorReader<'_>,
     warnings: &mut Warnings,
 ) -> Outcome<Vec<(String, Value)>> {
-    let (mut keys, mut known, mut found) = (Keys::new(reader), HashSet::new(), Vec::new());
+    let (mut keys, mut known, mut found) = (KeyReader::new(reader), HashSet::new(), Vec::new());
     for (i, animation) in reader.document.animations.iter().enumerate() {
         for (j, channel) in animation.channels.iter().enumerate() {
             let Some(pointer) = pointer(channel).filter(|_| node(channel).is_none()) else {
                 continue;
             };
-            let place = |fault: Fault| fault.at(format_args!("animations[{i}].channels[{j}]"));
+            let place =
+                |fault: Fault| fault.with_place(format_args!("animations[{i}].channels[{j}]"));
             let path = pointer.strip_prefix('/').unwrap_or(pointer);
             let Some(kind) = kind(path) else {
                 warnings.add(
                     WarningCode::Animation,
-                    format!("animations of `{}` are ignored", shown(pointer)),
+                    format!("animations of `{}` are ignored", printable(pointer)),
                 );
                 continue;
             };
@@ -233,7 +236,7 @@ fn values(
                     WarningCode::Choice,
                     format!(
                         "several animations move `{}`: the first in the file is shown",
-                        shown(pointer)
+                        printable(pointer)
                     ),
                 );
                 continue;

@@ -11,8 +11,8 @@ use raywright_core::scene::{
 
 use super::Import;
 use super::entries::SpecularGlossiness;
-use super::texture::Use;
-use crate::import::{Budget, Outcome};
+use super::texture::TextureRole;
+use crate::import::{DecodeBudget, Outcome};
 
 /// Reflectance at normal incidence for the index of refraction 1.5, which the specular colour
 /// multiplies.
@@ -30,15 +30,18 @@ impl Import<'_> {
         let [r, g, b, a] = source.diffuse_factor.map(f64::from);
         out.base_colour = Colour([r, g, b].map(|c| self.unit(c, label, "diffuseFactor"))).into();
         out.opacity = self.unit(a, label, "diffuseFactor alpha").into();
-        out.base_colour_texture = self.texture(source.diffuse_texture.as_ref(), Use::Colour)?;
+        out.base_colour_texture =
+            self.texture(source.diffuse_texture.as_ref(), TextureRole::Colour)?;
         (out.metallic, out.ior, out.specular, out.specular_texture) =
             (0.0.into(), 1.5.into(), 1.0.into(), None);
         let specular = source
             .specular_factor
             .map(|c| self.unit(c.into(), label, "specularFactor") / DIELECTRIC);
         out.specular_colour = Colour(specular).into();
-        out.specular_colour_texture =
-            self.texture(source.specular_glossiness_texture.as_ref(), Use::Colour)?;
+        out.specular_colour_texture = self.texture(
+            source.specular_glossiness_texture.as_ref(),
+            TextureRole::Colour,
+        )?;
         let glossiness = self.unit(source.glossiness_factor.into(), label, "glossinessFactor");
         (out.roughness, out.metallic_roughness_texture) = ((1.0 - glossiness).into(), None);
         if let Some(glossy) = &out.specular_colour_texture {
@@ -113,7 +116,7 @@ impl Bakery {
     ///
     /// # Errors
     /// A fault of kind limit when the budget is exceeded.
-    pub fn bake(self, scene: &mut Scene, budget: &mut Budget) -> Outcome<()> {
+    pub fn bake(self, scene: &mut Scene, budget: &mut DecodeBudget) -> Outcome<()> {
         if self.recipes.is_empty() {
             return Ok(());
         }

@@ -20,7 +20,7 @@ pub(super) const MOST_UV_SETS: u32 = raywright_core::scene::MOST_UV_SETS as u32;
 
 /// Meaning of a texture's values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Use {
+pub(super) enum TextureRole {
     /// Colours, encoded in sRGB.
     Colour,
     /// Linear data.
@@ -33,16 +33,16 @@ impl<'a> Import<'a> {
     pub(super) fn texture(
         &mut self,
         info: Option<&TextureUse>,
-        used_as: Use,
+        used_as: TextureRole,
     ) -> Outcome<Option<TextureRef>> {
         let Some(info) = info else { return Ok(None) };
         let index = info.index as usize;
         let name = match endurable(self.named_texture(index, used_as))? {
             Ok(name) => name,
-            Err(why) => {
+            Err(reason) => {
                 self.warnings.add(
                     WarningCode::Picture,
-                    format!("{why}; the material's factor alone counts"),
+                    format!("{reason}; the material's factor alone counts"),
                 );
                 None
             }
@@ -83,8 +83,8 @@ impl<'a> Import<'a> {
     }
 
     /// Returns the scene's texture for a texture of the file, created on first use.
-    fn named_texture(&mut self, index: usize, used_as: Use) -> Outcome<Option<String>> {
-        let key = (index, used_as == Use::Colour);
+    fn named_texture(&mut self, index: usize, used_as: TextureRole) -> Outcome<Option<String>> {
+        let key = (index, used_as == TextureRole::Colour);
         if let Some(known) = self.textures.get(&key) {
             return Ok(known.clone());
         }
@@ -92,7 +92,7 @@ impl<'a> Import<'a> {
         let source = list
             .get(index)
             .ok_or_else(|| absent("textures", index, list.len()))?;
-        let place = |fault: Fault| fault.at(format_args!("textures[{index}]"));
+        let place = |fault: Fault| fault.with_place(format_args!("textures[{index}]"));
         let sampler = self.sampler(source).map_err(place)?;
         let mut image = None;
         for index in source.sources() {
@@ -117,7 +117,7 @@ impl<'a> Import<'a> {
             self.scene.textures.push(SceneTexture {
                 name: name.clone(),
                 image,
-                colour_space: if used_as == Use::Colour {
+                colour_space: if used_as == TextureRole::Colour {
                     ColourSpace::Srgb
                 } else {
                     ColourSpace::Linear
@@ -157,7 +157,7 @@ impl<'a> Import<'a> {
         let source = list
             .get(index)
             .ok_or_else(|| absent("images", index, list.len()))?;
-        let place = |fault: Fault| fault.at(format_args!("images[{index}]"));
+        let place = |fault: Fault| fault.with_place(format_args!("images[{index}]"));
         let accepted = self.image_bytes(source).and_then(|bytes| {
             image_file::claim(&bytes, self.limits, &mut self.budget)?;
             Ok(bytes)
@@ -191,10 +191,10 @@ impl<'a> Import<'a> {
                 });
                 Some(name)
             }
-            Err(why) => {
+            Err(reason) => {
                 self.warnings.add(
                     WarningCode::Picture,
-                    format!("{why}; the material's factor alone counts"),
+                    format!("{reason}; the material's factor alone counts"),
                 );
                 None
             }

@@ -22,10 +22,10 @@ impl Vertices {
     }
 
     /// Evaluates a function of each vertex's index in the file, in order.
-    pub fn gather<T: Send>(&self, of: impl Fn(usize) -> T + Sync) -> Vec<T> {
+    pub fn gather<T: Send>(&self, value_of: impl Fn(usize) -> T + Sync) -> Vec<T> {
         match self {
-            Self::All(count) => gathered(*count, of),
-            Self::Some(list) => gathered(list.len(), |i| of(list[i] as usize)),
+            Self::All(count) => gathered(*count, value_of),
+            Self::Some(list) => gathered(list.len(), |i| value_of(list[i] as usize)),
         }
     }
 
@@ -58,13 +58,13 @@ pub(super) fn used_vertices(corners: Vec<[u32; 3]>, count: usize) -> (Vertices, 
 
 /// Evaluates a function of the first numbers, in order; in parallel on the current thread pool for
 /// many elements.
-pub(super) fn gathered<T: Send>(count: usize, of: impl Fn(usize) -> T + Sync) -> Vec<T> {
+pub(super) fn gathered<T: Send>(count: usize, value_of: impl Fn(usize) -> T + Sync) -> Vec<T> {
     if count < 2 * MANY {
-        return (0..count).map(of).collect();
+        return (0..count).map(value_of).collect();
     }
     (0..count)
         .into_par_iter()
         .with_min_len(MANY)
-        .map(&of)
+        .map(&value_of)
         .collect()
 }

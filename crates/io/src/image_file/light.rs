@@ -7,14 +7,14 @@ const GREATEST: f32 = 1e30;
 
 /// Counts of invalid radiance values in a picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct Unusable {
+pub(super) struct UnusableNumbers {
     infinite: u64,
     too_great: u64,
     undefined: u64,
     negative: u64,
 }
 
-impl Unusable {
+impl UnusableNumbers {
     /// Returns the nearest valid radiance.
     pub fn mend(&mut self, value: f32) -> f32 {
         if (0.0..=GREATEST).contains(&value) {
@@ -50,7 +50,7 @@ impl Unusable {
         let found: Vec<String> = kinds
             .into_iter()
             .filter(|(count, _)| *count > 0)
-            .map(|(count, what)| format!("{count} {what}"))
+            .map(|(count, label)| format!("{count} {label}"))
             .collect();
         (!found.is_empty()).then(|| {
             format!(

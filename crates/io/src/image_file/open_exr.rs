@@ -9,10 +9,10 @@ use exr::prelude::{
 };
 use raywright_core::scene::{ImageData, Pixels};
 
-use super::light::Unusable;
-use super::{Decoded, check_size};
+use super::light::UnusableNumbers;
+use super::{DecodedImage, check_size};
 use crate::Limits;
-use crate::import::{Fault, Outcome, shown};
+use crate::import::{Fault, Outcome, printable};
 
 fn broken(error: exr::error::Error) -> Fault {
     Fault::input(format!("is a broken EXR picture ({error})"))
@@ -46,9 +46,10 @@ impl ColourChannels {
             .collect();
         let mut layers: Vec<&str> = names.iter().map(|(name, _)| split(name).0).collect();
         layers.dedup();
-        let find = |layer: &str, wanted: &str| {
-            let fits =
-                |name: &str| split(name).0 == layer && split(name).1.eq_ignore_ascii_case(wanted);
+        let find = |layer: &str, requested: &str| {
+            let fits = |name: &str| {
+                split(name).0 == layer && split(name).1.eq_ignore_ascii_case(requested)
+            };
             names
                 .iter()
                 .find(|(name, _)| fits(name))
@@ -77,7 +78,7 @@ impl ColourChannels {
 }
 
 /// The chosen picture of a file.
-struct Chosen<'m> {
+struct ChosenPicture<'m> {
     header: &'m Header,
     channels: ColourChannels,
     /// Reason for the choice, among several pictures or for a layer.
@@ -85,7 +86,7 @@ struct Chosen<'m> {
 }
 
 /// Chooses the first picture outside any layer, or otherwise the first layer.
-fn choose(meta: &MetaData) -> Outcome<Chosen<'_>> {
+fn choose(meta: &MetaData) -> Outcome<ChosenPicture<'_>> {
     let flat = || meta.headers.iter().filter(|header| !header.deep);
     let all: Vec<(&Header, ColourChannels)> = flat()
         .flat_map(|header| {
@@ -99,7 +100,7 @@ fn choose(meta: &MetaData) -> Outcome<Chosen<'_>> {
         let names = flat()
             .flat_map(|header| &header.channels.list)
             .map(|channel| channel.name.to_string());
-        let names = shown(&names.collect::<Vec<_>>().join(", "));
+        let names = printable(&names.collect::<Vec<_>>().join(", "));
         let read = "R, G and B, or Y alone, with A or without, are read, and layers of them; Y with RY and BY is not";
         return Err(Fault::input(format!(
             "is an EXR picture whose channels are no colours that are read here ({names}); {read}"
@@ -109,9 +110,9 @@ fn choose(meta: &MetaData) -> Outcome<Chosen<'_>> {
         .own_attributes
         .layer_name
         .as_ref()
-        .map(|name| format!(" `{}`", shown(&name.to_string())))
+        .map(|name| format!(" `{}`", printable(&name.to_string())))
         .unwrap_or_default();
-    let layer = shown(channels.layer.trim_end_matches('.'));
+    let layer = printable(channels.layer.trim_end_matches('.'));
     let remark = match (channels.layer.is_empty(), all.len(), plain.count()) {
         (true, _, 0 | 1) => None,
         (true, _, parts) => Some(format!(
@@ -124,7 +125,7 @@ fn choose(meta: &MetaData) -> Outcome<Chosen<'_>> {
             "has {layers} layers that are pictures; the first one, `{layer}`, was taken"
         )),
     };
-    Ok(Chosen {
+    Ok(ChosenPicture {
         header,
         channels: channels.clone(),
         remark,
@@ -173,9 +174,9 @@ pub(super) fn size(bytes: &[u8], limits: &Limits) -> Outcome<[u32; 2]> {
 ///
 /// # Errors
 /// A fault of kind limit for an oversized picture, of kind input for a broken or unsupported one.
-pub(super) fn decode(bytes: &[u8], limits: &Limits) -> Outcome<Decoded> {
+pub(super) fn decode(bytes: &[u8], limits: &Limits) -> Outcome<DecodedImage> {
     let meta = headers(bytes, limits)?;
-    let Chosen {
+    let ChosenPicture {
         header,
         channels,
         remark,
@@ -189,21 +190,21 @@ pub(super) fn decode(bytes: &[u8], limits: &Limits) -> Outcome<Decoded> {
     if data != window {
         pixels = displayed(&pixels, data, window)?;
     }
-    let mut unusable = Unusable::default();
+    let mut unusable = UnusableNumbers::default();
     pixels
         .as_flattened_mut()
         .iter_mut()
         .for_each(|value| *value = unusable.mend(*value));
     let (width, height) = (window.size.0 as u32, window.size.1 as u32);
     let remarks = remark.into_iter().chain(unusable.remark()).collect();
-    Ok(Decoded {
+    Ok(DecodedImage {
         image: ImageData {
             width,
             height,
             pixels: Pixels::Linear(pixels),
         },
         remarks,
-        mended: unusable.count(),
+        repaired: unusable.count(),
     })
 }
 
@@ -243,11 +244,11 @@ fn displayed(
 
 /// Reads red, green, blue and alpha of the first part with these channels.
 fn read_channels(bytes: &[u8], channels: &ColourChannels) -> Outcome<Vec<[f32; 4]>> {
-    type Stored = (usize, Vec<[f32; 4]>);
-    fn room(size: Vec2<usize>) -> Stored {
+    type StoredChannels = (usize, Vec<[f32; 4]>);
+    fn room(size: Vec2<usize>) -> StoredChannels {
         (size.0, vec![[0.0; 4]; size.area()])
     }
-    fn put((width, pixels): &mut Stored, at: Vec2<usize>, pixel: [f32; 4]) {
+    fn put((width, pixels): &mut StoredChannels, at: Vec2<usize>, pixel: [f32; 4]) {
         if let Some(slot) = pixels.get_mut(at.1 * *width + at.0) {
             *slot = pixel;
         }
@@ -266,7 +267,7 @@ fn read_channels(bytes: &[u8], channels: &ColourChannels) -> Outcome<Vec<[f32; 4
             .optional(alpha, 1.0_f32)
             .collect_pixels(
                 |size, _| room(size),
-                |stored: &mut Stored, at, (y, a): (f32, f32)| put(stored, at, [y, y, y, a]),
+                |stored: &mut StoredChannels, at, (y, a): (f32, f32)| put(stored, at, [y, y, y, a]),
             )
             .first_valid_layer()
             .all_attributes()
@@ -281,7 +282,7 @@ fn read_channels(bytes: &[u8], channels: &ColourChannels) -> Outcome<Vec<[f32; 4
             .optional(alpha, 1.0_f32)
             .collect_pixels(
                 |size, _| room(size),
-                |stored: &mut Stored, at, (r, g, b, a): (f32, f32, f32, f32)| {
+                |stored: &mut StoredChannels, at, (r, g, b, a): (f32, f32, f32, f32)| {
                     put(stored, at, [r, g, b, a])
                 },
             )

@@ -7,10 +7,10 @@ use image::codecs::hdr::HdrDecoder;
 use image::{DynamicImage, ImageDecoder};
 use raywright_core::scene::{ImageData, Pixels};
 
-use super::light::Unusable;
-use super::{Decoded, broken, check_size};
+use super::light::UnusableNumbers;
+use super::{DecodedImage, broken, check_size};
 use crate::Limits;
-use crate::import::{Fault, Outcome, shown};
+use crate::import::{Fault, Outcome, printable};
 use crate::text::without_mark;
 
 /// Largest length of a header in bytes.
@@ -47,7 +47,9 @@ impl<'b> RadianceHeader<'b> {
                 && format.trim() != "32-bit_rle_rgbe"
             {
                 let message = "is a Radiance picture of format `{}`, which is not read here; 32-bit_rle_rgbe is";
-                return Err(Fault::input(message.replace("{}", &shown(format.trim()))));
+                return Err(Fault::input(
+                    message.replace("{}", &printable(format.trim())),
+                ));
             }
             if let Some(header) = Self::resolution(&line, rest) {
                 let [width, height] = header.size();
@@ -114,7 +116,7 @@ pub(super) fn size(bytes: &[u8], limits: &Limits) -> Outcome<[u32; 2]> {
 ///
 /// # Errors
 /// As [`size`], and of kind input for broken data.
-pub(super) fn decode(bytes: &[u8], limits: &Limits) -> Outcome<Decoded> {
+pub(super) fn decode(bytes: &[u8], limits: &Limits) -> Outcome<DecodedImage> {
     let header = RadianceHeader::read(bytes, limits)?;
     let start = format!(
         "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {} +X {}\n",
@@ -125,7 +127,7 @@ pub(super) fn decode(bytes: &[u8], limits: &Limits) -> Outcome<Decoded> {
     let scan_lines = DynamicImage::from_decoder(decoder)
         .map_err(broken)?
         .into_rgb32f();
-    let ([width, height], mut unusable) = (header.size(), Unusable::default());
+    let ([width, height], mut unusable) = (header.size(), UnusableNumbers::default());
     let mut pixels = Vec::with_capacity(width as usize * height as usize);
     for y in 0..height {
         let row = if header.from_bottom {
@@ -147,13 +149,13 @@ pub(super) fn decode(bytes: &[u8], limits: &Limits) -> Outcome<Decoded> {
             pixels.push([r, g, b, 1.0]);
         }
     }
-    Ok(Decoded {
+    Ok(DecodedImage {
         image: ImageData {
             width,
             height,
             pixels: Pixels::Linear(pixels),
         },
         remarks: unusable.remark().into_iter().collect(),
-        mended: unusable.count(),
+        repaired: unusable.count(),
     })
 }

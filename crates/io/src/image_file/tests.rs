@@ -265,20 +265,20 @@ fn floats_are_what_light_can_be() {
             exr::image::SpecificChannels::rgba(pixel),
         );
         image.write().to_buffered(&mut file).unwrap();
-        let Decoded { image, remarks, .. } =
+        let DecodedImage { image, remarks, .. } =
             decode(&file.into_inner(), &Limits::default()).unwrap();
         let Pixels::Linear(got) = image.pixels else {
             panic!("linear")
         };
-        let said =
+        let message =
             "1 infinite (65504 was taken), 1 no numbers (0 was taken), 2 negative (0 was taken)";
         assert!(
-            remarks.len() == 1 && remarks[0].ends_with(said),
+            remarks.len() == 1 && remarks[0].ends_with(message),
             "{remarks:?}"
         );
-        for (pixel, (written, wanted)) in got.into_iter().zip(cases) {
+        for (pixel, (written, wanted_value)) in got.into_iter().zip(cases) {
             let mut expected = [0.5; 4];
-            expected[channel] = wanted;
+            expected[channel] = wanted_value;
             assert_eq!(pixel, expected, "{written} in channel {channel}");
         }
     }
@@ -330,26 +330,32 @@ fn limits_and_faults() {
 #[test]
 fn kinds_of_pictures_are_told() {
     let foreign = |bytes: &[u8]| match sniff(bytes) {
-        Kind::Foreign(name) => name,
+        ImageKind::Foreign(name) => name,
         _ => "",
     };
     assert!(
-        matches!(sniff(b"\x89PNG\r\n\x1a\n"), Kind::Png)
-            && matches!(sniff(b"\xff\xd8\xff\xe0"), Kind::Jpeg)
+        matches!(sniff(b"\x89PNG\r\n\x1a\n"), ImageKind::Png)
+            && matches!(sniff(b"\xff\xd8\xff\xe0"), ImageKind::Jpeg)
     );
     assert!(
-        matches!(sniff(b"#?RADIANCE\n"), Kind::Hdr)
+        matches!(sniff(b"#?RADIANCE\n"), ImageKind::Hdr)
             && [
                 b"#?RGBE\n".as_slice(),
                 b"#?AutoPano 2\n",
                 b"\xef\xbb\xbf#?x\n"
             ]
             .iter()
-            .all(|head| sniff(head) == Kind::Hdr)
+            .all(|head| sniff(head) == ImageKind::Hdr)
     );
-    assert!(matches!(sniff(b"\x76\x2f\x31\x01"), Kind::Exr) && matches!(sniff(b""), Kind::Unknown));
-    assert!(matches!(sniff(b"RIFF1234WEBPVP8"), Kind::WebP));
-    assert!(matches!(sniff(b"\xabKTX 20\xbb\r\n\x1a\n"), Kind::Ktx2));
+    assert!(
+        matches!(sniff(b"\x76\x2f\x31\x01"), ImageKind::Exr)
+            && matches!(sniff(b""), ImageKind::Unknown)
+    );
+    assert!(matches!(sniff(b"RIFF1234WEBPVP8"), ImageKind::WebP));
+    assert!(matches!(
+        sniff(b"\xabKTX 20\xbb\r\n\x1a\n"),
+        ImageKind::Ktx2
+    ));
     let others: [(&[u8], &str); 4] = [
         (b"GIF89a", "GIF"),
         (b"BM6", "BMP"),
@@ -381,7 +387,7 @@ fn pictures_claim_what_they_become() {
                 memory_bytes,
                 ..Limits::default()
             };
-            claim(&bytes, &limits, &mut Budget::new(&limits))
+            claim(&bytes, &limits, &mut DecodeBudget::new(&limits))
         };
         assert!(claimed(needed).is_ok(), "{needed}");
         assert_eq!(
@@ -523,7 +529,7 @@ fn exr_parts(
 #[test]
 fn exr_channels_by_any_name() {
     let whole = ([0; 2], [1, 1]);
-    let of = |parts: &[(&str, &[(&str, f32)])]| {
+    let value_of = |parts: &[(&str, &[(&str, f32)])]| {
         decode(&exr_parts(parts, whole, whole), &Limits::default())
     };
     const RGB: [(&str, f32); 3] = [("R", 1.0), ("G", 2.0), ("B", 3.0)];
@@ -536,8 +542,8 @@ fn exr_channels_by_any_name() {
         ("b.G", 2.0),
         ("b.R", 1.0),
     ];
-    type Part<'a> = (&'a str, &'a [(&'a str, f32)]);
-    let cases: [(&[Part<'_>], [f32; 4], &str); 8] = [
+    type ExrPart<'a> = (&'a str, &'a [(&'a str, f32)]);
+    let cases: [(&[ExrPart<'_>], [f32; 4], &str); 8] = [
         (&[("", &[("Y", 2.0)])], [2.0, 2.0, 2.0, 1.0], ""),
         (&[("", &[("Y", 2.0), ("A", 0.5)])], [2.0, 2.0, 2.0, 0.5], ""),
         (
@@ -582,20 +588,21 @@ fn exr_channels_by_any_name() {
         ),
     ];
     for (parts, expected, words) in cases {
-        let decoded = of(parts).unwrap_or_else(|fault| panic!("{parts:?}: {}", fault.message));
+        let decoded =
+            value_of(parts).unwrap_or_else(|fault| panic!("{parts:?}: {}", fault.message));
         assert_eq!(
             decoded.image.pixels,
             Pixels::Linear(vec![expected]),
             "{parts:?}"
         );
-        let said = decoded.remarks.join("; ");
+        let text = decoded.remarks.join("; ");
         assert!(
             if words.is_empty() {
-                said.is_empty()
+                text.is_empty()
             } else {
-                said.contains(words)
+                text.contains(words)
             },
-            "{parts:?}: {said}"
+            "{parts:?}: {text}"
         );
     }
     for channels in [
@@ -603,7 +610,7 @@ fn exr_channels_by_any_name() {
         &[("Z", 1.0)],
         &[("R", 1.0), ("G", 1.0)],
     ] {
-        let message = of(&[("", channels)]).expect_err("no colours").message;
+        let message = value_of(&[("", channels)]).expect_err("no colours").message;
         assert!(
             message.contains("no colours that are read here") && message.contains(channels[0].0),
             "{message}"
@@ -616,14 +623,14 @@ fn exr_channels_by_any_name() {
 /// limits, are refused.
 #[test]
 fn exr_windows_are_heeded() {
-    let of = |data, display| {
+    let value_of = |data, display| {
         decode(
             &exr_parts(&[("", &[("Y", 1.0)])], data, display),
             &Limits::default(),
         )
     };
-    type Window = ([i32; 2], [usize; 2]);
-    let cases: [(Window, Window, &[f32]); 6] = [
+    type ExrWindow = ([i32; 2], [usize; 2]);
+    let cases: [(ExrWindow, ExrWindow, &[f32]); 6] = [
         (
             ([1, 0], [1, 2]),
             ([0, 0], [3, 2]),
@@ -636,7 +643,7 @@ fn exr_windows_are_heeded() {
         (([9, -7], [2, 2]), ([9, -7], [2, 2]), &[1.0, 2.0, 3.0, 4.0]),
     ];
     for (data, display, expected) in cases {
-        let image = of(data, display)
+        let image = value_of(data, display)
             .unwrap_or_else(|fault| panic!("{}", fault.message))
             .image;
         let Pixels::Linear(pixels) = image.pixels else {
@@ -656,13 +663,13 @@ fn exr_windows_are_heeded() {
         );
     }
     assert_eq!(
-        of(([5, 5], [1, 1]), ([0, 0], [2, 2]))
+        value_of(([5, 5], [1, 1]), ([0, 0], [2, 2]))
             .expect_err("nothing")
             .kind,
         FaultKind::Input
     );
     assert_eq!(
-        of(([0, 0], [1, 1]), ([0, 0], [1 << 15, 1 << 15]))
+        value_of(([0, 0], [1, 1]), ([0, 0], [1 << 15, 1 << 15]))
             .expect_err("too large")
             .kind,
         FaultKind::Limit

@@ -6,29 +6,29 @@ use super::*;
 /// is detected by its first bytes under any name.
 #[test]
 fn kinds_of_files_are_told() {
-    let toml = Format::Native(Notation::Toml);
-    let json = Format::Native(Notation::Json);
+    let toml = SceneFormat::Native(Notation::Toml);
+    let json = SceneFormat::Native(Notation::Json);
     for (name, bytes, format) in [
-        ("a.glb", "", Format::Glb),
-        ("a.obj", "glTF", Format::Glb),
-        ("a.gltf", "", Format::Gltf),
-        ("a.GLTF", "", Format::Gltf),
-        ("a.obj", "", Format::Obj),
-        ("a.Obj", "", Format::Obj),
+        ("a.glb", "", SceneFormat::Glb),
+        ("a.obj", "glTF", SceneFormat::Glb),
+        ("a.gltf", "", SceneFormat::Gltf),
+        ("a.GLTF", "", SceneFormat::Gltf),
+        ("a.obj", "", SceneFormat::Obj),
+        ("a.Obj", "", SceneFormat::Obj),
         ("a.toml", "{", toml),
         ("a.json", "# no", json),
         ("a.json", "{ \"asset\": 1 }", json),
-        ("a", " { \"asset\": 1 }", Format::Gltf),
+        ("a", " { \"asset\": 1 }", SceneFormat::Gltf),
         ("a", "\n{ \"format\": 1 }", json),
         ("a", "format = 1", toml),
         ("a", "\n# a scene", toml),
         ("a.txt", "format = 1", toml),
-        ("a.STL", "ply", Format::Stl),
-        ("a.ply", "solid", Format::Ply),
-        ("a", "ply\r\nformat", Format::Ply),
-        ("a", "  SOLID x", Format::Stl),
-        ("a", "# by somebody\n\n  v 0 0 0", Format::Obj),
-        ("a", "mtllib a.mtl", Format::Obj),
+        ("a.STL", "ply", SceneFormat::Stl),
+        ("a.ply", "solid", SceneFormat::Ply),
+        ("a", "ply\r\nformat", SceneFormat::Ply),
+        ("a", "  SOLID x", SceneFormat::Stl),
+        ("a", "# by somebody\n\n  v 0 0 0", SceneFormat::Obj),
+        ("a", "mtllib a.mtl", SceneFormat::Obj),
         ("a", "# by somebody\n[render]", toml),
     ] {
         assert_eq!(

@@ -40,7 +40,7 @@ fn scaled(x: f32, scale: f32) -> i32 {
 
 /// Decodes unit vectors from their octahedral map; the fourth number is unchanged.
 pub(crate) fn octahedral(stride: usize, bytes: &mut [u8]) -> Result<(), Broken> {
-    let most = if stride == 4 { 127.0 } else { 32767.0 };
+    let maximum = if stride == 4 { 127.0 } else { 32767.0 };
     each(stride, bytes, |[x, y, one, fourth]| {
         let [mut x, mut y, one] = [x, y, one].map(|number| number as f32);
         let z = one - x.abs() - y.abs();
@@ -49,7 +49,7 @@ pub(crate) fn octahedral(stride: usize, bytes: &mut [u8]) -> Result<(), Broken> 
         x += if x >= 0.0 { fold } else { -fold };
         y += if y >= 0.0 { fold } else { -fold };
         let length = (x * x + y * y + z * z).sqrt();
-        let [x, y, z] = [x, y, z].map(|number| scaled(number, most / length));
+        let [x, y, z] = [x, y, z].map(|number| scaled(number, maximum / length));
         (length > 0.0).then_some([x, y, z, fourth])
     })
 }

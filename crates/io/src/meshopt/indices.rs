@@ -4,12 +4,12 @@
 use super::{Broken, LONG, SHORT, STRIDE, difference, opened, take};
 
 /// Ring buffer of the sixteen latest entries.
-struct Recent<T> {
+struct RecentIndices<T> {
     values: [T; 16],
     next: usize,
 }
 
-impl<T: Copy> Recent<T> {
+impl<T: Copy> RecentIndices<T> {
     /// Creates a buffer filled with `nothing`, which is no vertex index.
     fn new(nothing: T) -> Self {
         Self {
@@ -43,16 +43,16 @@ fn whole(rest: &mut &[u8]) -> Result<u32, Broken> {
 }
 
 /// State of index decoding.
-struct Corners<'p> {
+struct RecentCorners<'p> {
     rest: &'p [u8],
     /// Lowest index not used so far.
     new: u32,
     /// Latest explicitly coded index.
     last: u32,
-    recent: Recent<u32>,
+    recent: RecentIndices<u32>,
 }
 
-impl Corners<'_> {
+impl RecentCorners<'_> {
     fn take_new(&mut self) -> u32 {
         self.new = self.new.wrapping_add(1);
         self.new.wrapping_sub(1)
@@ -120,12 +120,12 @@ pub(crate) fn triangles(count: usize, stride: usize, packet: &[u8]) -> Result<Ve
     let (version, mut rest) = opened(packet, 0xe0)?;
     let codes = take(&mut rest, count / 3)?;
     let (rest, table) = rest.split_last_chunk::<16>().ok_or(SHORT)?;
-    let mut edges = Recent::new([u32::MAX; 2]);
-    let mut corners = Corners {
+    let mut edges = RecentIndices::new([u32::MAX; 2]);
+    let mut corners = RecentCorners {
         rest,
         new: 0,
         last: 0,
-        recent: Recent::new(u32::MAX),
+        recent: RecentIndices::new(u32::MAX),
     };
     let mut out = Vec::with_capacity(count * stride);
     for &code in codes {

@@ -154,14 +154,16 @@ fn broken_packets_are_refused() {
                 .into_iter()
                 .all(|stride| decode(count, stride, &packet).is_err())
         );
-        for (at, bit) in (0..packet.len()).flat_map(|at| (0..8).map(move |bit| (at, bit))) {
+        for (position, bit) in
+            (0..packet.len()).flat_map(|position| (0..8).map(move |bit| (position, bit)))
+        {
             let mut changed = packet.clone();
-            changed[at] ^= 1 << bit;
+            changed[position] ^= 1 << bit;
             let found = decode(count, stride, &changed);
             assert!(
                 found.is_ok_and(|bytes| bytes.len() == count * stride)
                     || decode(count, stride, &changed).is_err(),
-                "{at} {bit}"
+                "{position} {bit}"
             );
         }
     }

@@ -10,7 +10,7 @@ const BLOCK_BYTES: usize = 8192;
 const BLOCK: usize = 256;
 
 /// One byte of each vertex in a block.
-type Plane = [u8; BLOCK];
+type BytePlane = [u8; BLOCK];
 
 /// Decodes `count` vertices of `stride` bytes.
 pub(crate) fn vertices(count: usize, stride: usize, packet: &[u8]) -> Result<Vec<u8>, Broken> {
@@ -27,10 +27,10 @@ pub(crate) fn vertices(count: usize, stride: usize, packet: &[u8]) -> Result<Vec
         .ok_or(SHORT)?;
     let (first, rules) = tail[tail.len() - stride - words..].split_at(stride);
     let mut last = first.to_vec();
-    let most = (BLOCK_BYTES / stride / GROUP * GROUP).min(BLOCK);
+    let maximum = (BLOCK_BYTES / stride / GROUP * GROUP).min(BLOCK);
     let mut out = Vec::new();
-    for start in (0..count).step_by(most) {
-        let here = most.min(count - start);
+    for start in (0..count).step_by(maximum) {
+        let here = maximum.min(count - start);
         out.resize((start + here) * stride, 0);
         let block = &mut out[start * stride..];
         let controls = take(&mut rest, words)?;
@@ -96,9 +96,9 @@ fn read_group(rest: &mut &[u8], bits: usize, group: &mut [u8; GROUP]) -> Result<
     }
     let (packed, largest) = (take(rest, 2 * bits)?, (1 << bits) - 1);
     for (i, value) in group.iter_mut().enumerate() {
-        let place = i * bits % 8;
+        let index = i * bits % 8;
         // Codes of one bit start at the lowest bit, others at the highest.
-        let shift = if bits == 1 { place } else { 8 - bits - place };
+        let shift = if bits == 1 { index } else { 8 - bits - index };
         let code = packed[i * bits / 8] >> shift & largest;
         *value = if code == largest {
             take(rest, 1)?[0]
@@ -112,7 +112,7 @@ fn read_group(rest: &mut &[u8], bits: usize, group: &mut [u8; GROUP]) -> Result<
 /// Sums the differences of a word and stores it for every vertex. A rule selects byte sums, 16-bit
 /// sums, or rotated bits of the whole word.
 fn add_up(
-    planes: &[Plane; 4],
+    planes: &[BytePlane; 4],
     rule: u8,
     last: &[u8],
     block: &mut [u8],
@@ -122,9 +122,9 @@ fn add_up(
         .get(usize::from(rule & 3))
         .ok_or("a rule of its words is not known")?;
     let turn = u32::from(rule >> 4);
-    for at in (0..4).step_by(width) {
+    for position in (0..4).step_by(width) {
         let number = |byte: &dyn Fn(usize) -> u8| {
-            (at..at + width)
+            (position..position + width)
                 .rev()
                 .fold(0, |number, k| number << 8 | u32::from(byte(k)))
         };
@@ -136,7 +136,7 @@ fn add_up(
             } else {
                 value.wrapping_add(difference(code))
             };
-            vertex[at..at + width].copy_from_slice(&value.to_le_bytes()[..width]);
+            vertex[position..position + width].copy_from_slice(&value.to_le_bytes()[..width]);
         }
     }
     Ok(())

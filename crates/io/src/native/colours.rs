@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use raywright_core::Scene;
 use raywright_core::scene::{Material, Model};
 
-use super::node::{Node, Value};
+use super::node::{Value, ValueNode};
 use crate::colour::parse_colour;
 use crate::warning::{Warning, WarningCode};
 
@@ -23,7 +23,7 @@ const KEYS: [&str; 9] = [
 ];
 
 /// Replaces colour texts by numbers, unless a parameter of that name makes the text an expression.
-pub(super) fn replace(node: &mut Node, parameters: &BTreeMap<String, f64>) {
+pub(super) fn replace(node: &mut ValueNode, parameters: &BTreeMap<String, f64>) {
     match &mut node.value {
         Value::Array(items) => items.iter_mut().for_each(|item| replace(item, parameters)),
         Value::Table(entries) => {
@@ -33,7 +33,7 @@ pub(super) fn replace(node: &mut Node, parameters: &BTreeMap<String, f64>) {
                     Value::Text(text) if is_colour && !parameters.contains_key(text) => {
                         if let Some(colour) = parse_colour(text) {
                             let span = entry.node.span.clone();
-                            let channel = |value| Node {
+                            let channel = |value| ValueNode {
                                 span: span.clone(),
                                 value: Value::Float(value),
                             };

@@ -14,38 +14,38 @@ use serde::Deserializer;
 use serde::de::{self, Visitor};
 
 use super::access::{Entries, Items};
-use super::enums::Variant;
-use super::failure::{Failure, did_you_mean};
-use super::node::{Entry, Node, Value};
+use super::enums::ChosenVariant;
+use super::failure::{ReadFailure, did_you_mean};
+use super::node::{Entry, Value, ValueNode};
 
 /// State shared by the deserializers of one pass.
-pub(crate) struct Context<'a> {
+pub(crate) struct ReadContext<'a> {
     /// The whole text.
     pub text: &'a str,
     /// Variables of expressions: `t` and the parameters.
     pub names: &'a BTreeMap<String, f64>,
     /// Recorded failures.
-    pub noted: RefCell<Vec<Failure>>,
+    pub noted: RefCell<Vec<ReadFailure>>,
 }
 
-impl Context<'_> {
-    pub fn note(&self, failure: Failure) {
+impl ReadContext<'_> {
+    pub fn note(&self, failure: ReadFailure) {
         self.noted.borrow_mut().push(failure);
     }
 }
 
 /// A value with its name for messages.
 #[derive(Clone, Copy)]
-pub(crate) struct Reader<'a> {
-    pub node: &'a Node,
-    pub context: &'a Context<'a>,
+pub(crate) struct ValueReader<'a> {
+    pub node: &'a ValueNode,
+    pub context: &'a ReadContext<'a>,
     /// The value's key, or the key of the array around it; empty at the root.
     pub name: &'a str,
     /// Index in the array of that name.
     pub index: Option<usize>,
 }
 
-impl fmt::Display for Reader<'_> {
+impl fmt::Display for ValueReader<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.index {
             _ if self.name.is_empty() => f.write_str("the scene"),
@@ -55,8 +55,8 @@ impl fmt::Display for Reader<'_> {
     }
 }
 
-impl<'a> Reader<'a> {
-    pub fn root(node: &'a Node, context: &'a Context<'a>) -> Self {
+impl<'a> ValueReader<'a> {
+    pub fn root(node: &'a ValueNode, context: &'a ReadContext<'a>) -> Self {
         Self {
             node,
             context,
@@ -75,18 +75,18 @@ impl<'a> Reader<'a> {
     }
 
     /// Failure with the message "`radius` must be a number, not an array" at this value.
-    pub fn wrong(&self, wanted: &str) -> Failure {
-        let message = format!("{self} must be {wanted}, not {}", self.node.kind());
-        Failure::new(message).at(self.node.span.clone())
+    pub fn wrong(&self, requested: &str) -> ReadFailure {
+        let message = format!("{self} must be {requested}, not {}", self.node.kind());
+        ReadFailure::new(message).with_span(self.node.span.clone())
     }
 
     /// Gives a failure without a position the position of this value.
-    pub fn place<T>(&self, result: Result<T, Failure>) -> Result<T, Failure> {
-        result.map_err(|failure| self.placed(failure))
+    pub fn with_location<T>(&self, result: Result<T, ReadFailure>) -> Result<T, ReadFailure> {
+        result.map_err(|failure| self.with_path(failure))
     }
 
     /// Separate from [`Self::place`], which is compiled for every type of value.
-    fn placed(&self, mut failure: Failure) -> Failure {
+    fn with_path(&self, mut failure: ReadFailure) -> ReadFailure {
         if failure.span.is_none() {
             let key = failure.key.as_deref().and_then(|key| self.node.entry(key));
             failure.span =
@@ -117,10 +117,10 @@ impl<'a> Reader<'a> {
     }
 
     /// Failure of the expression in this value.
-    fn expression(&self, error: expr::ExprError) -> Failure {
+    fn expression(&self, error: expr::ExprError) -> ReadFailure {
         let span = self.node.span_within(self.context.text, &error.span);
         let message = format!("in the expression of {self}: {}", error.message);
-        let mut failure = Failure::new(message).at(span);
+        let mut failure = ReadFailure::new(message).with_span(span);
         failure.hint = error.hint;
         failure
     }
@@ -137,7 +137,7 @@ impl<'a> Reader<'a> {
                 if value.fract() != 0.0 || !value.is_finite() {
                     let message = format!("{self} must be a whole number, not {value}");
                     self.context
-                        .note(Failure::new(message).at(self.node.span.clone()));
+                        .note(ReadFailure::new(message).with_span(self.node.span.clone()));
                     return 1;
                 }
                 value as i128
@@ -149,7 +149,7 @@ impl<'a> Reader<'a> {
         let message =
             format!("{self} must be a whole number from {least} to {greatest}, not {value}");
         self.context
-            .note(Failure::new(message).at(self.node.span.clone()));
+            .note(ReadFailure::new(message).with_span(self.node.span.clone()));
         1
     }
 
@@ -164,14 +164,14 @@ impl<'a> Reader<'a> {
         }
     }
 
-    fn items(&self) -> Result<&'a [Node], Failure> {
+    fn items(&self) -> Result<&'a [ValueNode], ReadFailure> {
         match &self.node.value {
             Value::Array(items) => Ok(items),
             _ => Err(self.wrong("an array")),
         }
     }
 
-    fn table(&self) -> Result<&'a [Entry], Failure> {
+    fn table(&self) -> Result<&'a [Entry], ReadFailure> {
         match &self.node.value {
             Value::Table(entries) => Ok(entries),
             _ => Err(self.wrong("a table of keys")),
@@ -183,14 +183,14 @@ impl<'a> Reader<'a> {
         self,
         keys: &'static [&'static str],
         visitor: V,
-    ) -> Result<V::Value, Failure> {
+    ) -> Result<V::Value, ReadFailure> {
         let entries = self.fields(keys)?;
-        self.place(visitor.visit_map(Entries::new(self, entries, Some(keys))))
+        self.with_location(visitor.visit_map(Entries::new(self, entries, Some(keys))))
     }
 
     /// Returns the entries of a table for a struct, and records unknown ones. Separate from
     /// [`Self::read_struct`], which is compiled for every struct.
-    fn fields(&self, keys: &[&str]) -> Result<&'a [Entry], Failure> {
+    fn fields(&self, keys: &[&str]) -> Result<&'a [Entry], ReadFailure> {
         let entries = self
             .table()
             .map_err(|failure| self.explain_header(failure))?;
@@ -203,8 +203,8 @@ impl<'a> Reader<'a> {
             } else {
                 self.to_string()
             };
-            let failure =
-                Failure::new(format!("unknown key `{}`", entry.key)).at(entry.key_span.clone());
+            let failure = ReadFailure::new(format!("unknown key `{}`", entry.key))
+                .with_span(entry.key_span.clone());
             let hint = did_you_mean(&entry.key, keys, "the keys here");
             self.context.note(
                 failure
@@ -216,7 +216,7 @@ impl<'a> Reader<'a> {
     }
 
     /// Adds advice where the two kinds of TOML headers are confused.
-    fn explain_header(&self, failure: Failure) -> Failure {
+    fn explain_header(&self, failure: ReadFailure) -> ReadFailure {
         let header = self
             .context
             .text
@@ -237,22 +237,22 @@ impl<'a> Reader<'a> {
 
 macro_rules! whole_numbers {
     ($($method:ident $visit:ident $type:ty),*) => {$(
-        fn $method<V: Visitor<'a>>(self, visitor: V) -> Result<V::Value, Failure> {
+        fn $method<V: Visitor<'a>>(self, visitor: V) -> Result<V::Value, ReadFailure> {
             let value = self.whole(i128::from(<$type>::MIN), i128::from(<$type>::MAX));
-            self.place(visitor.$visit(<$type>::try_from(value).unwrap_or(1)))
+            self.with_location(visitor.$visit(<$type>::try_from(value).unwrap_or(1)))
         }
     )*};
 }
 
-impl<'a> Deserializer<'a> for Reader<'a> {
-    type Error = Failure;
+impl<'a> Deserializer<'a> for ValueReader<'a> {
+    type Error = ReadFailure;
 
     whole_numbers!(
         deserialize_i8 visit_i8 i8, deserialize_i16 visit_i16 i16, deserialize_i32 visit_i32 i32, deserialize_i64 visit_i64 i64,
         deserialize_u8 visit_u8 u8, deserialize_u16 visit_u16 u16, deserialize_u32 visit_u32 u32, deserialize_u64 visit_u64 u64
     );
 
-    fn deserialize_any<V: Visitor<'a>>(self, visitor: V) -> Result<V::Value, Failure> {
+    fn deserialize_any<V: Visitor<'a>>(self, visitor: V) -> Result<V::Value, ReadFailure> {
         let result = match &self.node.value {
             Value::Null => visitor.visit_unit(),
             Value::Boolean(value) => visitor.visit_bool(*value),
@@ -267,40 +267,40 @@ impl<'a> Deserializer<'a> for Reader<'a> {
             Value::Array(items) => visitor.visit_seq(Items::new(self, items)),
             Value::Table(entries) => visitor.visit_map(Entries::new(self, entries, None)),
         };
-        self.place(result)
+        self.with_location(result)
     }
 
-    fn deserialize_f64<V: Visitor<'a>>(self, visitor: V) -> Result<V::Value, Failure> {
-        self.place(visitor.visit_f64(self.number()))
+    fn deserialize_f64<V: Visitor<'a>>(self, visitor: V) -> Result<V::Value, ReadFailure> {
+        self.with_location(visitor.visit_f64(self.number()))
     }
 
-    fn deserialize_f32<V: Visitor<'a>>(self, visitor: V) -> Result<V::Value, Failure> {
+    fn deserialize_f32<V: Visitor<'a>>(self, visitor: V) -> Result<V::Value, ReadFailure> {
         self.deserialize_f64(visitor)
     }
 
-    fn deserialize_bool<V: Visitor<'a>>(self, visitor: V) -> Result<V::Value, Failure> {
+    fn deserialize_bool<V: Visitor<'a>>(self, visitor: V) -> Result<V::Value, ReadFailure> {
         let value = if let Value::Boolean(value) = self.node.value {
             value
         } else {
             self.context.note(self.wrong("true or false"));
             false
         };
-        self.place(visitor.visit_bool(value))
+        self.with_location(visitor.visit_bool(value))
     }
 
-    fn deserialize_str<V: Visitor<'a>>(self, visitor: V) -> Result<V::Value, Failure> {
-        self.place(visitor.visit_borrowed_str(self.text()))
+    fn deserialize_str<V: Visitor<'a>>(self, visitor: V) -> Result<V::Value, ReadFailure> {
+        self.with_location(visitor.visit_borrowed_str(self.text()))
     }
 
-    fn deserialize_string<V: Visitor<'a>>(self, visitor: V) -> Result<V::Value, Failure> {
+    fn deserialize_string<V: Visitor<'a>>(self, visitor: V) -> Result<V::Value, ReadFailure> {
         self.deserialize_str(visitor)
     }
 
-    fn deserialize_identifier<V: Visitor<'a>>(self, visitor: V) -> Result<V::Value, Failure> {
+    fn deserialize_identifier<V: Visitor<'a>>(self, visitor: V) -> Result<V::Value, ReadFailure> {
         self.deserialize_str(visitor)
     }
 
-    fn deserialize_option<V: Visitor<'a>>(self, visitor: V) -> Result<V::Value, Failure> {
+    fn deserialize_option<V: Visitor<'a>>(self, visitor: V) -> Result<V::Value, ReadFailure> {
         if self.node.value == Value::Null {
             visitor.visit_none()
         } else {
@@ -315,30 +315,30 @@ impl<'a> Deserializer<'a> for Reader<'a> {
         self,
         name: &'static str,
         visitor: V,
-    ) -> Result<V::Value, Failure> {
+    ) -> Result<V::Value, ReadFailure> {
         match (name, &self.node.value) {
             ("Colour", Value::Text(_)) => self.deserialize_f64(visitor),
             ("Colour", _) => self.deserialize_any(visitor),
             ("EarlyInput", Value::Text(text)) => match expr::evaluate(text, self.context.names) {
-                Ok(number) => self.place(visitor.visit_f64(number)),
+                Ok(number) => self.with_location(visitor.visit_f64(number)),
                 Err(_) => self.deserialize_any(visitor),
             },
             _ => visitor.visit_newtype_struct(self),
         }
     }
 
-    fn deserialize_seq<V: Visitor<'a>>(self, visitor: V) -> Result<V::Value, Failure> {
+    fn deserialize_seq<V: Visitor<'a>>(self, visitor: V) -> Result<V::Value, ReadFailure> {
         let items = self
             .items()
             .map_err(|failure| self.explain_header(failure))?;
-        self.place(visitor.visit_seq(Items::new(self, items)))
+        self.with_location(visitor.visit_seq(Items::new(self, items)))
     }
 
     fn deserialize_tuple<V: Visitor<'a>>(
         self,
         length: usize,
         visitor: V,
-    ) -> Result<V::Value, Failure> {
+    ) -> Result<V::Value, ReadFailure> {
         let items = match &self.node.value {
             Value::Array(items) => items,
             _ => return Err(self.wrong(&format!("an array of {length} values"))),
@@ -348,14 +348,14 @@ impl<'a> Deserializer<'a> for Reader<'a> {
                 "{self} must be an array of {length} values, not of {}",
                 items.len()
             );
-            return Err(Failure::new(message).at(self.node.span.clone()));
+            return Err(ReadFailure::new(message).with_span(self.node.span.clone()));
         }
         self.deserialize_seq(visitor)
     }
 
-    fn deserialize_map<V: Visitor<'a>>(self, visitor: V) -> Result<V::Value, Failure> {
+    fn deserialize_map<V: Visitor<'a>>(self, visitor: V) -> Result<V::Value, ReadFailure> {
         let entries = self.table()?;
-        self.place(visitor.visit_map(Entries::new(self, entries, None)))
+        self.with_location(visitor.visit_map(Entries::new(self, entries, None)))
     }
 
     fn deserialize_struct<V: Visitor<'a>>(
@@ -363,7 +363,7 @@ impl<'a> Deserializer<'a> for Reader<'a> {
         _: &'static str,
         keys: &'static [&'static str],
         visitor: V,
-    ) -> Result<V::Value, Failure> {
+    ) -> Result<V::Value, ReadFailure> {
         self.read_struct(keys, visitor)
     }
 
@@ -372,12 +372,12 @@ impl<'a> Deserializer<'a> for Reader<'a> {
         _: &'static str,
         variants: &'static [&'static str],
         visitor: V,
-    ) -> Result<V::Value, Failure> {
-        let variant = Variant::of(self, variants)?;
-        self.place(visitor.visit_enum(variant))
+    ) -> Result<V::Value, ReadFailure> {
+        let variant = ChosenVariant::of(self, variants)?;
+        self.with_location(visitor.visit_enum(variant))
     }
 
-    fn deserialize_ignored_any<V: Visitor<'a>>(self, visitor: V) -> Result<V::Value, Failure> {
+    fn deserialize_ignored_any<V: Visitor<'a>>(self, visitor: V) -> Result<V::Value, ReadFailure> {
         visitor.visit_unit()
     }
 

@@ -4,20 +4,23 @@ use serde::Deserializer;
 use serde::de::value::StrDeserializer;
 use serde::de::{DeserializeSeed, EnumAccess, IntoDeserializer, VariantAccess, Visitor};
 
-use super::de::Reader;
-use super::failure::{Failure, Step, did_you_mean};
-use super::node::{Node, Value};
+use super::de::ValueReader;
+use super::failure::{PathStep, ReadFailure, did_you_mean};
+use super::node::{Value, ValueNode};
 
 /// The variant that a value names.
-pub(crate) struct Variant<'a> {
-    reader: Reader<'a>,
+pub(crate) struct ChosenVariant<'a> {
+    reader: ValueReader<'a>,
     word: &'a str,
     /// Content of the table under the word; `None`: the word alone.
-    content: Option<&'a Node>,
+    content: Option<&'a ValueNode>,
 }
 
-impl<'a> Variant<'a> {
-    pub fn of(reader: Reader<'a>, variants: &'static [&'static str]) -> Result<Self, Failure> {
+impl<'a> ChosenVariant<'a> {
+    pub fn of(
+        reader: ValueReader<'a>,
+        variants: &'static [&'static str],
+    ) -> Result<Self, ReadFailure> {
         let list = || variants.join(", ");
         let (word, span, content) = match &reader.node.value {
             Value::Text(word) => (word, &reader.node.span, None),
@@ -28,8 +31,8 @@ impl<'a> Variant<'a> {
                         "{reader} must have exactly one key that says which kind it is, not {}",
                         entries.len()
                     );
-                    return Err(Failure::new(message)
-                        .at(second.key_span.clone())
+                    return Err(ReadFailure::new(message)
+                        .with_span(second.key_span.clone())
                         .labelled("one key too many"));
                 }
                 [] => return Err(reader.wrong(&format!("one of {}", list()))),
@@ -37,7 +40,8 @@ impl<'a> Variant<'a> {
             _ => return Err(reader.wrong(&format!("one of {}", list()))),
         };
         if !variants.contains(&word.as_str()) {
-            let failure = Failure::new(format!("{reader} cannot be `{word}`")).at(span.clone());
+            let failure =
+                ReadFailure::new(format!("{reader} cannot be `{word}`")).with_span(span.clone());
             return Err(failure.with_hint(did_you_mean(word, variants, "it can be")));
         }
         Ok(Self {
@@ -48,9 +52,9 @@ impl<'a> Variant<'a> {
     }
 
     /// Returns the content under the word, or a failure that shows the syntax.
-    fn content(&self, keys: &[&str]) -> Result<Reader<'a>, Failure> {
+    fn content(&self, keys: &[&str]) -> Result<ValueReader<'a>, ReadFailure> {
         match self.content {
-            Some(node) => Ok(Reader {
+            Some(node) => Ok(ValueReader {
                 node,
                 name: self.word,
                 index: None,
@@ -58,11 +62,8 @@ impl<'a> Variant<'a> {
             }),
             None => {
                 let (name, word) = (self.reader.name, self.word);
-                let failure = Failure::new(format!("`{word}` needs a value")).at(self
-                    .reader
-                    .node
-                    .span
-                    .clone());
+                let failure = ReadFailure::new(format!("`{word}` needs a value"))
+                    .with_span(self.reader.node.span.clone());
                 let hint = format!("write `{name} = {{ {word} = … }}`");
                 Err(failure.with_hint(if keys.is_empty() {
                     hint
@@ -73,44 +74,54 @@ impl<'a> Variant<'a> {
         }
     }
 
-    fn under<T>(&self, result: Result<T, Failure>) -> Result<T, Failure> {
-        result.map_err(|failure| failure.under(Step::Key(self.word.to_owned())))
+    fn under<T>(&self, result: Result<T, ReadFailure>) -> Result<T, ReadFailure> {
+        result.map_err(|failure| failure.under(PathStep::Key(self.word.to_owned())))
     }
 }
 
-impl<'a> EnumAccess<'a> for Variant<'a> {
-    type Error = Failure;
+impl<'a> EnumAccess<'a> for ChosenVariant<'a> {
+    type Error = ReadFailure;
     type Variant = Self;
 
-    fn variant_seed<V: DeserializeSeed<'a>>(self, seed: V) -> Result<(V::Value, Self), Failure> {
-        let name: StrDeserializer<'_, Failure> = self.word.into_deserializer();
+    fn variant_seed<V: DeserializeSeed<'a>>(
+        self,
+        seed: V,
+    ) -> Result<(V::Value, Self), ReadFailure> {
+        let name: StrDeserializer<'_, ReadFailure> = self.word.into_deserializer();
         Ok((seed.deserialize(name)?, self))
     }
 }
 
-impl<'a> VariantAccess<'a> for Variant<'a> {
-    type Error = Failure;
+impl<'a> VariantAccess<'a> for ChosenVariant<'a> {
+    type Error = ReadFailure;
 
-    fn unit_variant(self) -> Result<(), Failure> {
+    fn unit_variant(self) -> Result<(), ReadFailure> {
         match self.content {
             None => Ok(()),
             Some(node) => {
                 let (name, word) = (self.reader.name, self.word);
-                let failure =
-                    Failure::new(format!("`{word}` has no value of its own")).at(node.span.clone());
+                let failure = ReadFailure::new(format!("`{word}` has no value of its own"))
+                    .with_span(node.span.clone());
                 Err(failure.with_hint(format!("write `{name} = \"{word}\"`")))
             }
         }
     }
 
-    fn newtype_variant_seed<T: DeserializeSeed<'a>>(self, seed: T) -> Result<T::Value, Failure> {
+    fn newtype_variant_seed<T: DeserializeSeed<'a>>(
+        self,
+        seed: T,
+    ) -> Result<T::Value, ReadFailure> {
         let result = self
             .content(&[])
             .and_then(|content| seed.deserialize(content));
         self.under(result)
     }
 
-    fn tuple_variant<V: Visitor<'a>>(self, length: usize, visitor: V) -> Result<V::Value, Failure> {
+    fn tuple_variant<V: Visitor<'a>>(
+        self,
+        length: usize,
+        visitor: V,
+    ) -> Result<V::Value, ReadFailure> {
         let result = self
             .content(&[])
             .and_then(|content| content.deserialize_tuple(length, visitor));
@@ -121,7 +132,7 @@ impl<'a> VariantAccess<'a> for Variant<'a> {
         self,
         keys: &'static [&'static str],
         visitor: V,
-    ) -> Result<V::Value, Failure> {
+    ) -> Result<V::Value, ReadFailure> {
         let result = self
             .content(keys)
             .and_then(|content| content.read_struct(keys, visitor));

@@ -10,17 +10,17 @@ use crate::diagnostic::Diagnostic;
 
 /// A step from a table or array to its content.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) enum Step {
+pub(crate) enum PathStep {
     Key(String),
     Index(usize),
 }
 
 /// Reason why a value does not fit. Boxed, because every step of serde passes it by value.
 #[derive(Debug)]
-pub(crate) struct Failure(Box<Details>);
+pub(crate) struct ReadFailure(Box<FailureDetails>);
 
 #[derive(Debug, Default)]
-pub(crate) struct Details {
+pub(crate) struct FailureDetails {
     pub message: String,
     pub label: String,
     pub hint: Option<String>,
@@ -29,32 +29,32 @@ pub(crate) struct Details {
     /// Key of the reporting table to point at, in place of the whole table.
     pub key: Option<String>,
     /// Path from the value up to the root.
-    pub path: Vec<Step>,
+    pub path: Vec<PathStep>,
 }
 
-impl Deref for Failure {
-    type Target = Details;
+impl Deref for ReadFailure {
+    type Target = FailureDetails;
 
-    fn deref(&self) -> &Details {
+    fn deref(&self) -> &FailureDetails {
         &self.0
     }
 }
 
-impl DerefMut for Failure {
-    fn deref_mut(&mut self) -> &mut Details {
+impl DerefMut for ReadFailure {
+    fn deref_mut(&mut self) -> &mut FailureDetails {
         &mut self.0
     }
 }
 
-impl Failure {
+impl ReadFailure {
     pub fn new(message: impl Into<String>) -> Self {
-        Self(Box::new(Details {
+        Self(Box::new(FailureDetails {
             message: message.into(),
-            ..Details::default()
+            ..FailureDetails::default()
         }))
     }
 
-    pub fn at(mut self, span: Range<usize>) -> Self {
+    pub fn with_span(mut self, span: Range<usize>) -> Self {
         self.span = Some(span);
         self
     }
@@ -70,13 +70,13 @@ impl Failure {
     }
 
     /// Adds a step to the path.
-    pub fn under(mut self, step: Step) -> Self {
+    pub fn under(mut self, step: PathStep) -> Self {
         self.path.push(step);
         self
     }
 
     pub fn into_diagnostic(self) -> Diagnostic {
-        let Details {
+        let FailureDetails {
             message,
             span,
             label,
@@ -92,15 +92,15 @@ impl Failure {
     }
 }
 
-impl fmt::Display for Failure {
+impl fmt::Display for ReadFailure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.message)
     }
 }
 
-impl std::error::Error for Failure {}
+impl std::error::Error for ReadFailure {}
 
-impl de::Error for Failure {
+impl de::Error for ReadFailure {
     fn custom<T: fmt::Display>(message: T) -> Self {
         Self::new(message.to_string())
     }
@@ -134,9 +134,9 @@ impl de::Error for Failure {
 }
 
 /// Advice for an unknown word: the closest known word, or all of them.
-pub(crate) fn did_you_mean(wrong: &str, known: &[&str], what: &str) -> String {
+pub(crate) fn did_you_mean(wrong: &str, known: &[&str], label: &str) -> String {
     match closest(wrong, known.iter().copied()) {
         Some(word) => format!("did you mean `{word}`?"),
-        None => format!("{what}: {}", known.join(", ")),
+        None => format!("{label}: {}", known.join(", ")),
     }
 }

@@ -9,12 +9,12 @@ use raywright_core::suggest::closest;
 use raywright_core::validate::{mesh_data, missing_uv_sets};
 
 use super::models::unread;
-use super::{Parsed, colours, models};
+use super::{ParsedScene, colours, models};
 use crate::error::Error;
 use crate::error_kind::ErrorKind;
 use crate::folder::{Folder, ReadError};
-use crate::image_file::{self, Decoded};
-use crate::import::{Budget, Fault, FaultKind};
+use crate::image_file::{self, DecodedImage};
+use crate::import::{DecodeBudget, Fault, FaultKind};
 use crate::limits::Limits;
 use crate::warning::{Warning, WarningCode};
 use crate::{mesh_file, presets};
@@ -25,11 +25,11 @@ const EMBEDDED: &str = "embedded:";
 /// Reads every file that a scene names. A missing texture is only a warning; any other missing file
 /// is an error at its position.
 pub(crate) fn read(
-    parsed: &mut Parsed<'_>,
+    parsed: &mut ParsedScene<'_>,
     outer: &Folder,
     limits: &Limits,
 ) -> Result<Vec<Warning>, Error> {
-    let mut budget = Budget::new(limits);
+    let mut budget = DecodeBudget::new(limits);
     let mut warnings = colours::warnings(parsed.file, &parsed.scene);
     let mut waiting = Vec::new();
     for i in 0..parsed.scene.images.len() {
@@ -39,10 +39,10 @@ pub(crate) fn read(
                     .map_err(|fault| no_picture(parsed, i, &fault))?;
                 waiting.push((i, bytes));
             }
-            Err(why) => {
+            Err(reason) => {
                 let name = &parsed.scene.images[i].name;
                 let message =
-                    format!("image `{name}`: {why}; where it is used, the factor alone counts");
+                    format!("image `{name}`: {reason}; where it is used, the factor alone counts");
                 warnings.push(Warning::new(WarningCode::Picture, parsed.file, message));
             }
         }
@@ -54,21 +54,21 @@ pub(crate) fn read(
         _ => waiting.into_par_iter().map(decode).collect(),
     };
     for (i, data) in decoded {
-        let Decoded {
+        let DecodedImage {
             image,
             remarks,
-            mended,
+            repaired,
         } = data.map_err(|fault| no_picture(parsed, i, &fault))?;
         let name = &parsed.scene.images[i].name;
         warnings.extend(remarks.into_iter().map(|remark| {
             Warning::new(
-                WarningCode::of_image(mended),
+                WarningCode::of_image(repaired),
                 parsed.file,
                 format!("image `{name}` {remark}"),
             )
         }));
         (parsed.scene.images[i].data, parsed.scene.images[i].mended) =
-            (Some(Arc::new(image)), mended);
+            (Some(Arc::new(image)), repaired);
     }
     for i in 0..parsed.scene.meshes.len() {
         if let MeshSource::File(reference) = &parsed.scene.meshes[i].source {
@@ -99,7 +99,7 @@ pub(crate) fn read(
                     format!("{path} of `{reference}`: {message}"),
                 ));
             }
-            outer.note(folder.take_hash().to_string().as_bytes());
+            outer.record(folder.take_hash().to_string().as_bytes());
             warnings.extend(more);
             (parsed.scene.meshes[i].source, parsed.scene.meshes[i].model) =
                 (MeshSource::Inline(Arc::new(mesh)), None);
@@ -116,7 +116,7 @@ pub(crate) fn read(
 
 /// Reads the bytes of an image, or returns the reason why only the factor is used.
 fn image(
-    parsed: &Parsed<'_>,
+    parsed: &ParsedScene<'_>,
     index: usize,
     folder: &Folder,
 ) -> Result<Result<Vec<u8>, String>, Error> {
@@ -130,14 +130,14 @@ fn image(
         None => match folder.read(path) {
             Ok(bytes) => Ok(Ok(bytes)),
             // A sky without its picture would change the whole scene; a texture is a detail.
-            Err(ReadError::Unreadable(why)) if !is_sky(parsed, name) => Ok(Err(why)),
+            Err(ReadError::Unreadable(reason)) if !is_sky(parsed, name) => Ok(Err(reason)),
             Err(why) => Err(unread(parsed, &at, &why)),
         },
     }
 }
 
 /// Error for an image whose bytes cannot be decoded.
-fn no_picture(parsed: &Parsed<'_>, index: usize, fault: &Fault) -> Error {
+fn no_picture(parsed: &ParsedScene<'_>, index: usize, fault: &Fault) -> Error {
     let kind = if fault.kind == FaultKind::Limit {
         ErrorKind::Limit
     } else {
@@ -147,7 +147,7 @@ fn no_picture(parsed: &Parsed<'_>, index: usize, fault: &Fault) -> Error {
     parsed.error(kind, &format!("images[{index}].path"), message)
 }
 
-fn is_sky(parsed: &Parsed<'_>, name: &str) -> bool {
+fn is_sky(parsed: &ParsedScene<'_>, name: &str) -> bool {
     matches!(&parsed.scene.sky, Some(Sky::Map(SkyMap { image, .. })) if image == name)
 }
 

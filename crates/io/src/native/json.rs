@@ -5,7 +5,7 @@ use jsonc_parser::common::Ranged;
 use jsonc_parser::errors::ParseErrorKind;
 use jsonc_parser::{CollectOptions, ParseOptions, parse_to_ast};
 
-use super::node::{Entry, Node, Value};
+use super::node::{Entry, Value, ValueNode};
 use crate::diagnostic::Diagnostic;
 
 /// JSON by RFC 8259, without the parser's extensions.
@@ -23,7 +23,7 @@ const STRICT: ParseOptions = ParseOptions {
 };
 
 /// Parses a whole file; the parser stops at its first error.
-pub(crate) fn parse(text: &str) -> Result<Node, Vec<Diagnostic>> {
+pub(crate) fn parse(text: &str) -> Result<ValueNode, Vec<Diagnostic>> {
     let parsed = parse_to_ast(text, &CollectOptions::default(), &STRICT).map_err(|error| {
         let range = error.range();
         vec![syntax(error.kind(), range.start..range.end)]
@@ -73,7 +73,7 @@ fn plain(message: String, span: std::ops::Range<usize>) -> Diagnostic {
     }
 }
 
-fn convert(value: &ast::Value<'_>, wrong: &mut Vec<Diagnostic>) -> Node {
+fn convert(value: &ast::Value<'_>, wrong: &mut Vec<Diagnostic>) -> ValueNode {
     let range = value.range();
     let span = range.start..range.end;
     let value = match value {
@@ -93,7 +93,7 @@ fn convert(value: &ast::Value<'_>, wrong: &mut Vec<Diagnostic>) -> Node {
         ),
         ast::Value::Object(object) => Value::Table(table(object, wrong)),
     };
-    Node { span, value }
+    ValueNode { span, value }
 }
 
 fn number(text: &str) -> Option<Value> {

@@ -22,9 +22,9 @@ use serde::Deserialize;
 
 pub use names::Overrides;
 
-use self::de::{Context, Reader};
-use self::failure::{Failure, Step};
-use self::node::{Node, Value};
+use self::de::{ReadContext, ValueReader};
+use self::failure::{PathStep, ReadFailure};
+use self::node::{Value, ValueNode};
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::error::Error;
 use crate::error_kind::ErrorKind;
@@ -45,15 +45,15 @@ pub enum Notation {
 }
 
 /// A scene with its text and syntax tree, for the positions of later problems.
-pub(crate) struct Parsed<'a> {
+pub(crate) struct ParsedScene<'a> {
     pub scene: Scene,
     /// File name for messages.
     pub file: &'a str,
     text: &'a str,
-    root: Node,
+    root: ValueNode,
 }
 
-impl Parsed<'_> {
+impl ParsedScene<'_> {
     /// Creates an error at the position of a path: `meshes[2].source.file`.
     pub fn error(&self, kind: ErrorKind, path: &str, message: impl Into<String>) -> Error {
         let span = places::span(&self.root, path);
@@ -90,7 +90,7 @@ pub(crate) fn parse<'a>(
     text: &'a str,
     notation: Notation,
     overrides: &Overrides,
-) -> Result<Parsed<'a>, Error> {
+) -> Result<ParsedScene<'a>, Error> {
     let fail = |problems| Error::Scene(Diagnostics::new(file, text, problems));
     let mut root = tree(text, notation).map_err(fail)?;
     other_format(&root).map_err(fail)?;
@@ -107,7 +107,7 @@ pub(crate) fn parse<'a>(
         .map(|problem| places::diagnostic(&root, text, problem))
         .collect();
     if problems.is_empty() {
-        Ok(Parsed {
+        Ok(ParsedScene {
             scene,
             file,
             text,
@@ -120,7 +120,7 @@ pub(crate) fn parse<'a>(
 
 /// Refuses a text of another format version with that message alone, because any line of the text
 /// may be wrong.
-fn other_format(root: &Node) -> Result<(), Vec<Diagnostic>> {
+fn other_format(root: &ValueNode) -> Result<(), Vec<Diagnostic>> {
     let Some(entry) = root.entry("format") else {
         let hint =
             format!("a scene begins with `format = {FORMAT}`, in JSON with `\"format\": {FORMAT}`");
@@ -143,7 +143,7 @@ fn other_format(root: &Node) -> Result<(), Vec<Diagnostic>> {
     }
 }
 
-fn tree(text: &str, notation: Notation) -> Result<Node, Vec<Diagnostic>> {
+fn tree(text: &str, notation: Notation) -> Result<ValueNode, Vec<Diagnostic>> {
     if text.trim().is_empty() {
         let hint = Some("the smallest scene is `format = 1`".to_owned());
         let message = "the file is empty".to_owned();
@@ -163,7 +163,7 @@ fn tree(text: &str, notation: Notation) -> Result<Node, Vec<Diagnostic>> {
 /// Deserializes the tree as a scene. A failure without a stand-in removes its object, material or
 /// section from the tree, and the rest is read again, so that one failure does not hide the next.
 fn read(
-    root: &mut Node,
+    root: &mut ValueNode,
     text: &str,
     names: &BTreeMap<String, f64>,
 ) -> Result<Scene, Vec<Diagnostic>> {
@@ -172,17 +172,17 @@ fn read(
     // times.
     let mut known = HashSet::new();
     for _ in 0..READINGS {
-        let context = Context {
+        let context = ReadContext {
             text,
             names,
             noted: Default::default(),
         };
-        let result = Scene::deserialize(Reader::root(root, &context));
+        let result = Scene::deserialize(ValueReader::root(root, &context));
         for noted in context
             .noted
             .into_inner()
             .into_iter()
-            .map(Failure::into_diagnostic)
+            .map(ReadFailure::into_diagnostic)
         {
             if known.insert(noted.clone()) {
                 problems.push(noted);
@@ -204,28 +204,28 @@ fn read(
 }
 
 /// Removes the top-level key, or the element of a top-level array, on a path.
-fn take_out(root: &mut Node, path: &[Step]) -> bool {
+fn take_out(root: &mut ValueNode, path: &[PathStep]) -> bool {
     let mut down = path.iter().rev();
-    let (Some(Step::Key(key)), Value::Table(entries)) = (down.next(), &mut root.value) else {
+    let (Some(PathStep::Key(key)), Value::Table(entries)) = (down.next(), &mut root.value) else {
         return false;
     };
-    let Some(at) = entries.iter().position(|entry| entry.key == *key) else {
+    let Some(position) = entries.iter().position(|entry| entry.key == *key) else {
         return false;
     };
-    match (&mut entries[at].node.value, down.next()) {
-        (Value::Array(items), Some(Step::Index(index))) if *index < items.len() => {
+    match (&mut entries[position].node.value, down.next()) {
+        (Value::Array(items), Some(PathStep::Index(index))) if *index < items.len() => {
             drop(items.remove(*index))
         }
-        _ => drop(entries.remove(at)),
+        _ => drop(entries.remove(position)),
     }
     true
 }
 
 /// Syntax tree of a valid text, for the positions of its parts.
 #[derive(Clone, Debug)]
-pub(crate) struct Tree(Node);
+pub(crate) struct TextTree(ValueNode);
 
-impl Tree {
+impl TextTree {
     /// Parses a text; `None` for a syntax error.
     pub fn new(text: &str, notation: Notation) -> Option<Self> {
         tree(text, notation).ok().map(Self)

@@ -6,28 +6,30 @@ use std::path::Path;
 use std::rc::Rc;
 
 use raywright_core::affine;
-use raywright_core::scene::{Fields, Light, MeshSource, Model, ModelFile, Object, Scene, Shape};
+use raywright_core::scene::{
+    Light, MaterialFields, MeshSource, Model, ModelFile, Object, Scene, Shape,
+};
 use raywright_core::suggest::closest;
 use raywright_core::validate::FARTHEST;
 
-use super::Parsed;
+use super::ParsedScene;
 use crate::error::Error;
 use crate::error_kind::ErrorKind;
 use crate::folder::{Folder, ReadError};
-use crate::gltf::Choice;
-use crate::import::{MODELS, Names, shown};
+use crate::gltf::ModelChoice;
+use crate::import::{MODELS, UniqueNames, printable};
 use crate::limits::Limits;
 use crate::model_file;
-use crate::source::Format;
+use crate::source::SceneFormat;
 use crate::up::moved;
 use crate::warning::Warning;
 
 /// Key of a loaded file: its path with the chosen scene, variant and time.
-type Key = (String, Option<String>, Option<String>, Option<u64>);
+type ModelKey = (String, Option<String>, Option<String>, Option<u64>);
 
 /// Data for placing a model. Its images, textures, materials and meshes are already in the scene;
 /// objects and lights are added by each placement.
-struct Part {
+struct LoadedModel {
     /// Objects, with the file's own material names.
     objects: Vec<Object>,
     lights: Vec<Light>,
@@ -36,17 +38,17 @@ struct Part {
 }
 
 /// Names used in the scene, so that those of models are unique.
-struct Taken {
-    images: Names,
-    textures: Names,
-    materials: Names,
-    meshes: Names,
+struct UsedNames {
+    images: UniqueNames,
+    textures: UniqueNames,
+    materials: UniqueNames,
+    meshes: UniqueNames,
 }
 
-impl Taken {
+impl UsedNames {
     fn of(scene: &Scene) -> Self {
-        fn all<'a>(names: impl Iterator<Item = &'a String>) -> Names {
-            let mut taken = Names::default();
+        fn all<'a>(names: impl Iterator<Item = &'a String>) -> UniqueNames {
+            let mut taken = UniqueNames::default();
             names.for_each(|name| drop(taken.unique(name)));
             taken
         }
@@ -65,12 +67,15 @@ impl Taken {
 /// At the position of the model: an unreadable or invalid file, a missing choice, and a transform
 /// beyond the range of coordinates.
 pub(super) fn read(
-    parsed: &mut Parsed<'_>,
+    parsed: &mut ParsedScene<'_>,
     outer: &Folder,
     limits: &Limits,
 ) -> Result<Vec<Warning>, Error> {
     let models = core::mem::take(&mut parsed.scene.models);
-    let (mut taken, mut parts) = (Taken::of(&parsed.scene), HashMap::<Key, Rc<Part>>::new());
+    let (mut taken, mut parts) = (
+        UsedNames::of(&parsed.scene),
+        HashMap::<ModelKey, Rc<LoadedModel>>::new(),
+    );
     let mut warnings = Vec::new();
     for (i, model) in models.iter().enumerate() {
         let key = (
@@ -111,7 +116,7 @@ fn label(model: &ModelFile) -> String {
 
 /// Loads a model's file as a scene of its own.
 fn load(
-    parsed: &Parsed<'_>,
+    parsed: &ParsedScene<'_>,
     outer: &Folder,
     limits: &Limits,
     model: &ModelFile,
@@ -141,7 +146,7 @@ fn load(
         memory_bytes: limits.memory_bytes.saturating_sub(taken),
         ..*limits
     };
-    let format = Format::of_model(file).ok_or_else(|| {
+    let format = SceneFormat::of_model(file).ok_or_else(|| {
         parsed.error(
             ErrorKind::Input,
             &at("file"),
@@ -155,19 +160,19 @@ fn load(
     ];
     if let Some((key, _)) = asks
         .iter()
-        .find(|(_, asked)| *asked && !format.has_choices())
+        .find(|(_, requested)| *requested && !format.has_choices())
     {
         let message = format!("{} has no scenes, no variants and no time", format.file());
         return Err(parsed.error(ErrorKind::Input, &at(key), message));
     }
-    let choice = Choice {
+    let choice = ModelChoice {
         scene: model.scene.as_deref(),
         variant: model.variant.as_deref(),
         animation: None,
         time: model.time,
     };
     let loaded = model_file::load(format, file, &bytes, (&folder, &limits), &choice, &());
-    outer.note(folder.take_hash().to_string().as_bytes());
+    outer.record(folder.take_hash().to_string().as_bytes());
     loaded
         .map(|loaded| (loaded.scene, loaded.warnings))
         .map_err(|error| match error.kind() {
@@ -181,7 +186,12 @@ fn load(
 }
 
 /// Moves everything but objects and lights of a file into the scene, under names with a prefix.
-fn adopt(scene: &mut Scene, mut own: Scene, label: &str, taken: &mut Taken) -> Part {
+fn adopt(
+    scene: &mut Scene,
+    mut own_scene: Scene,
+    label: &str,
+    taken: &mut UsedNames,
+) -> LoadedModel {
     let wish = |name: &str| format!("{label}/{name}");
     let (mut images, mut textures, mut materials, mut meshes) = (
         BTreeMap::new(),
@@ -189,20 +199,25 @@ fn adopt(scene: &mut Scene, mut own: Scene, label: &str, taken: &mut Taken) -> P
         BTreeMap::new(),
         BTreeMap::new(),
     );
-    let rename = |name: &mut String, names: &mut Names, known: &mut BTreeMap<String, String>| {
-        let new = names.unique(&wish(name));
-        known.insert(core::mem::replace(name, new.clone()), new);
-    };
-    own.images
+    let rename =
+        |name: &mut String, names: &mut UniqueNames, known: &mut BTreeMap<String, String>| {
+            let new = names.unique(&wish(name));
+            known.insert(core::mem::replace(name, new.clone()), new);
+        };
+    own_scene
+        .images
         .iter_mut()
         .for_each(|image| rename(&mut image.name, &mut taken.images, &mut images));
-    own.textures
+    own_scene
+        .textures
         .iter_mut()
         .for_each(|texture| rename(&mut texture.name, &mut taken.textures, &mut textures));
-    own.materials
+    own_scene
+        .materials
         .iter_mut()
         .for_each(|material| rename(&mut material.name, &mut taken.materials, &mut materials));
-    own.meshes
+    own_scene
+        .meshes
         .iter_mut()
         .for_each(|mesh| rename(&mut mesh.name, &mut taken.meshes, &mut meshes));
     let follow = |name: &mut String, known: &BTreeMap<String, String>| {
@@ -210,10 +225,11 @@ fn adopt(scene: &mut Scene, mut own: Scene, label: &str, taken: &mut Taken) -> P
             name.clone_from(new);
         }
     };
-    own.textures
+    own_scene
+        .textures
         .iter_mut()
         .for_each(|texture| follow(&mut texture.image, &images));
-    for material in &mut own.materials {
+    for material in &mut own_scene.materials {
         // Importers create physical materials only.
         let Model::Physical(model) = &mut material.model else {
             continue;
@@ -224,34 +240,36 @@ fn adopt(scene: &mut Scene, mut own: Scene, label: &str, taken: &mut Taken) -> P
             }
         });
     }
-    own.unread
+    own_scene
+        .unread
         .iter_mut()
         .for_each(|part| follow(&mut part.material, &materials));
-    for object in &mut own.objects {
+    for object in &mut own_scene.objects {
         if let Shape::Mesh(mesh) = &mut object.shape {
             follow(mesh, &meshes);
         }
         object.name = wish(&object.name);
     }
-    own.lights
+    own_scene
+        .lights
         .iter_mut()
         .for_each(|light| light.name = wish(&light.name));
-    scene.images.append(&mut own.images);
-    scene.textures.append(&mut own.textures);
-    scene.materials.append(&mut own.materials);
-    scene.meshes.append(&mut own.meshes);
-    scene.unread.append(&mut own.unread);
-    Part {
-        objects: own.objects,
-        lights: own.lights,
+    scene.images.append(&mut own_scene.images);
+    scene.textures.append(&mut own_scene.textures);
+    scene.materials.append(&mut own_scene.materials);
+    scene.meshes.append(&mut own_scene.meshes);
+    scene.unread.append(&mut own_scene.unread);
+    LoadedModel {
+        objects: own_scene.objects,
+        lights: own_scene.lights,
         materials,
     }
 }
 
 /// Adds a model's objects and lights under its transform.
 fn place(
-    parsed: &mut Parsed<'_>,
-    part: &Part,
+    parsed: &mut ParsedScene<'_>,
+    part: &LoadedModel,
     model: &ModelFile,
     index: usize,
 ) -> Result<(), Error> {
@@ -265,16 +283,16 @@ fn place(
             .materials
             .keys()
             .take(20)
-            .map(|name| format!("`{}`", shown(name)))
+            .map(|name| format!("`{}`", printable(name)))
             .collect();
         let meant = closest(name, part.materials.keys().map(String::as_str));
         let meant = meant
-            .map(|name| format!("; did you mean `{}`?", shown(name)))
+            .map(|name| format!("; did you mean `{}`?", printable(name)))
             .unwrap_or_default();
         let message = format!(
             "`{}` has no material `{}`{meant} Its materials: {}",
             model.file,
-            shown(name),
+            printable(name),
             listed.join(", ")
         );
         return Err(parsed.error(ErrorKind::Input, &at("materials"), message));
@@ -292,7 +310,10 @@ fn place(
             && whole.inverse().is_finite()
             && whole.translation.abs().max_element() <= FARTHEST)
         {
-            let message = format!("`{}` is taken beyond every measure", shown(&object.name));
+            let message = format!(
+                "`{}` is taken beyond every measure",
+                printable(&object.name)
+            );
             return Err(parsed.error(ErrorKind::Input, &at("transform"), message));
         }
         parsed.scene.objects.push(object);
@@ -305,7 +326,7 @@ fn place(
 }
 
 /// Error for an unreadable file.
-pub(super) fn unread(parsed: &Parsed<'_>, at: &str, why: &ReadError) -> Error {
+pub(super) fn unread(parsed: &ParsedScene<'_>, at: &str, why: &ReadError) -> Error {
     let kind = match why {
         ReadError::Refused(_) => ErrorKind::Input,
         ReadError::Unreadable(_) => ErrorKind::File,

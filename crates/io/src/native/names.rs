@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 use raywright_core::expr;
 use raywright_core::suggest::closest;
 
-use super::node::{Entry, Node, Value};
+use super::node::{Entry, Value, ValueNode};
 use crate::diagnostic::Diagnostic;
 use crate::error::Error;
 
@@ -14,7 +14,7 @@ use crate::error::Error;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Overrides {
     /// Time in seconds; `None`: the file's.
-    pub at: Option<f64>,
+    pub time: Option<f64>,
     /// Values of the file's parameters.
     pub set: Vec<(String, f64)>,
 }
@@ -25,21 +25,21 @@ pub struct Overrides {
 /// A parameter may use `t` and earlier parameters. A value from `overrides` replaces the text,
 /// which is then not evaluated.
 pub(crate) fn settle(
-    root: &mut Node,
+    root: &mut ValueNode,
     text: &str,
     overrides: &Overrides,
     noted: &mut Vec<Diagnostic>,
 ) -> Result<BTreeMap<String, f64>, Error> {
     check_overrides(root, overrides)?;
     let mut names = BTreeMap::new();
-    let mut t = overrides.at.unwrap_or(0.0);
+    let mut t = overrides.time.unwrap_or(0.0);
     if let Some(node) = root.get_mut("t") {
-        if overrides.at.is_none() {
+        if overrides.time.is_none() {
             t = number(node, "t", text, &names, noted);
         }
         node.value = Value::Float(t);
-    } else if let (Some(at), Value::Table(entries)) = (overrides.at, &mut root.value) {
-        let node = Node {
+    } else if let (Some(at), Value::Table(entries)) = (overrides.time, &mut root.value) {
+        let node = ValueNode {
             span: 0..0,
             value: Value::Float(at),
         };
@@ -56,7 +56,7 @@ pub(crate) fn settle(
         .iter()
         .map(|(name, value)| (name.as_str(), *value))
         .collect();
-    if let Some(Node {
+    if let Some(ValueNode {
         value: Value::Table(parameters),
         ..
     }) = root.get_mut("parameters")
@@ -77,7 +77,7 @@ pub(crate) fn settle(
     Ok(names)
 }
 
-fn check_overrides(root: &Node, overrides: &Overrides) -> Result<(), Error> {
+fn check_overrides(root: &ValueNode, overrides: &Overrides) -> Result<(), Error> {
     let known: Vec<&str> = match root.get("parameters").map(|node| &node.value) {
         Some(Value::Table(entries)) => entries.iter().map(|entry| entry.key.as_str()).collect(),
         _ => Vec::new(),
@@ -101,7 +101,7 @@ fn check_overrides(root: &Node, overrides: &Overrides) -> Result<(), Error> {
 
 /// Evaluates a number or an expression; a problem is recorded, and replaced by 1.
 fn number(
-    node: &Node,
+    node: &ValueNode,
     name: &str,
     text: &str,
     names: &BTreeMap<String, f64>,
@@ -135,12 +135,12 @@ fn number(
 }
 
 fn bad_name(entry: &Entry) -> Option<Diagnostic> {
-    let why = expr::parameter_name_problem(&entry.key)?;
+    let reason = expr::parameter_name_problem(&entry.key)?;
     let message = format!("`{}` cannot be the name of a parameter", entry.key);
     Some(Diagnostic {
         message,
         span: Some(entry.key_span.clone()),
         label: String::new(),
-        hint: Some(why),
+        hint: Some(reason),
     })
 }

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 /// A value and its byte range in the text.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Node {
+pub(crate) struct ValueNode {
     /// Byte range; for a table under a `[header]`, that of the header.
     pub span: Range<usize>,
     pub value: Value,
@@ -22,7 +22,7 @@ pub(crate) enum Value {
     Text(String),
     /// A TOML date or time, which a scene never uses.
     Date,
-    Array(Vec<Node>),
+    Array(Vec<ValueNode>),
     /// In the order of the text, keys unique.
     Table(Vec<Entry>),
 }
@@ -32,12 +32,12 @@ pub(crate) enum Value {
 pub(crate) struct Entry {
     pub key: String,
     pub key_span: Range<usize>,
-    pub node: Node,
+    pub node: ValueNode,
 }
 
-impl Node {
+impl ValueNode {
     /// Returns the value of a key, if this is a table with that key.
-    pub fn get(&self, key: &str) -> Option<&Node> {
+    pub fn get(&self, key: &str) -> Option<&ValueNode> {
         self.entry(key).map(|entry| &entry.node)
     }
 
@@ -50,7 +50,7 @@ impl Node {
     }
 
     /// Returns the value of a key for changes, if this is a table with that key.
-    pub fn get_mut(&mut self, key: &str) -> Option<&mut Node> {
+    pub fn get_mut(&mut self, key: &str) -> Option<&mut ValueNode> {
         match &mut self.value {
             Value::Table(entries) => entries
                 .iter_mut()

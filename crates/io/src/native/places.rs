@@ -4,11 +4,11 @@ use std::ops::Range;
 
 use raywright_core::validate::Problem;
 
-use super::node::{Node, Value};
+use super::node::{Value, ValueNode};
 use crate::diagnostic::Diagnostic;
 
 /// Creates a diagnostic at the position of a problem.
-pub(crate) fn diagnostic(root: &Node, text: &str, problem: Problem) -> Diagnostic {
+pub(crate) fn diagnostic(root: &ValueNode, text: &str, problem: Problem) -> Diagnostic {
     let (node, whole) = find(root, &problem.path);
     let span = match problem.within {
         Some(part) if whole => node.span_within(text, &part),
@@ -27,7 +27,7 @@ pub(crate) fn diagnostic(root: &Node, text: &str, problem: Problem) -> Diagnosti
 /// Returns the deepest existing value on a path, and whether the whole path exists: a value omitted
 /// from the text has its default, and a problem with that default is reported at the enclosing
 /// value.
-pub(crate) fn find<'a>(root: &'a Node, path: &str) -> (&'a Node, bool) {
+pub(crate) fn find<'a>(root: &'a ValueNode, path: &str) -> (&'a ValueNode, bool) {
     let mut node = root;
     for step in path.split(['.', '[']).filter(|step| !step.is_empty()) {
         let next = match (&node.value, step.strip_suffix(']')) {
@@ -46,7 +46,7 @@ pub(crate) fn find<'a>(root: &'a Node, path: &str) -> (&'a Node, bool) {
 }
 
 /// Position of the deepest existing value on a path; `None` for the root.
-pub(crate) fn span(root: &Node, path: &str) -> Option<Range<usize>> {
+pub(crate) fn span(root: &ValueNode, path: &str) -> Option<Range<usize>> {
     let (node, _) = find(root, path);
     (!std::ptr::eq(node, root)).then(|| node.span.clone())
 }

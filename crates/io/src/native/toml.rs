@@ -2,20 +2,20 @@
 
 use toml::de::{DeTable, DeValue};
 
-use super::node::{Entry, Node, Value};
+use super::node::{Entry, Value, ValueNode};
 use crate::diagnostic::Diagnostic;
 
 /// Largest number of kept messages: after the first ones the parser mostly repeats itself.
 const KEPT: usize = 5;
 
 /// Parses a whole file; on failure returns the parser's independent errors, in order.
-pub(crate) fn parse(text: &str) -> Result<Node, Vec<Diagnostic>> {
+pub(crate) fn parse(text: &str) -> Result<ValueNode, Vec<Diagnostic>> {
     let (table, errors) = DeTable::parse_recoverable(text);
     if !errors.is_empty() {
         return Err(diagnostics(text, &errors));
     }
     let mut wrong = Vec::new();
-    let root = Node {
+    let root = ValueNode {
         span: 0..0,
         value: table_value(table.get_ref(), &mut wrong),
     };
@@ -32,7 +32,7 @@ fn table_value(table: &DeTable<'_>, wrong: &mut Vec<Diagnostic>) -> Value {
         .map(|(key, value)| Entry {
             key: key.get_ref().to_string(),
             key_span: key.span(),
-            node: Node {
+            node: ValueNode {
                 span: value.span(),
                 value: convert(value.get_ref(), value.span(), wrong),
             },
@@ -56,7 +56,7 @@ fn convert(
         DeValue::Array(items) => Value::Array(
             items
                 .iter()
-                .map(|item| Node {
+                .map(|item| ValueNode {
                     span: item.span(),
                     value: convert(item.get_ref(), item.span(), wrong),
                 })

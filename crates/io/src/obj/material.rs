@@ -23,8 +23,8 @@ use raywright_core::scene::{
     TextureInput, TextureRef,
 };
 
-use super::texture::{Map, Textures};
-use crate::import::{Warnings, shown};
+use super::texture::{TextureStatement, Textures};
+use crate::import::{Warnings, printable};
 use crate::warning::WarningCode;
 
 /// Perceptual roughness of a Phong lobe with this exponent: its α is √(2/(n+2)) (Walter, Marschner,
@@ -91,13 +91,15 @@ pub(super) fn convert(
     layers(source, &mut out);
     if let Some(statement) = unknown("norm") {
         out.normal_texture = texture(Some(statement), ColourSpace::Linear);
-        out.normal_scale = Map::parse(statement).bump;
+        out.normal_scale = TextureStatement::parse(statement).bump;
     }
     if !out.may_transmit() {
         let opacity = opacity(source, warnings);
         out.opacity = opacity.into();
         let own_alpha = match (&source.dissolve_texture, &source.diffuse_texture) {
-            (Some(alpha), Some(colour)) => Map::parse(alpha).path == Map::parse(colour).path,
+            (Some(alpha), Some(colour)) => {
+                TextureStatement::parse(alpha).path == TextureStatement::parse(colour).path
+            }
             _ => false,
         };
         if opacity < 1.0 || own_alpha {
@@ -144,7 +146,7 @@ fn surface(source: &tobj::Material) -> Physical {
     let rough = source.shininess.map_or(1.0, |n| roughness(single(n)));
     let illum = source.illumination_model.unwrap_or(2);
     let clear = filter.is_some_and(|tint| !black(tint)) || source.dissolve.is_some_and(|d| d < 1.0);
-    let of = |colour: [f64; 3]| Physical {
+    let value_of = |colour: [f64; 3]| Physical {
         base_colour: Colour(colour).into(),
         ..Physical::default()
     };
@@ -153,45 +155,45 @@ fn surface(source: &tobj::Material) -> Physical {
             transmission: 1.0.into(),
             roughness: 0.0.into(),
             ior: index.unwrap_or(1.5).into(),
-            ..of(filter.unwrap_or([1.0; 3]))
+            ..value_of(filter.unwrap_or([1.0; 3]))
         },
         4 | 9 if clear => Physical {
             transmission: 1.0.into(),
             roughness: 0.0.into(),
             ior: index.unwrap_or(1.5).into(),
-            ..of(filter.unwrap_or([1.0; 3]))
+            ..value_of(filter.unwrap_or([1.0; 3]))
         },
         3 if black(diffuse) => Physical {
             metallic: 1.0.into(),
             roughness: 0.0.into(),
-            ..of(specular)
+            ..value_of(specular)
         },
         3 => Physical {
             metallic: 1.0.into(),
             roughness: rough.into(),
-            ..of(diffuse)
+            ..value_of(diffuse)
         },
         5 => Physical {
             roughness: 0.0.into(),
             ior: index.unwrap_or(1.5).into(),
-            ..of(diffuse)
+            ..value_of(diffuse)
         },
         0 | 1 => Physical {
             ior: 1.0.into(),
-            ..of(diffuse)
+            ..value_of(diffuse)
         },
         _ if black(specular) => Physical {
             ior: 1.0.into(),
-            ..of(diffuse)
+            ..value_of(diffuse)
         },
         _ if black(diffuse) && source.diffuse_texture.is_none() => Physical {
             metallic: 1.0.into(),
             roughness: rough.into(),
-            ..of(specular)
+            ..value_of(specular)
         },
         _ => Physical {
             roughness: rough.into(),
-            ..of(diffuse)
+            ..value_of(diffuse)
         },
     }
 }
@@ -235,7 +237,7 @@ fn opacity(source: &tobj::Material, warnings: &mut Warnings) -> f64 {
                 WarningCode::Choice,
                 format!(
                     "material `{}`: Tr 1 alone was taken as opaque",
-                    shown(&source.name)
+                    printable(&source.name)
                 ),
             );
             1.0
@@ -283,7 +285,7 @@ pub(super) fn unread(source: &tobj::Material) -> Vec<String> {
     ignored.truncate(20);
     ignored
         .into_iter()
-        .map(|key| format!("MTL {}", shown(key)))
+        .map(|key| format!("MTL {}", printable(key)))
         .collect()
 }
 
@@ -354,12 +356,15 @@ mod tests {
         .remove(0);
         let mut coated = Physical::default();
         layers(&source, &mut coated);
-        let (coat, combed) = (
+        let (coat, anisotropy) = (
             coated.clearcoat.expect("a coat"),
             coated.anisotropy.expect("combed"),
         );
         assert_eq!((coat.factor, coat.roughness), (0.8.into(), 0.1.into()));
-        assert_eq!((combed.strength, combed.rotation), (0.6.into(), 90.0));
+        assert_eq!(
+            (anisotropy.strength, anisotropy.rotation),
+            (0.6.into(), 90.0)
+        );
         assert_eq!(
             coated.sheen.expect("fibres").colour,
             Colour([0.5; 3]).into()

@@ -6,29 +6,29 @@ use std::collections::HashMap;
 use glam::{DVec3, Vec3};
 use raywright_core::scene::{MeshData, Positions, origin_near};
 
-use super::survey::{Run, Shading};
+use super::survey::{FaceRun, Shading};
 use crate::import::{Fault, Outcome};
 use crate::mesh_tools::painted;
 use crate::polygon::{self, Clipper};
 
 /// Faces of one material, all flat or all smooth.
 #[derive(Debug)]
-pub(super) struct Part {
-    /// As in [`Run::material`].
+pub(super) struct MaterialFaces {
+    /// As in [`FaceRun::material`].
     pub material: Option<usize>,
     pub data: MeshData,
 }
 
 /// A smoothing group and a position by its stored bits: vertices that differ in texture coordinates
 /// only share a smooth normal.
-type Place = (u32, [u32; 3]);
+type PositionKey = (u32, [u32; 3]);
 
 /// Builds the meshes of all runs.
 ///
 /// # Errors
 /// A fault of kind limit for too many vertices or oversized concave polygons.
-pub(super) fn build(runs: &[Run], models: Vec<tobj::Model>) -> Outcome<Vec<Part>> {
-    let models: Vec<(Run, tobj::Mesh)> = models
+pub(super) fn build(runs: &[FaceRun], models: Vec<tobj::Model>) -> Outcome<Vec<MaterialFaces>> {
+    let models: Vec<(FaceRun, tobj::Mesh)> = models
         .into_iter()
         .filter_map(|model| Some((*runs.get(model.name.parse::<usize>().ok()?)?, model.mesh)))
         .collect();
@@ -44,7 +44,7 @@ pub(super) fn build(runs: &[Run], models: Vec<tobj::Model>) -> Outcome<Vec<Part>
         .any(|&c| c as f32 > 1.0);
     let scale = if bytes { 1.0 / 255.0 } else { 1.0 };
     let mut clipper = Clipper::default();
-    let mut parts: Vec<Part> = Vec::new();
+    let mut parts: Vec<MaterialFaces> = Vec::new();
     let mut numbers: HashMap<(Option<usize>, bool), usize> = HashMap::new();
     for (run, mesh) in &models {
         let next = parts.len();
@@ -52,7 +52,7 @@ pub(super) fn build(runs: &[Run], models: Vec<tobj::Model>) -> Outcome<Vec<Part>
             .entry((run.material, run.shading == Shading::Flat))
             .or_insert(next);
         if number == next {
-            parts.push(Part {
+            parts.push(MaterialFaces {
                 material: run.material,
                 data: MeshData {
                     positions: Positions::about(origin),
@@ -108,13 +108,13 @@ fn double(p: [f32; 3]) -> DVec3 {
     Vec3::from_array(p).as_dvec3()
 }
 
-fn place(group: u32, p: [f32; 3]) -> Place {
+fn place(group: u32, p: [f32; 3]) -> PositionKey {
     // Adding 0 maps −0 to 0.
     (group, p.map(|c| (c + 0.0).to_bits()))
 }
 
 /// Sums the area-weighted normals of the polygons for each smoothing group and position.
-fn smooth_normals(models: &[(Run, tobj::Mesh)], origin: DVec3) -> HashMap<Place, DVec3> {
+fn smooth_normals(models: &[(FaceRun, tobj::Mesh)], origin: DVec3) -> HashMap<PositionKey, DVec3> {
     let mut sums = HashMap::new();
     let mut points = Vec::new();
     for (run, mesh) in models {
@@ -143,9 +143,9 @@ fn smooth_normals(models: &[(Run, tobj::Mesh)], origin: DVec3) -> HashMap<Place,
 /// Adds a run's vertices to a mesh.
 fn append_vertices(
     out: &mut MeshData,
-    run: &Run,
+    run: &FaceRun,
     (mesh, origin): (&tobj::Mesh, DVec3),
-    normals: &HashMap<Place, DVec3>,
+    normals: &HashMap<PositionKey, DVec3>,
     scale: f32,
 ) -> Outcome<()> {
     let before = out.positions.len();
@@ -199,7 +199,7 @@ fn append_triangles(
 }
 
 /// Adds texture coordinates; in a mesh where only some runs have them, the others get zero.
-fn append_uvs(out: &mut MeshData, run: &Run, mesh: &tobj::Mesh, before: usize, count: usize) {
+fn append_uvs(out: &mut MeshData, run: &FaceRun, mesh: &tobj::Mesh, before: usize, count: usize) {
     if run.textured && out.uvs.is_empty() {
         out.uvs.push(vec![[0.0; 2]; before]);
     }

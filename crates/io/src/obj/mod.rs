@@ -18,18 +18,18 @@ use std::path::Path;
 
 use raywright_core::Scene;
 use raywright_core::scene::{
-    Material, Mesh, MeshData, MeshSource, Model, Object, Shape, SideRule, Unread,
+    Material, Mesh, MeshData, MeshSource, Model, Object, Shape, SideRule, UnreadPart,
 };
 
 use crate::folder::Folder;
-use crate::import::{Budget, Fault, Imported, Names, Outcome, Warnings, checked};
+use crate::import::{DecodeBudget, Fault, ImportedScene, Outcome, UniqueNames, Warnings, checked};
 use crate::text::refuse_foreign;
 use crate::warning::WarningCode;
 use crate::{Error, Limits, mesh_tools};
 
-use mesh::Part;
-use mtl::Library;
-use survey::Survey;
+use mesh::MaterialFaces;
+use mtl::MaterialLibrary;
+use survey::ObjSurvey;
 use texture::Textures;
 
 /// Imports an OBJ file from its bytes, with the material libraries and images beside the file.
@@ -42,13 +42,13 @@ pub(crate) fn load(
     bytes: &[u8],
     folder: &Folder,
     limits: &Limits,
-) -> Result<Imported, Error> {
+) -> Result<ImportedScene, Error> {
     import(file, bytes, folder, limits).map_err(|fault| fault.into_error(file.display()))
 }
 
-fn import(file: &Path, bytes: &[u8], folder: &Folder, limits: &Limits) -> Outcome<Imported> {
+fn import(file: &Path, bytes: &[u8], folder: &Folder, limits: &Limits) -> Outcome<ImportedScene> {
     let mut warnings = Warnings::default();
-    let mut budget = Budget::new(limits);
+    let mut budget = DecodeBudget::new(limits);
     refuse_foreign(bytes)?;
     let survey = survey::survey(&lines::decode(bytes), &mut budget, &mut warnings)?;
     let library = mtl::load(&survey.libraries, folder, &mut warnings)?;
@@ -64,9 +64,9 @@ pub(crate) fn of_mesh(
     file: &Path,
     data: MeshData,
     context: (&Folder, &Limits),
-    budget: Budget,
+    budget: DecodeBudget,
     warnings: Warnings,
-) -> Outcome<Imported> {
+) -> Outcome<ImportedScene> {
     of_parts(
         file,
         vec![(None, data)],
@@ -83,14 +83,14 @@ pub(crate) fn of_parts(
     parts: Vec<(Option<usize>, MeshData)>,
     images: Vec<String>,
     (folder, limits): (&Folder, &Limits),
-    budget: Budget,
+    budget: DecodeBudget,
     warnings: Warnings,
-) -> Outcome<Imported> {
+) -> Outcome<ImportedScene> {
     let is_whole = parts.len() == 1 && parts.iter().all(|(image, _)| image.is_some());
-    let (names, library) = Library::of_images(images, is_whole);
+    let (names, library) = MaterialLibrary::of_images(images, is_whole);
     let parts = parts
         .into_iter()
-        .map(|(material, data)| Part { material, data })
+        .map(|(material, data)| MaterialFaces { material, data })
         .collect();
     scene(
         file,
@@ -104,11 +104,11 @@ pub(crate) fn of_parts(
 /// Builds a scene with an object for each part.
 fn scene(
     file: &Path,
-    parts: Vec<Part>,
+    parts: Vec<MaterialFaces>,
     mut materials: Materials,
-    mut budget: Budget,
+    mut budget: DecodeBudget,
     mut warnings: Warnings,
-) -> Outcome<Imported> {
+) -> Outcome<ImportedScene> {
     let mut scene = Scene {
         title: file
             .file_stem()
@@ -117,7 +117,7 @@ fn scene(
         ..Scene::default()
     };
     materials.read_images(&parts, &mut scene, &mut budget, &mut warnings)?;
-    let mut names = Names::default();
+    let mut names = UniqueNames::default();
     for mut part in parts {
         let dropped = mesh_tools::drop_unusable(&mut part.data);
         if dropped > 0 {
@@ -165,7 +165,7 @@ fn scene(
 }
 
 /// Parses the rewritten text with tobj: for each run a list of welded vertices, and polygons.
-fn models(survey: &Survey) -> Outcome<Vec<tobj::Model>> {
+fn models(survey: &ObjSurvey) -> Outcome<Vec<tobj::Model>> {
     let options = tobj::LoadOptions {
         single_index: true,
         ..tobj::LoadOptions::default()
@@ -181,21 +181,21 @@ fn models(survey: &Survey) -> Outcome<Vec<tobj::Model>> {
 struct Materials<'a> {
     /// Names used by the file, by number.
     used: Vec<String>,
-    library: Library,
+    library: MaterialLibrary,
     textures: Textures<'a>,
-    names: Names,
+    names: UniqueNames,
     /// Name in the scene, by the number in the survey and by the use of vertex colours.
     known: HashMap<(Option<usize>, bool), String>,
 }
 
 impl<'a> Materials<'a> {
     /// Starts without any converted material.
-    fn new(used: Vec<String>, library: Library, textures: Textures<'a>) -> Self {
+    fn new(used: Vec<String>, library: MaterialLibrary, textures: Textures<'a>) -> Self {
         Self {
             used,
             library,
             textures,
-            names: Names::default(),
+            names: UniqueNames::default(),
             known: HashMap::new(),
         }
     }
@@ -210,9 +210,9 @@ impl<'a> Materials<'a> {
     /// Reads the images of the materials used by the parts.
     fn read_images(
         &mut self,
-        parts: &[Part],
+        parts: &[MaterialFaces],
         scene: &mut Scene,
-        budget: &mut Budget,
+        budget: &mut DecodeBudget,
         warnings: &mut Warnings,
     ) -> Outcome<()> {
         let mut statements = Vec::new();
@@ -245,9 +245,9 @@ impl<'a> Materials<'a> {
         model.vertex_colours = coloured;
         let name = self.names.unique(&label);
         let unread = material::unread(source.as_ref()).into_iter();
-        scene.unread.extend(unread.map(|what| Unread {
+        scene.unread.extend(unread.map(|subject| UnreadPart {
             material: name.clone(),
-            what,
+            label: subject,
         }));
         scene.materials.push(Material {
             name: name.clone(),

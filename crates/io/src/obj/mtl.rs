@@ -7,23 +7,23 @@ use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
 
 use super::lines::{Statement, decode, relative, statements};
-use super::texture::Map;
+use super::texture::TextureStatement;
 use crate::folder::{Folder, ReadError};
-use crate::import::{Fault, Outcome, Warnings, shown};
+use crate::import::{Fault, Outcome, Warnings, printable};
 use crate::text::{has_decimal_comma, number};
 use crate::warning::WarningCode;
 
 /// Materials of all libraries named by an OBJ file; the later of two with the same name is in
 /// force.
 #[derive(Debug, Default)]
-pub(super) struct Library {
+pub(super) struct MaterialLibrary {
     materials: HashMap<String, tobj::Material>,
 }
 
 /// Name of the material for faces without one.
 pub(super) const DEFAULT: &str = "default";
 
-impl Library {
+impl MaterialLibrary {
     /// Returns the default material with each of the images, under names by their indices. The
     /// material of a file with a single image for all faces keeps the default name.
     pub fn of_images(images: Vec<String>, is_whole: bool) -> (Vec<String>, Self) {
@@ -49,16 +49,21 @@ impl Library {
     }
 
     /// Returns a material by name, or a default one, with a warning if the file named the material.
-    pub fn get(&self, name: &str, asked: bool, warnings: &mut Warnings) -> Cow<'_, tobj::Material> {
+    pub fn get(
+        &self,
+        name: &str,
+        requested: bool,
+        warnings: &mut Warnings,
+    ) -> Cow<'_, tobj::Material> {
         match self.materials.get(name) {
             Some(material) => Cow::Borrowed(material),
             None => {
-                if asked {
+                if requested {
                     warnings.add(
                         WarningCode::Material,
                         format!(
                             "material `{}` is in no library; grey was taken",
-                            shown(name)
+                            printable(name)
                         ),
                     );
                 }
@@ -72,8 +77,12 @@ impl Library {
 ///
 /// # Errors
 /// A fault of kind limit for an oversized library.
-pub(super) fn load(names: &[String], folder: &Folder, warnings: &mut Warnings) -> Outcome<Library> {
-    let mut library = Library::default();
+pub(super) fn load(
+    names: &[String],
+    folder: &Folder,
+    warnings: &mut Warnings,
+) -> Outcome<MaterialLibrary> {
+    let mut library = MaterialLibrary::default();
     let mut seen = HashSet::new();
     for rest in names {
         if !seen.insert(rest) {
@@ -84,14 +93,17 @@ pub(super) fn load(names: &[String], folder: &Folder, warnings: &mut Warnings) -
             // Images of unused materials are not read, but are the user's files too.
             statements(&text)
                 .filter(names_image)
-                .for_each(|statement| folder.name(&Map::parse(statement.rest).path));
+                .for_each(|statement| folder.name(&TextureStatement::parse(statement.rest).path));
             match tobj::load_mtl_buf(&mut text.as_bytes()) {
                 Ok((materials, _)) => library
                     .materials
                     .extend(materials.into_iter().map(|m| (m.name.clone(), m))),
                 Err(error) => warnings.add(
                     WarningCode::Material,
-                    format!("material library `{}` was not read ({error})", shown(rest)),
+                    format!(
+                        "material library `{}` was not read ({error})",
+                        printable(rest)
+                    ),
                 ),
             }
         }
@@ -111,7 +123,7 @@ fn files(rest: &str, folder: &Folder, warnings: &mut Warnings) -> Outcome<Vec<Ve
     let words: Vec<&str> = rest.split_whitespace().collect();
     match whole {
         Ok(bytes) => Ok(vec![bytes]),
-        Err(ReadError::TooLarge(why)) => Err(Fault::limit(why)),
+        Err(ReadError::TooLarge(reason)) => Err(Fault::limit(reason)),
         Err(why) if words.len() < 2 => {
             warnings.add(WarningCode::Material, format!("material library: {why}"));
             Ok(Vec::new())
@@ -121,7 +133,7 @@ fn files(rest: &str, folder: &Folder, warnings: &mut Warnings) -> Outcome<Vec<Ve
             for word in words {
                 match folder.read(&relative(word)) {
                     Ok(bytes) => found.push(bytes),
-                    Err(ReadError::TooLarge(why)) => return Err(Fault::limit(why)),
+                    Err(ReadError::TooLarge(reason)) => return Err(Fault::limit(reason)),
                     Err(why) => {
                         warnings.add(WarningCode::Material, format!("material library: {why}"))
                     }
@@ -146,8 +158,8 @@ fn safe(text: &str, warnings: &mut Warnings) -> String {
                 format!(
                     "material library, line {}: `{} {}` was not understood",
                     statement.line,
-                    shown(statement.keyword),
-                    shown(statement.rest)
+                    printable(statement.keyword),
+                    printable(statement.rest)
                 ),
             ),
         }

@@ -5,14 +5,14 @@
 //! other programs, lose smoothing groups and the names of unknown materials, shift vertex colours
 //! when only some vertices have them, take index 0 for "none", and compute with indices before it
 //! compares them; its errors name no line. The rewritten text has all vertices first, then one
-//! group for each [`Run`], named by its number, with valid absolute indices.
+//! group for each [`FaceRun`], named by its number, with valid absolute indices.
 
 use std::collections::HashMap;
 use std::fmt::Write as _;
 
 use super::lines::{Statement, statements};
-use crate::import::{Budget, Fault, Outcome, Warnings, shown};
-use crate::text::{no_number, number};
+use crate::import::{DecodeBudget, Fault, Outcome, Warnings, printable};
+use crate::text::{message_for_no_number, number};
 use crate::warning::WarningCode;
 
 /// Source of a run's normals.
@@ -28,8 +28,8 @@ pub(super) enum Shading {
 
 /// Common properties of the faces in one group of the rewritten text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(super) struct Run {
-    /// Index into [`Survey::materials`]; `None` before the first `usemtl`.
+pub(super) struct FaceRun {
+    /// Index into [`ObjSurvey::materials`]; `None` before the first `usemtl`.
     pub material: Option<usize>,
     /// Source of the normals.
     pub shading: Shading,
@@ -39,11 +39,11 @@ pub(super) struct Run {
 
 /// Result of the first pass.
 #[derive(Debug, Default)]
-pub(super) struct Survey {
+pub(super) struct ObjSurvey {
     /// The rewritten text.
     pub text: String,
     /// Properties of its groups, by number.
-    pub runs: Vec<Run>,
+    pub runs: Vec<FaceRun>,
     /// Names of materials in order of first use.
     pub materials: Vec<String>,
     /// Text after each `mtllib`.
@@ -51,26 +51,26 @@ pub(super) struct Survey {
 }
 
 /// Numbers of positions, texture coordinates and normals.
-type Counts = [usize; 3];
+type VertexCounts = [usize; 3];
 
-struct Walk<'s, 'a> {
-    survey: Survey,
+struct SurveyWalk<'s, 'a> {
+    survey: ObjSurvey,
     warnings: &'s mut Warnings,
-    totals: Counts,
-    so_far: Counts,
+    totals: VertexCounts,
+    so_far: VertexCounts,
     coloured: bool,
     material: Option<usize>,
     smoothing: u32,
     material_numbers: HashMap<&'a str, usize>,
-    run_numbers: HashMap<Run, usize>,
+    run_numbers: HashMap<FaceRun, usize>,
     /// Faces of the rewritten text, by run.
     faces: Vec<String>,
     /// Faces that refer to missing texture coordinates, and to missing normals.
-    dangling: [Option<Dangling>; 2],
+    dangling: [Option<DanglingReferences>; 2],
 }
 
 /// References to missing data.
-struct Dangling {
+struct DanglingReferences {
     /// The first of them: line, corner and cause.
     first: String,
     faces: usize,
@@ -80,15 +80,19 @@ struct Dangling {
 ///
 /// # Errors
 /// A fault of kind input that names line and cause; of kind limit beyond any limit.
-pub(super) fn survey(text: &str, budget: &mut Budget, warnings: &mut Warnings) -> Outcome<Survey> {
+pub(super) fn survey(
+    text: &str,
+    budget: &mut DecodeBudget,
+    warnings: &mut Warnings,
+) -> Outcome<ObjSurvey> {
     let (totals, coloured, corners) = count(text);
     // A second copy of the text, tobj's data per vertex and per corner, and the resulting meshes.
     budget.memory(text.len(), 2)?;
     budget.memory(totals.iter().sum::<usize>(), 48)?;
     budget.memory(corners, 128)?;
     budget.triangles(corners)?;
-    let mut walk = Walk {
-        survey: Survey::default(),
+    let mut walk = SurveyWalk {
+        survey: ObjSurvey::default(),
         warnings,
         totals,
         so_far: [0; 3],
@@ -102,28 +106,28 @@ pub(super) fn survey(text: &str, budget: &mut Budget, warnings: &mut Warnings) -
     };
     for statement in statements(text) {
         walk.statement(&statement)
-            .map_err(|fault| fault.at(format_args!("line {}", statement.line)))?;
+            .map_err(|fault| fault.with_place(format_args!("line {}", statement.line)))?;
     }
     let lost = walk
         .dangling
         .iter()
         .zip(["texture coordinates", "normals"])
-        .filter_map(|(dangling, what)| {
-            let Dangling { first, faces } = dangling.as_ref()?;
+        .filter_map(|(dangling, label)| {
+            let DanglingReferences { first, faces } = dangling.as_ref()?;
             let whose = if *faces == 1 {
                 "1 face refers".to_owned()
             } else {
                 format!("{faces} faces refer")
             };
             Some(format!(
-                "{first}; {whose} to {what} that the file does not have, and did without"
+                "{first}; {whose} to {label} that the file does not have, and did without"
             ))
         });
     let lost: Vec<String> = lost.collect();
     if !lost.is_empty() {
         walk.warnings.add(WarningCode::Geometry, lost.join("; "));
     }
-    let Walk {
+    let SurveyWalk {
         mut survey, faces, ..
     } = walk;
     for (i, faces) in faces.iter().enumerate() {
@@ -134,7 +138,7 @@ pub(super) fn survey(text: &str, budget: &mut Budget, warnings: &mut Warnings) -
 }
 
 /// Counts the vertices of each kind and the corners of all faces, and detects vertex colours.
-fn count(text: &str) -> (Counts, bool, usize) {
+fn count(text: &str) -> (VertexCounts, bool, usize) {
     let (mut counts, mut coloured, mut corners) = ([0; 3], false, 0);
     for statement in statements(text) {
         match statement.keyword {
@@ -151,7 +155,7 @@ fn count(text: &str) -> (Counts, bool, usize) {
     (counts, coloured, corners)
 }
 
-impl<'a> Walk<'_, 'a> {
+impl<'a> SurveyWalk<'_, 'a> {
     fn statement(&mut self, statement: &Statement<'a>) -> Outcome<()> {
         match statement.keyword {
             "v" => self.position(statement.rest)?,
@@ -181,7 +185,7 @@ impl<'a> Walk<'_, 'a> {
                 .add(WarningCode::PointsAndLines, "points and lines are ignored"),
             other => self.warnings.add(
                 WarningCode::Unsupported,
-                format!("statements `{}` are ignored", shown(other)),
+                format!("statements `{}` are ignored", printable(other)),
             ),
         }
         Ok(())
@@ -192,7 +196,7 @@ impl<'a> Walk<'_, 'a> {
     fn position(&mut self, rest: &str) -> Outcome<()> {
         let mut words = Vec::with_capacity(8);
         for word in rest.split_whitespace().take(8) {
-            words.push(number(word).ok_or_else(|| no_number("v", word))?);
+            words.push(number(word).ok_or_else(|| message_for_no_number("v", word))?);
         }
         let weighted = words.len() == 4
             && words.last().is_some_and(|weight| weight.1 != 0.0)
@@ -232,7 +236,7 @@ impl<'a> Walk<'_, 'a> {
         self.survey.text.push_str(keyword);
         let mut found = 0;
         for word in rest.split_whitespace().take(*numbers.end()) {
-            let (word, _) = number(word).ok_or_else(|| no_number(keyword, word))?;
+            let (word, _) = number(word).ok_or_else(|| message_for_no_number(keyword, word))?;
             self.survey.text.push(' ');
             self.survey.text.push_str(word);
             found += 1;
@@ -255,13 +259,13 @@ impl<'a> Walk<'_, 'a> {
         let mut corners = Vec::with_capacity(4);
         let mut dangling = [None, None];
         for word in statement.rest.split_whitespace() {
-            let place = |fault: Fault| fault.at(format_args!("f: `{}`", shown(word)));
+            let place = |fault: Fault| fault.with_place(format_args!("f: `{}`", printable(word)));
             corners.push(self.corner(word, &mut dangling).map_err(place)?);
         }
         for (all, one) in self.dangling.iter_mut().zip(dangling) {
-            let Some(what) = one else { continue };
-            let first = || Dangling {
-                first: format!("line {}: f: {what}", statement.line),
+            let Some(label) = one else { continue };
+            let first = || DanglingReferences {
+                first: format!("line {}: f: {label}", statement.line),
                 faces: 0,
             };
             all.get_or_insert_with(first).faces += 1;
@@ -280,7 +284,7 @@ impl<'a> Walk<'_, 'a> {
             0 => Shading::Flat,
             group => Shading::Group(group),
         };
-        let run = Run {
+        let run = FaceRun {
             material: self.material,
             shading,
             textured,
@@ -296,7 +300,7 @@ impl<'a> Walk<'_, 'a> {
         };
         out.push('f');
         for corner in corners {
-            let Corner {
+            let CornerIndices {
                 position,
                 texture,
                 normal,
@@ -316,7 +320,7 @@ impl<'a> Walk<'_, 'a> {
     /// Reads the indices of a corner and checks that each exists. A missing texture coordinate or
     /// normal is dropped, and recorded for the face's first one: some programs write indices of
     /// omitted lines, and only detail is lost.
-    fn corner(&self, word: &str, dangling: &mut [Option<String>; 2]) -> Outcome<Corner> {
+    fn corner(&self, word: &str, dangling: &mut [Option<String>; 2]) -> Outcome<CornerIndices> {
         let mut parts = word.split('/');
         let [v, vt, vn] = [
             parts.next().unwrap_or_default(),
@@ -326,17 +330,17 @@ impl<'a> Walk<'_, 'a> {
         if parts.next().is_some() {
             return Err(Fault::input("has more than three parts"));
         }
-        let missing = |part: &str, kind: usize, what: &str| {
-            format!("{what} {} of {}", shown(part), self.totals[kind])
+        let missing = |part: &str, kind: usize, label: &str| {
+            format!("{label} {} of {}", printable(part), self.totals[kind])
         };
-        let mut optional = |part: &str, kind: usize, what: &str| -> Outcome<Option<usize>> {
+        let mut optional = |part: &str, kind: usize, label: &str| -> Outcome<Option<usize>> {
             if part.is_empty() {
                 return Ok(None);
             }
             let index = self.index(part, kind)?;
             if index.is_none() {
                 dangling[kind - 1].get_or_insert_with(|| {
-                    format!("`{}`: {}", shown(word), missing(part, kind, what))
+                    format!("`{}`: {}", printable(word), missing(part, kind, label))
                 });
             }
             Ok(index)
@@ -348,7 +352,7 @@ impl<'a> Walk<'_, 'a> {
         let position = self
             .index(v, 0)?
             .ok_or_else(|| Fault::input(missing(v, 0, "vertex")))?;
-        Ok(Corner {
+        Ok(CornerIndices {
             position,
             texture,
             normal,
@@ -359,7 +363,7 @@ impl<'a> Walk<'_, 'a> {
     fn index(&self, part: &str, kind: usize) -> Outcome<Option<usize>> {
         let index: i64 = part
             .parse()
-            .map_err(|_| Fault::input(format!("`{}` is no whole number", shown(part))))?;
+            .map_err(|_| Fault::input(format!("`{}` is no whole number", printable(part))))?;
         let absolute = match index {
             0 if kind == 0 => return Err(Fault::input("indices start at 1")),
             // Some programs write 0 for a corner without the attribute.
@@ -374,7 +378,7 @@ impl<'a> Walk<'_, 'a> {
 }
 
 /// Absolute indices of a corner, from 1.
-struct Corner {
+struct CornerIndices {
     position: usize,
     texture: Option<usize>,
     normal: Option<usize>,

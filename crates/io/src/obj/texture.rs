@@ -7,15 +7,15 @@ use raywright_core::scene::{Colour, ColourSpace, Filter, Image, Texture, Texture
 
 use super::lines::relative;
 use crate::folder::Folder;
-use crate::import::{Budget, Fault, Names, Outcome, Warnings, endurable};
+use crate::import::{DecodeBudget, Fault, Outcome, UniqueNames, Warnings, endurable};
 use crate::text::number;
-use crate::waiting::Waiting;
+use crate::waiting_images::WaitingImages;
 use crate::warning::WarningCode;
 use crate::{Limits, image_file};
 
 /// A parsed texture statement.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Map {
+pub(super) struct TextureStatement {
     /// Path of the image.
     pub path: String,
     /// Whether texture coordinates are clamped to the image.
@@ -47,7 +47,7 @@ const OPTIONS: [(&str, usize); 15] = [
     ("-noise", 0),
 ];
 
-impl Map {
+impl TextureStatement {
     /// Parses `[options] file name [options]`; the name may contain blanks.
     pub fn parse(text: &str) -> Self {
         let mut map = Self {
@@ -68,7 +68,7 @@ impl Map {
         };
         let end = rest
             .match_indices(" -")
-            .map(|(at, _)| at + 1)
+            .map(|(position, _)| position + 1)
             .find(option)
             .unwrap_or(rest.len());
         let (path, mut tail) = rest.split_at(end);
@@ -140,24 +140,24 @@ pub(super) struct Textures<'f> {
     folder: &'f Folder,
     limits: &'f Limits,
     /// Paths of images named by statements, and the subset that is in the scene under that name.
-    asked: HashSet<String>,
+    requested: HashSet<String>,
     images: HashSet<String>,
     /// Texture names by image, by whether the image holds colours, and by clamping.
     textures: HashMap<(String, bool, bool), String>,
-    names: Names,
+    names: UniqueNames,
 }
 
 impl<'f> Textures<'f> {
     /// Starts without any texture.
     pub fn new(folder: &'f Folder, limits: &'f Limits) -> Self {
-        let (asked, images) = Default::default();
+        let (requested, images) = Default::default();
         Self {
             folder,
             limits,
-            asked,
+            requested,
             images,
             textures: HashMap::new(),
-            names: Names::default(),
+            names: UniqueNames::default(),
         }
     }
 
@@ -170,13 +170,14 @@ impl<'f> Textures<'f> {
         &mut self,
         statements: impl Iterator<Item = &'s str>,
         scene: &mut Scene,
-        budget: &mut Budget,
+        budget: &mut DecodeBudget,
         warnings: &mut Warnings,
     ) -> Outcome<()> {
-        let mut waiting = Waiting::default();
-        let warn = |why: String| format!("texture: {why}; the material's factor alone counts");
-        for path in statements.map(|statement| Map::parse(statement).path) {
-            if !self.asked.insert(path.clone()) {
+        let mut waiting = WaitingImages::default();
+        let warn =
+            |reason: String| format!("texture: {reason}; the material's factor alone counts");
+        for path in statements.map(|statement| TextureStatement::parse(statement).path) {
+            if !self.requested.insert(path.clone()) {
                 continue;
             }
             let accepted = self
@@ -185,7 +186,7 @@ impl<'f> Textures<'f> {
                 .map_err(Fault::from)
                 .and_then(|bytes| {
                     image_file::claim(&bytes, self.limits, budget)
-                        .map_err(|fault| fault.at(format_args!("`{path}`")))?;
+                        .map_err(|fault| fault.with_place(format_args!("`{path}`")))?;
                     Ok(bytes)
                 });
             match endurable(accepted)? {
@@ -198,14 +199,14 @@ impl<'f> Textures<'f> {
                         mended: 0,
                     });
                 }
-                Err(why) => warnings.add(WarningCode::Picture, warn(why)),
+                Err(reason) => warnings.add(WarningCode::Picture, warn(reason)),
             }
         }
         let report = waiting.decode(&mut scene.images, self.limits, &|| {})?;
         report
             .broken
             .into_iter()
-            .for_each(|why| warnings.add(WarningCode::Picture, warn(why)));
+            .for_each(|reason| warnings.add(WarningCode::Picture, warn(reason)));
         report
             .remarks
             .into_iter()
@@ -226,7 +227,7 @@ impl<'f> Textures<'f> {
         space: ColourSpace,
         scene: &mut Scene,
     ) -> Option<TextureRef> {
-        let map = Map::parse(statement);
+        let map = TextureStatement::parse(statement);
         if !self.images.contains(&map.path) {
             return None;
         }
@@ -265,7 +266,7 @@ mod tests {
     #[test]
     fn statements_are_taken_apart() {
         let map = |text: &str| {
-            let map = Map::parse(text);
+            let map = TextureStatement::parse(text);
             (map.path, map.clamp, map.scale, map.offset)
         };
         let plain = |path: &str| (path.to_owned(), false, [1.0; 2], [0.0; 2]);
@@ -284,7 +285,7 @@ mod tests {
     /// image stays at its corner.
     #[test]
     fn scale_keeps_the_bottom_left_corner() {
-        let [u, v] = Map::parse("-s 2 2 x.png").rows().unwrap();
+        let [u, v] = TextureStatement::parse("-s 2 2 x.png").rows().unwrap();
         let at = |x: f64, y: f64| [u[0] * x + u[1] * y + u[2], v[0] * x + v[1] * y + v[2]];
         assert_eq!(at(0.0, 1.0), [0.0, 1.0]);
         assert_eq!(at(0.5, 0.5), [1.0, 0.0]);
@@ -294,7 +295,9 @@ mod tests {
     /// the bottom.
     #[test]
     fn offsets_count_from_the_bottom() {
-        let [u, v] = Map::parse("-o 0.25 0.125 x.png").rows().unwrap();
+        let [u, v] = TextureStatement::parse("-o 0.25 0.125 x.png")
+            .rows()
+            .unwrap();
         let at = |x: f64, y: f64| [u[0] * x + u[1] * y + u[2], v[0] * x + v[1] * y + v[2]];
         assert_eq!(at(0.0, 1.0), [0.25, 0.875]);
         assert_eq!(at(0.5, 0.5), [0.75, 0.375]);

@@ -41,7 +41,7 @@ impl AnimationFormat {
 
 /// An animation under construction.
 #[derive(Debug)]
-pub struct Animation {
+pub struct AnimationWriter {
     format: AnimationFormat,
     /// Pictures per second.
     rate: f64,
@@ -58,7 +58,7 @@ pub struct Animation {
 /// one for a tenth of a second.
 const SHORTEST: f64 = 2.0;
 
-impl Animation {
+impl AnimationWriter {
     /// Creates an empty animation for the file `path`, with `rate` pictures per second.
     ///
     /// # Errors
@@ -253,7 +253,7 @@ mod tests {
     fn animation(format: AnimationFormat, rate: f64, alpha: Option<f32>) -> Vec<u8> {
         let folder = tempfile::tempdir().expect("a folder");
         let mut animation =
-            Animation::new(&folder.path().join("a"), format, rate, Metadata::default())
+            AnimationWriter::new(&folder.path().join("a"), format, rate, Metadata::default())
                 .expect("a folder to write to");
         for grey in [0.0, 1.0, 0.0] {
             let alpha = alpha.map(|alpha| vec![alpha; 12]);
@@ -299,7 +299,7 @@ mod tests {
             let path = folder.path().join("a.apng");
             let format = AnimationFormat::Apng;
             let mut animation =
-                Animation::new(&path, format, 10.0, Metadata::default()).expect("a spool");
+                AnimationWriter::new(&path, format, 10.0, Metadata::default()).expect("a spool");
             for (i, grey) in [0.2, 0.5, 0.8, 1.0].into_iter().enumerate() {
                 if is_full && i == 2 {
                     // A file that is readable but not writable.
@@ -357,7 +357,7 @@ mod tests {
         };
         let alpha_of = |format, background: Option<[f64; 3]>| {
             let mut animation =
-                Animation::new(&folder.path().join("a"), format, 10.0, Metadata::default())
+                AnimationWriter::new(&folder.path().join("a"), format, 10.0, Metadata::default())
                     .expect("a spool");
             animation
                 .add(

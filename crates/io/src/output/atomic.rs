@@ -4,7 +4,7 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::Path;
 
-use super::own::is_own_picture;
+use super::ownership::is_own_picture;
 use super::place::{TEMPORARY, folder_of, follow};
 use crate::error::Error;
 
@@ -40,22 +40,22 @@ pub(super) fn write_with(
 ) -> io::Result<()> {
     // A symbolic link stays; its target is replaced or created.
     let target = follow(path)?;
-    let there = fs::metadata(&target).ok();
-    let is_protected = there
+    let metadata = fs::metadata(&target).ok();
+    let is_protected = metadata
         .as_ref()
-        .is_some_and(|there| there.permissions().readonly());
-    match &there {
+        .is_some_and(|metadata| metadata.permissions().readonly());
+    match &metadata {
         Some(_) if replace == Replace::Own && (is_protected || !is_own_picture(&target)) => {
             return Err(io::ErrorKind::AlreadyExists.into());
         }
-        Some(there) if there.is_dir() => return Err(io::ErrorKind::IsADirectory.into()),
-        Some(there) if !there.is_file() => {
+        Some(metadata) if metadata.is_dir() => return Err(io::ErrorKind::IsADirectory.into()),
+        Some(metadata) if !metadata.is_file() => {
             return write(&mut fs::OpenOptions::new().write(true).open(path)?);
         }
         Some(_) if is_protected => return Err(io::ErrorKind::PermissionDenied.into()),
         _ => {}
     }
-    let mut file = new_file_beside(&target, there.as_ref())?;
+    let mut file = new_file_beside(&target, metadata.as_ref())?;
     write(&mut file)?;
     // Some file systems report a full disk only on this call.
     file.as_file().sync_all()?;
@@ -100,11 +100,11 @@ fn new_file_beside(
 fn take_after(file: &fs::File, other: &fs::Metadata) -> io::Result<()> {
     use std::os::unix::fs::{MetadataExt, PermissionsExt, fchown};
     let mut mode = other.mode() & 0o7777;
-    let own = file.metadata()?;
-    if own.uid() != other.uid() && fchown(file, Some(other.uid()), None).is_err() {
+    let metadata = file.metadata()?;
+    if metadata.uid() != other.uid() && fchown(file, Some(other.uid()), None).is_err() {
         mode &= 0o777;
     }
-    if own.gid() != other.gid() && fchown(file, None, Some(other.gid())).is_err() {
+    if metadata.gid() != other.gid() && fchown(file, None, Some(other.gid())).is_err() {
         mode &= 0o707 | (mode & 0o007) << 3;
     }
     file.set_permissions(fs::Permissions::from_mode(mode))

@@ -41,7 +41,7 @@ pub(super) fn block(metadata: &Metadata) -> Vec<u8> {
     }
     let mut block = HEAD.to_vec();
     block.extend((texts.len() as u16).to_le_bytes());
-    let mut place = HEAD.len() + 2 + ENTRY * texts.len() + 4;
+    let mut index = HEAD.len() + 2 + ENTRY * texts.len() + 4;
     let mut rest = Vec::new();
     for (tag, text) in &texts {
         let length = text.len() + 1;
@@ -55,8 +55,8 @@ pub(super) fn block(metadata: &Metadata) -> Vec<u8> {
             bytes.resize(4, 0);
             block.extend(bytes);
         } else {
-            block.extend((place as u32).to_le_bytes());
-            place += length;
+            block.extend((index as u32).to_le_bytes());
+            index += length;
             rest.extend(bytes);
         }
     }
@@ -75,8 +75,8 @@ pub(super) fn texts(block: &[u8]) -> BTreeMap<String, String> {
     else {
         return texts;
     };
-    for at in 0..usize::from(u16::from_le_bytes(*count)) {
-        let start = HEAD.len() + 2 + ENTRY * at;
+    for position in 0..usize::from(u16::from_le_bytes(*count)) {
+        let start = HEAD.len() + 2 + ENTRY * position;
         let Some(text) = block
             .get(start..start + ENTRY)
             .and_then(|entry| text(block, entry))
@@ -100,9 +100,14 @@ pub(super) fn texts(block: &[u8]) -> BTreeMap<String, String> {
 
 /// Tag and text of a directory entry, if the tag is known.
 fn text(block: &[u8], entry: &[u8]) -> Option<(u16, String)> {
-    let short = |at: usize| u16::from_le_bytes([entry[at], entry[at + 1]]);
-    let long = |at: usize| {
-        u32::from_le_bytes([entry[at], entry[at + 1], entry[at + 2], entry[at + 3]]) as usize
+    let short = |position: usize| u16::from_le_bytes([entry[position], entry[position + 1]]);
+    let long = |position: usize| {
+        u32::from_le_bytes([
+            entry[position],
+            entry[position + 1],
+            entry[position + 2],
+            entry[position + 3],
+        ]) as usize
     };
     let (tag, kind, length) = (short(0), short(2), long(4));
     if kind != ASCII || ![DESCRIPTION, PROGRAM].contains(&tag) {
@@ -168,9 +173,9 @@ mod tests {
         for end in 0..whole.len() {
             texts(&whole[..end]);
         }
-        for at in 8..40 {
+        for position in 8..40 {
             let mut broken = whole.clone();
-            broken[at] = 0xff;
+            broken[position] = 0xff;
             texts(&broken);
         }
     }

@@ -10,7 +10,7 @@ use std::io::{self, BufReader, BufWriter, Read, Write};
 use std::path::Path;
 
 use raywright_core::display::Display;
-use raywright_core::film::{Film, FilmHeader, Numbers};
+use raywright_core::film::{Film, FilmHeader, FilmNumbers};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
@@ -39,7 +39,7 @@ pub struct KeptFilm {
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Header {
+struct FilmFileHeader {
     film: FilmHeader,
     metadata: Metadata,
     display: Display,
@@ -49,19 +49,19 @@ struct Header {
 ///
 /// # Errors
 /// Of kind [`File`](crate::ErrorKind::File) if the file cannot be written.
-pub fn write_film(path: &Path, kept: &mut KeptFilm) -> Result<(), Error> {
-    write_with(path, Replace::Anything, |out| write(out, kept))
+pub fn write_film(path: &Path, kept_film: &mut KeptFilm) -> Result<(), Error> {
+    write_with(path, Replace::Anything, |out| write(out, kept_film))
         .map_err(|cause| Error::write(path, &cause))
 }
 
-fn write(out: &mut dyn Write, kept: &mut KeptFilm) -> io::Result<()> {
-    let header = Header {
-        film: kept.film.header(),
-        metadata: kept.metadata.clone(),
-        display: kept.display,
+fn write(out: &mut dyn Write, kept_film: &mut KeptFilm) -> io::Result<()> {
+    let header = FilmFileHeader {
+        film: kept_film.film.header(),
+        metadata: kept_film.metadata.clone(),
+        display: kept_film.display,
     };
     let header = serde_json::to_vec(&header)?;
-    let mut out = Writer {
+    let mut out = FilmWriter {
         out: BufWriter::with_capacity(1 << 20, out),
         hash: Sha256::new(),
     };
@@ -69,7 +69,7 @@ fn write(out: &mut dyn Write, kept: &mut KeptFilm) -> io::Result<()> {
     out.put(&VERSION.to_le_bytes())?;
     out.put(&(header.len() as u64).to_le_bytes())?;
     out.put(&header)?;
-    kept.film.pass(&mut out)?;
+    kept_film.film.pass(&mut out)?;
     let hash = out.hash.finalize();
     out.out.write_all(&hash)?;
     out.out.flush()
@@ -83,21 +83,21 @@ fn write(out: &mut dyn Write, kept: &mut KeptFilm) -> io::Result<()> {
 /// [`Limit`](crate::ErrorKind::Limit) for a film beyond the memory limit.
 pub fn read_film(path: &Path, limits: &Limits) -> Result<KeptFilm, Error> {
     let file = File::open(path).map_err(|cause| Error::read(path, &cause))?;
-    if file.metadata().is_ok_and(|there| there.is_dir()) {
+    if file.metadata().is_ok_and(|metadata| metadata.is_dir()) {
         return Err(Error::read(path, &io::ErrorKind::IsADirectory.into()));
     }
-    let mut from = Reader {
+    let mut from = FilmReader {
         from: BufReader::with_capacity(1 << 20, file),
         hash: Sha256::new(),
     };
     read(&mut from, limits).map_err(|fault| match fault {
-        Fault::Cause(cause) if cause.kind() == io::ErrorKind::UnexpectedEof => {
+        FilmFault::Cause(cause) if cause.kind() == io::ErrorKind::UnexpectedEof => {
             Error::input(path.display(), "it ends in the middle; it was cut off")
                 .with_hint("render or copy it again")
         }
-        Fault::Cause(cause) => Error::read(path, &cause),
-        Fault::Content(message) => Error::input(path.display(), message),
-        Fault::Memory(bytes) => {
+        FilmFault::Cause(cause) => Error::read(path, &cause),
+        FilmFault::Content(message) => Error::input(path.display(), message),
+        FilmFault::Memory(bytes) => {
             let allowed = human_bytes(limits.memory_bytes);
             Error::limit(
                 path.display(),
@@ -112,20 +112,20 @@ pub fn read_film(path: &Path, limits: &Limits) -> Result<KeptFilm, Error> {
 }
 
 /// Reason why a film cannot be read.
-enum Fault {
+enum FilmFault {
     Cause(io::Error),
     Content(String),
     Memory(u64),
 }
 
-impl From<io::Error> for Fault {
+impl From<io::Error> for FilmFault {
     fn from(cause: io::Error) -> Self {
         Self::Cause(cause)
     }
 }
 
-fn read(from: &mut Reader<impl Read>, limits: &Limits) -> Result<KeptFilm, Fault> {
-    let content = |message: &str| Fault::Content(message.to_owned());
+fn read(from: &mut FilmReader<impl Read>, limits: &Limits) -> Result<KeptFilm, FilmFault> {
+    let content = |message: &str| FilmFault::Content(message.to_owned());
     let mut magic = [0; MAGIC.len()];
     let is_film = from.take(&mut magic).map(|()| magic == MAGIC);
     if !is_film.or_else(|cause| {
@@ -139,7 +139,7 @@ fn read(from: &mut Reader<impl Read>, limits: &Limits) -> Result<KeptFilm, Fault
     }
     let version = u32::from_le_bytes(from.array()?);
     if version != VERSION {
-        return Err(Fault::Content(format!(
+        return Err(FilmFault::Content(format!(
             "it has version {version} of the format, and this program reads version {VERSION}"
         )));
     }
@@ -153,20 +153,20 @@ fn read(from: &mut Reader<impl Read>, limits: &Limits) -> Result<KeptFilm, Fault
     let mut header = Vec::new();
     from.from.by_ref().take(length).read_to_end(&mut header)?;
     if (header.len() as u64) < length {
-        return Err(Fault::Cause(io::ErrorKind::UnexpectedEof.into()));
+        return Err(FilmFault::Cause(io::ErrorKind::UnexpectedEof.into()));
     }
     from.hash.update(&header);
-    let header: Header = serde_json::from_slice(&header)
-        .map_err(|cause| Fault::Content(format!("its header is wrong: {cause}")))?;
+    let header: FilmFileHeader = serde_json::from_slice(&header)
+        .map_err(|cause| FilmFault::Content(format!("its header is wrong: {cause}")))?;
     let bytes = header
         .film
         .bytes()
-        .map_err(|cause| Fault::Content(cause.to_string()))?;
+        .map_err(|cause| FilmFault::Content(cause.to_string()))?;
     if bytes > limits.memory_bytes {
-        return Err(Fault::Memory(bytes));
+        return Err(FilmFault::Memory(bytes));
     }
     let mut film =
-        Film::with_header(header.film).map_err(|cause| Fault::Content(cause.to_string()))?;
+        Film::with_header(header.film).map_err(|cause| FilmFault::Content(cause.to_string()))?;
     film.pass(from)?;
     let found = from.hash.clone().finalize();
     let told: [u8; 32] = from.array()?;
@@ -183,24 +183,24 @@ fn read(from: &mut Reader<impl Read>, limits: &Limits) -> Result<KeptFilm, Fault
     })
 }
 
-struct Writer<W: Write> {
+struct FilmWriter<W: Write> {
     out: W,
     hash: Sha256,
 }
 
-struct Reader<R: Read> {
+struct FilmReader<R: Read> {
     from: R,
     hash: Sha256,
 }
 
-impl<W: Write> Writer<W> {
+impl<W: Write> FilmWriter<W> {
     fn put(&mut self, bytes: &[u8]) -> io::Result<()> {
         self.hash.update(bytes);
         self.out.write_all(bytes)
     }
 }
 
-impl<R: Read> Reader<R> {
+impl<R: Read> FilmReader<R> {
     fn take(&mut self, bytes: &mut [u8]) -> io::Result<()> {
         self.from.read_exact(bytes)?;
         self.hash.update(&*bytes);
@@ -217,7 +217,7 @@ impl<R: Read> Reader<R> {
 /// Methods for reading and writing numbers of one type.
 macro_rules! numbers {
     ($($method:ident: $number:ty),*) => {
-        impl<W: Write> Numbers for Writer<W> {
+        impl<W: Write> FilmNumbers for FilmWriter<W> {
             type Error = io::Error;
             $(fn $method(&mut self, numbers: &mut [$number]) -> io::Result<()> {
                 let bytes: Vec<u8> = numbers.iter().flat_map(|number| number.to_le_bytes()).collect();
@@ -225,7 +225,7 @@ macro_rules! numbers {
             })*
         }
 
-        impl<R: Read> Numbers for Reader<R> {
+        impl<R: Read> FilmNumbers for FilmReader<R> {
             type Error = io::Error;
             $(fn $method(&mut self, numbers: &mut [$number]) -> io::Result<()> {
                 let mut bytes = vec![0; size_of_val(numbers)];

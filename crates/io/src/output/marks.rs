@@ -15,7 +15,7 @@ use crate::error::Error;
 
 /// A marked point: a ring with a label.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Mark {
+pub struct PictureMark {
     /// Position in pixels from the top left corner.
     pub pixel: [f64; 2],
     /// Text beside the ring.
@@ -42,7 +42,7 @@ pub fn write_marked(
     path: &Path,
     picture: &Picture,
     display: Display,
-    marks: &[Mark],
+    marks: &[PictureMark],
     note: &str,
     metadata: &Metadata,
 ) -> Result<(), Error> {
@@ -50,33 +50,33 @@ pub fn write_marked(
         output: Output::Eight,
         ..display
     };
-    let mut shown = over_paper(picture, display);
-    marks.iter().for_each(|mark| draw(&mut shown, mark));
-    let room = (shown.width() / letter_width()) as usize;
+    let mut image = over_paper(picture, display);
+    marks.iter().for_each(|mark| draw(&mut image, mark));
+    let room = (image.width() / letter_width()) as usize;
     let letters: Vec<char> = note.chars().take(room).collect();
-    let top = shown.height().saturating_sub(LETTER_HEIGHT + 1);
-    write_outlined(&mut shown, [1, top], &letters, NOTE);
-    let bytes = encoded(&shown, display, metadata).map_err(|cause| Error::write(path, &cause))?;
+    let top = image.height().saturating_sub(LETTER_HEIGHT + 1);
+    write_outlined(&mut image, [1, top], &letters, NOTE);
+    let bytes = encoded(&image, display, metadata).map_err(|cause| Error::write(path, &cause))?;
     write_atomically(path, &bytes)
 }
 
-fn encoded(shown: &RgbImage, display: Display, metadata: &Metadata) -> io::Result<Vec<u8>> {
+fn encoded(image: &RgbImage, display: Display, metadata: &Metadata) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     let mut writer = encoder(
         &mut bytes,
-        [shown.width(), shown.height()],
+        [image.width(), image.height()],
         false,
         display,
         metadata,
     )?
     .write_header()?;
-    writer.write_image_data(shown)?;
+    writer.write_image_data(image)?;
     writer.finish()?;
     Ok(bytes)
 }
 
-fn draw(shown: &mut RgbImage, mark: &Mark) {
-    let [width, height] = [shown.width(), shown.height()];
+fn draw(image: &mut RgbImage, mark: &PictureMark) {
+    let [width, height] = [image.width(), image.height()];
     let radius = RADIUS.min(SHARE * f64::from(width.min(height))).max(2.0);
     let reach = radius + 2.0 * WIDTH;
     let range = |axis: usize, edge: u32| {
@@ -87,7 +87,7 @@ fn draw(shown: &mut RgbImage, mark: &Mark) {
         let away = (f64::from(x) + 0.5 - mark.pixel[0]).hypot(f64::from(y) + 0.5 - mark.pixel[1]);
         let off = (away - radius).abs();
         if off <= WIDTH {
-            shown.put_pixel(
+            image.put_pixel(
                 x,
                 y,
                 Rgb(if off <= 0.6 * WIDTH {
@@ -103,20 +103,20 @@ fn draw(shown: &mut RgbImage, mark: &Mark) {
     let left = ((mark.pixel[0] + reach).max(0.0) as u32).min(room);
     let top = (mark.pixel[1] - 8.0).max(0.0) as u32;
     let top = top.min(height.saturating_sub(LETTER_HEIGHT));
-    write_outlined(shown, [left, top], &letters, mark.colour);
+    write_outlined(image, [left, top], &letters, mark.colour);
 }
 
-fn write_outlined(shown: &mut RgbImage, [left, top]: [u32; 2], letters: &[char], colour: [u8; 3]) {
+fn write_outlined(image: &mut RgbImage, [left, top]: [u32; 2], letters: &[char], colour: [u8; 3]) {
     // A dark outline keeps the bright letters readable on any background.
     for [x, y] in [[0, 1], [2, 1], [1, 0], [1, 2]] {
         write_letters(
-            shown,
+            image,
             [(left + x).saturating_sub(1), (top + y).saturating_sub(1)],
             letters,
             [0; 3],
         );
     }
-    write_letters(shown, [left, top], letters, colour);
+    write_letters(image, [left, top], letters, colour);
 }
 
 #[cfg(test)]
@@ -136,7 +136,7 @@ mod tests {
             rgb: vec![[0.5; 3]; 200 * 120],
             ..Picture::new(200, 120)
         };
-        let mark = |x: f64, y: f64| Mark {
+        let mark = |x: f64, y: f64| PictureMark {
             pixel: [x, y],
             label: "7".to_owned(),
             colour: [255, 0, 0],

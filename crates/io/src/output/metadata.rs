@@ -91,10 +91,10 @@ pub(super) const SOFTWARE: &str = "software";
 fn word<'a>(entry: &'a str, name: &str) -> Option<&'a str> {
     let starts = entry
         .match_indices(name)
-        .map(|(at, _)| at)
-        .filter(|&at| at == 0 || entry[..at].ends_with(' '));
+        .map(|(position, _)| position)
+        .filter(|&position| position == 0 || entry[..position].ends_with(' '));
     let value = starts
-        .filter_map(|at| entry[at + name.len()..].strip_prefix('='))
+        .filter_map(|position| entry[position + name.len()..].strip_prefix('='))
         .next()?;
     match value.strip_prefix('\'') {
         Some(quoted) => quoted.split('\'').next(),

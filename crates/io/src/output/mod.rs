@@ -8,7 +8,7 @@ mod exr;
 mod film;
 mod marks;
 mod metadata;
-mod own;
+mod ownership;
 mod page;
 mod place;
 mod png;
@@ -23,25 +23,25 @@ use raywright_core::picture::Picture;
 use sha2::{Digest, Sha256};
 
 use crate::error::Error;
-pub use animation::{Animation, AnimationFormat};
+pub use animation::{AnimationFormat, AnimationWriter};
 use atomic::Replace;
 pub use atomic::write_atomically;
 pub use exr::exr_bytes;
 pub use film::{KeptFilm, read_film, write_film};
-pub use marks::{Mark, write_marked};
+pub use marks::{PictureMark, write_marked};
 pub use metadata::Metadata;
-pub use own::is_own_picture;
+pub use ownership::is_own_picture;
 pub use page::{jpeg_bytes, webp_bytes};
-pub use place::Place;
+pub use place::OutputPlace;
 pub(crate) use place::fingerprint;
 pub use png::png_bytes;
 pub(crate) use read::can_abort;
 pub use read::{StoredPicture, decode_picture, read_picture};
-pub use sheet::Sheet;
+pub use sheet::ContactSheet;
 
 /// A picture format, chosen by file extension.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Format {
+pub enum PictureFormat {
     /// Display values of 8 or 16 bits.
     Png,
     /// Display values of 8 bits, lossy and without coverage.
@@ -58,12 +58,12 @@ pub enum Format {
 /// Default quality of a JPEG.
 pub const QUALITY: u8 = 90;
 
-impl Format {
+impl PictureFormat {
     /// Selects the format of a path.
     ///
     /// # Errors
     /// Of kind [`Usage`](crate::ErrorKind::Usage) for an unsupported extension.
-    pub fn of(path: &Path) -> Result<Self, Error> {
+    pub fn from_path(path: &Path) -> Result<Self, Error> {
         let extension = path
             .extension()
             .map(|e| e.to_string_lossy().to_ascii_lowercase());
@@ -91,7 +91,13 @@ pub fn write_picture(
     display: Display,
     metadata: &Metadata,
 ) -> Result<(), Error> {
-    write_picture_as(path, Format::of(path)?, picture, display, metadata)
+    write_picture_as(
+        path,
+        PictureFormat::from_path(path)?,
+        picture,
+        display,
+        metadata,
+    )
 }
 
 /// Writes a picture in a given format, otherwise as [`write_picture`].
@@ -100,7 +106,7 @@ pub fn write_picture(
 /// Of kind [`File`](crate::ErrorKind::File) if the file cannot be written.
 pub fn write_picture_as(
     path: &Path,
-    format: Format,
+    format: PictureFormat,
     picture: &Picture,
     display: Display,
     metadata: &Metadata,
@@ -126,7 +132,13 @@ pub fn write_unnamed_picture(
 ) -> Result<PathBuf, Error> {
     write_unnamed(
         path,
-        &picture_bytes(path, Format::of(path)?, picture, display, metadata)?,
+        &picture_bytes(
+            path,
+            PictureFormat::from_path(path)?,
+            picture,
+            display,
+            metadata,
+        )?,
         is_free,
     )
 }
@@ -170,16 +182,16 @@ fn numbered(path: &Path, number: u32) -> PathBuf {
 
 fn picture_bytes(
     path: &Path,
-    format: Format,
+    format: PictureFormat,
     picture: &Picture,
     display: Display,
     metadata: &Metadata,
 ) -> Result<Vec<u8>, Error> {
     match format {
-        Format::Png => png_bytes(picture, display, metadata),
-        Format::Jpeg { quality } => jpeg_bytes(picture, quality, display, metadata),
-        Format::WebP => webp_bytes(picture, display, metadata),
-        Format::Exr => exr_bytes(picture, metadata),
+        PictureFormat::Png => png_bytes(picture, display, metadata),
+        PictureFormat::Jpeg { quality } => jpeg_bytes(picture, quality, display, metadata),
+        PictureFormat::WebP => webp_bytes(picture, display, metadata),
+        PictureFormat::Exr => exr_bytes(picture, metadata),
     }
     .map_err(|cause| Error::write(path, &cause))
 }
@@ -188,6 +200,7 @@ fn picture_bytes(
 ///
 /// # Errors
 /// Of kind [`File`](crate::ErrorKind::File) if the file cannot be written.
+#[doc(alias = "save")]
 pub fn write_png(
     path: &Path,
     picture: &Picture,

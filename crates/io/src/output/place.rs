@@ -20,14 +20,14 @@ pub(super) const TEMPORARY: &str = ".raywright-";
 
 /// Location of an output file.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Place {
+pub struct OutputPlace {
     /// Path with all links resolved, even if nothing exists at its end.
     path: PathBuf,
     /// Whether the file system ignores letter case.
     ignores_case: bool,
 }
 
-impl Place {
+impl OutputPlace {
     /// Resolves a path, and checks as far as possible that a file can be created there: the folder
     /// exists, is writable and has room (tested by creating another file in it for a moment), the
     /// file system accepts the name, and no folder or irreplaceable file has that name.
@@ -48,31 +48,31 @@ impl Place {
             )),
             _ => fail(cause),
         })?;
-        let there = match fs::metadata(&end) {
-            Ok(there) => Some(there),
+        let metadata = match fs::metadata(&end) {
+            Ok(metadata) => Some(metadata),
             Err(cause) if cause.kind() == io::ErrorKind::NotFound => None,
             // For example a name that is too long for any file.
             Err(cause) => return Err(fail(cause)),
         };
-        if there
+        if metadata
             .as_ref()
-            .is_some_and(|there| there.is_file() && there.permissions().readonly())
+            .is_some_and(|metadata| metadata.is_file() && metadata.permissions().readonly())
         {
             let hint =
                 "the file is write-protected; name another one, or allow writing to it first";
             return Err(fail(io::ErrorKind::PermissionDenied.into()).with_hint(hint));
         }
         // A device or a pipe is written to directly.
-        let ignores_case = match &there {
-            Some(there) if !there.is_file() => false,
+        let ignores_case = match &metadata {
+            Some(metadata) if !metadata.is_file() => false,
             _ => {
-                let probe = probe(&folder).map_err(fail)?;
-                check_replaceable(&folder, there.as_ref(), &probe).map_err(fail)?;
-                let other = probe
+                let test_file = create_test_file(&folder).map_err(fail)?;
+                check_replaceable(&folder, metadata.as_ref(), &test_file).map_err(fail)?;
+                let other = test_file
                     .path()
                     .file_name()
                     .map(|name| name.to_string_lossy().to_uppercase());
-                other.is_some_and(|other| probe.path().with_file_name(other).exists())
+                other.is_some_and(|other| test_file.path().with_file_name(other).exists())
             }
         };
         let folder = folder.canonicalize().map_err(fail)?;
@@ -144,15 +144,15 @@ fn check_folder(folder: &Path) -> io::Result<()> {
 }
 
 /// Creates a temporary file of one byte in a folder, which fails on a full disk.
-fn probe(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
-    let mut probe = tempfile::Builder::new()
+fn create_test_file(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
+    let mut test_file = tempfile::Builder::new()
         .prefix(TEMPORARY)
         .tempfile_in(folder)
         .map_err(|cause| named_by_kind(&cause))?;
-    probe
+    test_file
         .write_all(&[0])
         .map_err(|cause| named_by_kind(&cause))?;
-    Ok(probe)
+    Ok(test_file)
 }
 
 /// Removes the name of the temporary file from an error, which means nothing to the user.
@@ -165,19 +165,19 @@ fn named_by_kind(cause: &io::Error) -> io::Error {
 #[cfg(unix)]
 fn check_replaceable(
     folder: &Path,
-    there: Option<&fs::Metadata>,
-    probe: &tempfile::NamedTempFile,
+    metadata: Option<&fs::Metadata>,
+    test_file: &tempfile::NamedTempFile,
 ) -> io::Result<()> {
     use std::os::unix::fs::MetadataExt;
     const STICKY: u32 = 0o1000;
-    let (Some(there), folder, user) = (
-        there,
+    let (Some(metadata), folder, user) = (
+        metadata,
         fs::metadata(folder)?,
-        probe.as_file().metadata()?.uid(),
+        test_file.as_file().metadata()?.uid(),
     ) else {
         return Ok(());
     };
-    let is_owner = user == 0 || [there.uid(), folder.uid()].contains(&user);
+    let is_owner = user == 0 || [metadata.uid(), folder.uid()].contains(&user);
     if folder.mode() & STICKY != 0 && !is_owner {
         Err(io::ErrorKind::PermissionDenied.into())
     } else {
@@ -243,10 +243,10 @@ mod tests {
         symlink("sub/new.png", at("link.png")).unwrap();
         symlink("round.png", at("round.png")).unwrap();
         symlink("no/such.png", at("lost.png")).unwrap();
-        let place = |name: &str| Place::check(&at(name)).unwrap();
+        let place = |name: &str| OutputPlace::check(&at(name)).unwrap();
         assert!(place("link.png").is(&place("sub/../sub/new.png")));
         assert!(!place("link.png").is(&place("new.png")));
-        let error = |name: &str| Place::check(&at(name)).unwrap_err().to_string();
+        let error = |name: &str| OutputPlace::check(&at(name)).unwrap_err().to_string();
         assert!(
             error("round.png").contains("circle"),
             "{}",
@@ -268,7 +268,7 @@ mod tests {
         fs::write(at("a"), "a").unwrap();
         fs::copy(at("a"), at("copy")).unwrap();
         fs::hard_link(at("a"), at("b")).unwrap();
-        let place = |name: &str| Place::check(&at(name)).unwrap();
+        let place = |name: &str| OutputPlace::check(&at(name)).unwrap();
         assert!(place("a").is(&place("b")));
         assert!(!place("a").is(&place("copy")));
     }
@@ -277,7 +277,7 @@ mod tests {
     /// same; elsewhere they differ.
     #[test]
     fn case_counts_where_the_file_system_says_so() {
-        let place = |ignores_case| Place {
+        let place = |ignores_case| OutputPlace {
             path: PathBuf::from("/Pictures/a.png"),
             ignores_case,
         };
@@ -289,7 +289,7 @@ mod tests {
         fs::write(folder.path().join("probe"), "").unwrap();
         let ignored = folder.path().join("PROBE").exists();
         assert_eq!(
-            Place::check(&folder.path().join("a.png"))
+            OutputPlace::check(&folder.path().join("a.png"))
                 .unwrap()
                 .ignores_case,
             ignored
@@ -302,7 +302,7 @@ mod tests {
     #[test]
     fn names_that_no_file_can_have_are_refused() {
         let folder = tempfile::tempdir().unwrap();
-        let place = |name: &str| Place::check(&folder.path().join(name));
+        let place = |name: &str| OutputPlace::check(&folder.path().join(name));
         let long = "n".repeat(256);
         for name in [
             long.clone(),
@@ -331,7 +331,7 @@ mod tests {
         let mut permissions = fs::metadata(&path).unwrap().permissions();
         permissions.set_readonly(true);
         fs::set_permissions(&path, permissions).unwrap();
-        let error = Place::check(&path).unwrap_err();
+        let error = OutputPlace::check(&path).unwrap_err();
         assert_eq!(error.kind(), crate::ErrorKind::File);
         assert!(
             error

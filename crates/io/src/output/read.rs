@@ -62,6 +62,7 @@ pub(super) const EXR: &[u8] = b"\x76\x2f\x31\x01";
 /// Of kind [`File`](crate::ErrorKind::File) for an unreadable file,
 /// [`Input`](crate::ErrorKind::Input) for broken or unsupported content,
 /// [`Limit`](crate::ErrorKind::Limit) beyond the limits.
+#[doc(alias("ImageReader", "image::open"))]
 pub fn read_picture(path: &Path, limits: &Limits) -> Result<StoredPicture, Error> {
     let unreadable = |cause: std::io::Error| Error::read(path, &cause);
     let file = File::open(path).map_err(unreadable)?;
@@ -88,38 +89,38 @@ pub fn decode_picture(path: &Path, bytes: &[u8], limits: &Limits) -> Result<Stor
     } else if bytes.starts_with(EXR) {
         decode_exr(bytes, limits)
     } else if let Some(file) = PageFile::open(bytes) {
-        file.map_err(Failure::from)
+        file.map_err(PictureFailure::from)
             .and_then(|file| decode_page(file, limits))
     } else {
-        Err(Failure::Wrong(
+        Err(PictureFailure::Wrong(
             "no PNG, JPEG, WebP or OpenEXR picture".to_owned(),
         ))
     };
     decoded.map_err(|failure| match failure {
-        Failure::Wrong(message) => Error::input(path.display(), message),
-        Failure::TooLarge(message) => Error::limit(path.display(), message),
+        PictureFailure::Wrong(message) => Error::input(path.display(), message),
+        PictureFailure::TooLarge(message) => Error::limit(path.display(), message),
     })
 }
 
 /// Reason why bytes cannot be decoded, without the name of the file.
-enum Failure {
+enum PictureFailure {
     Wrong(String),
     TooLarge(String),
 }
 
-impl From<png::DecodingError> for Failure {
+impl From<png::DecodingError> for PictureFailure {
     fn from(cause: png::DecodingError) -> Self {
         Self::Wrong(format!("not a readable PNG: {cause}"))
     }
 }
 
-impl From<image::ImageError> for Failure {
+impl From<image::ImageError> for PictureFailure {
     fn from(cause: image::ImageError) -> Self {
         Self::Wrong(format!("not a readable picture: {cause}"))
     }
 }
 
-impl From<exr::error::Error> for Failure {
+impl From<exr::error::Error> for PictureFailure {
     fn from(cause: exr::error::Error) -> Self {
         Self::Wrong(format!("not a readable OpenEXR file: {cause}"))
     }
@@ -132,30 +133,30 @@ fn check_size(
     bytes_a_pixel: u64,
     file_bytes: usize,
     limits: &Limits,
-) -> Result<(), Failure> {
+) -> Result<(), PictureFailure> {
     let pixels = width.saturating_mul(height);
     if pixels > limits.image_pixels {
         let limit = limits.image_pixels;
-        return Err(Failure::TooLarge(format!(
+        return Err(PictureFailure::TooLarge(format!(
             "a picture of {width} × {height} pixels is over the limit of {limit} pixels"
         )));
     }
     let bytes = pixels.saturating_mul(bytes_a_pixel);
     if bytes > limits.memory_bytes {
         let (bytes, limit) = (human_bytes(bytes), human_bytes(limits.memory_bytes));
-        return Err(Failure::TooLarge(format!(
+        return Err(PictureFailure::TooLarge(format!(
             "a picture of {bytes} is over the limit of {limit}"
         )));
     }
     if bytes / MAX_EXPANSION > file_bytes as u64 {
-        return Err(Failure::Wrong(format!(
+        return Err(PictureFailure::Wrong(format!(
             "{file_bytes} bytes cannot hold a picture of {width} × {height} pixels"
         )));
     }
     Ok(())
 }
 
-fn decode_png(bytes: &[u8], limits: &Limits) -> Result<StoredPicture, Failure> {
+fn decode_png(bytes: &[u8], limits: &Limits) -> Result<StoredPicture, PictureFailure> {
     let mut decoder = Decoder::new(Cursor::new(bytes));
     decoder.set_transformations(Transformations::EXPAND);
     let info = decoder.read_header_info()?;
@@ -164,7 +165,7 @@ fn decode_png(bytes: &[u8], limits: &Limits) -> Result<StoredPicture, Failure> {
     let mut reader = decoder.read_info()?;
     let length = reader
         .output_buffer_size()
-        .ok_or_else(|| Failure::TooLarge("too large for this machine".to_owned()))?;
+        .ok_or_else(|| PictureFailure::TooLarge("too large for this machine".to_owned()))?;
     let mut buffer = vec![0; length];
     let frame = reader.next_frame(&mut buffer)?;
     let samples: Vec<f32> = if frame.bit_depth == png::BitDepth::Sixteen {
@@ -184,7 +185,7 @@ fn decode_png(bytes: &[u8], limits: &Limits) -> Result<StoredPicture, Failure> {
         ColorType::Rgb => (3, false),
         ColorType::Rgba => (4, true),
         ColorType::Indexed => {
-            return Err(Failure::Wrong(
+            return Err(PictureFailure::Wrong(
                 "not a readable PNG: its palette is missing".to_owned(),
             ));
         }
@@ -231,7 +232,7 @@ fn decode_png(bytes: &[u8], limits: &Limits) -> Result<StoredPicture, Failure> {
     })
 }
 
-fn decode_page(file: PageFile<'_>, limits: &Limits) -> Result<StoredPicture, Failure> {
+fn decode_page(file: PageFile<'_>, limits: &Limits) -> Result<StoredPicture, PictureFailure> {
     let (notation, (width, height)) = (file.notation(), file.dimensions());
     // A few bytes of lossless WebP can encode any number of equal pixels, so that only the memory
     // limit applies.
@@ -261,7 +262,7 @@ fn decode_page(file: PageFile<'_>, limits: &Limits) -> Result<StoredPicture, Fai
     })
 }
 
-fn decode_exr(bytes: &[u8], limits: &Limits) -> Result<StoredPicture, Failure> {
+fn decode_exr(bytes: &[u8], limits: &Limits) -> Result<StoredPicture, PictureFailure> {
     let headers = MetaData::read_from_buffered(Cursor::new(bytes), false)?.headers;
     let mut bytes_a_pixel = 0;
     for header in &headers {
@@ -287,8 +288,12 @@ fn decode_exr(bytes: &[u8], limits: &Limits) -> Result<StoredPicture, Failure> {
 }
 
 /// Refuses unsupported features, with the reason.
-fn check_header(header: &Header, first: &Header) -> Result<(), Failure> {
-    let refuse = |what: &str| Err(Failure::Wrong(format!("an OpenEXR file with {what}")));
+fn check_header(header: &Header, first: &Header) -> Result<(), PictureFailure> {
+    let refuse = |label: &str| {
+        Err(PictureFailure::Wrong(format!(
+            "an OpenEXR file with {label}"
+        )))
+    };
     if header.layer_size != first.layer_size {
         return refuse("parts of different sizes");
     }
@@ -316,16 +321,16 @@ pub(crate) fn can_abort(compression: Compression) -> bool {
     matches!(compression, Compression::DWAA(_) | Compression::DWAB(_))
 }
 
-fn picture_of(image: FlatImage) -> Result<StoredPicture, Failure> {
+fn picture_of(image: FlatImage) -> Result<StoredPicture, PictureFailure> {
     let several = image.layer_data.len() > 1;
     let first = image
         .layer_data
         .first()
-        .ok_or_else(|| Failure::Wrong("an empty OpenEXR file".to_owned()))?;
+        .ok_or_else(|| PictureFailure::Wrong("an empty OpenEXR file".to_owned()))?;
     let size = first.size;
     let dimension = |x: usize| {
         u32::try_from(x)
-            .map_err(|_| Failure::TooLarge("too many pixels in a row or column".to_owned()))
+            .map_err(|_| PictureFailure::TooLarge("too many pixels in a row or column".to_owned()))
     };
     let window = window_of(
         image.attributes.display_window,
@@ -367,7 +372,7 @@ fn picture_of(image: FlatImage) -> Result<StoredPicture, Failure> {
     }
     let has_colour = take_colour(&mut picture);
     if !picture.is_consistent() {
-        return Err(Failure::Wrong(
+        return Err(PictureFailure::Wrong(
             "not a readable OpenEXR file: its channels do not fit its size".to_owned(),
         ));
     }

@@ -29,19 +29,19 @@ const INK: [u8; 3] = [230; 3];
 
 /// A contact sheet.
 #[derive(Debug)]
-pub struct Sheet {
+pub struct ContactSheet {
     columns: u32,
     width: u32,
-    cells: Vec<Cell>,
+    cells: Vec<SheetCell>,
 }
 
 #[derive(Debug)]
-struct Cell {
+struct SheetCell {
     picture: RgbImage,
     label: String,
 }
 
-impl Sheet {
+impl ContactSheet {
     /// Creates an empty sheet for this number of pictures.
     pub fn new(pictures: usize) -> Self {
         let pictures = u32::try_from(pictures).unwrap_or(u32::MAX).max(1);
@@ -59,25 +59,25 @@ impl Sheet {
 
     /// Adds a picture, converted for display, with its label.
     pub fn add(&mut self, picture: &Picture, display: Display, label: impl Into<String>) {
-        let shown = over_paper(
+        let image = over_paper(
             picture,
             Display {
                 output: Output::Eight,
                 ..display
             },
         );
-        let [width, height] = [shown.width(), shown.height()];
+        let [width, height] = [image.width(), image.height()];
         let factor = (f64::from(self.width) / f64::from(width))
             .min(f64::from(self.width) / f64::from(height))
             .min(1.0);
         let [small, low] =
             [width, height].map(|edge| ((f64::from(edge) * factor).round() as u32).max(1));
         let picture = if small < width {
-            imageops::resize(&shown, small, low, FilterType::Triangle)
+            imageops::resize(&image, small, low, FilterType::Triangle)
         } else {
-            shown
+            image
         };
-        self.cells.push(Cell {
+        self.cells.push(SheetCell {
             picture,
             label: label.into(),
         });
@@ -129,8 +129,8 @@ impl Sheet {
             .max()
             .unwrap_or(1)
             .max(NARROWEST);
-        let rows: Vec<&[Cell]> = self.cells.chunks(columns as usize).collect();
-        let height_of = |row: &[Cell]| {
+        let rows: Vec<&[SheetCell]> = self.cells.chunks(columns as usize).collect();
+        let height_of = |row: &[SheetCell]| {
             row.iter()
                 .map(|cell| cell.picture.height())
                 .max()
@@ -145,7 +145,7 @@ impl Sheet {
         let mut top = GAP;
         for row in rows {
             let foot = top + height_of(row);
-            for (column, Cell { picture, label }) in (0..).zip(row) {
+            for (column, SheetCell { picture, label }) in (0..).zip(row) {
                 let left = GAP + column * (cell + GAP);
                 let (x, y) = (left + (cell - picture.width()) / 2, foot - picture.height());
                 imageops::replace(&mut sheet, picture, x.into(), y.into());
@@ -230,13 +230,13 @@ pub(super) fn write_letters(
 }
 
 /// Shortens a text to a number of letters.
-fn shortened(text: &str, most: usize) -> Vec<char> {
+fn shortened(text: &str, maximum: usize) -> Vec<char> {
     const DOTS: &str = "...";
     let letters: Vec<char> = text.chars().collect();
-    if letters.len() <= most {
+    if letters.len() <= maximum {
         return letters;
     }
-    let kept = most.saturating_sub(DOTS.len());
+    let kept = maximum.saturating_sub(DOTS.len());
     let (head, tail) = (kept - kept / 2, kept / 2);
     let parts = [
         &letters[..head],
@@ -263,7 +263,7 @@ mod tests {
     /// and never enlarged, each above its own text; transparent ones show the sheet's background.
     #[test]
     fn pictures_lie_in_rows() {
-        let mut sheet = Sheet::new(3);
+        let mut sheet = ContactSheet::new(3);
         sheet.add(&plain(960, 480, 1.0), Display::PLAIN, "first");
         sheet.add(&plain(100, 50, 0.0), Display::PLAIN, "");
         sheet.add(
@@ -320,7 +320,7 @@ mod tests {
     /// Protects: a picture higher than wide is at most as high as its cell is wide.
     #[test]
     fn high_pictures_fit_their_place() {
-        let mut sheet = Sheet::new(4);
+        let mut sheet = ContactSheet::new(4);
         sheet.add(&plain(300, 1200, 1.0), Display::PLAIN, "high");
         let image = sheet.lay_out();
         assert_eq!(
@@ -337,7 +337,7 @@ mod tests {
     /// Protects: a long text keeps both ends and fits its cell.
     #[test]
     fn long_texts_lose_their_middle() {
-        let short = |text: &str, most| shortened(text, most).into_iter().collect::<String>();
+        let short = |text: &str, maximum| shortened(text, maximum).into_iter().collect::<String>();
         assert_eq!(
             [
                 short("abcdefghij", 10),

@@ -4,15 +4,15 @@ use glam::DVec3;
 use raywright_core::scene::MeshData;
 
 use super::header::{Element, Property};
-use super::values::Values;
-use super::vertices::{Colours, PlyVertices, channel, from_the_top};
-use crate::import::{Budget, Fault, Outcome, Warnings};
+use super::values::ValueStream;
+use super::vertices::{PlyVertices, VertexColours, channel, from_the_top};
+use crate::import::{DecodeBudget, Fault, Outcome, Warnings};
 use crate::polygon::Clipper;
 use crate::warning::WarningCode;
 
 /// Meaning of a face's property.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Role {
+enum FaceRole {
     Corners,
     Coordinates,
     Channel(usize),
@@ -20,7 +20,7 @@ enum Role {
     Other,
 }
 
-impl Role {
+impl FaceRole {
     fn of(property: &Property) -> Self {
         match (
             property.name.as_str(),
@@ -49,7 +49,7 @@ pub(super) struct Faces {
     /// Texture coordinates of each corner, if faces have them.
     uvs: Vec<[f32; 2]>,
     /// Colour of each polygon, if faces have them.
-    colours: Colours,
+    colours: VertexColours,
     coloured: bool,
     /// Image number of each polygon, if faces have them.
     textures: Vec<i64>,
@@ -57,7 +57,7 @@ pub(super) struct Faces {
 
 /// Properties of a single face; the lists are reused from face to face.
 #[derive(Default)]
-struct Row {
+struct FaceRow {
     corners: Vec<i64>,
     coordinates: Vec<f32>,
     colour: [f32; 3],
@@ -85,29 +85,29 @@ impl Faces {
     pub fn read(
         &mut self,
         element: &Element,
-        values: &mut Values<'_>,
-        budget: &mut Budget,
+        values: &mut ValueStream<'_>,
+        budget: &mut DecodeBudget,
     ) -> Outcome<()> {
-        let mut roles: Vec<Role> = element.properties.iter().map(Role::of).collect();
+        let mut roles: Vec<FaceRole> = element.properties.iter().map(FaceRole::of).collect();
         // The first of several properties with the same meaning is the one in force.
         for i in 1..roles.len() {
             if roles[..i].contains(&roles[i]) {
-                roles[i] = Role::Other;
+                roles[i] = FaceRole::Other;
             }
         }
         let strips = element.name == "tristrips";
-        let coloured = !strips && (0..3).all(|channel| roles.contains(&Role::Channel(channel)));
-        let mapped = !strips && roles.contains(&Role::Coordinates);
+        let coloured = !strips && (0..3).all(|channel| roles.contains(&FaceRole::Channel(channel)));
+        let mapped = !strips && roles.contains(&FaceRole::Coordinates);
         let red = element
             .properties
             .iter()
             .zip(&roles)
-            .find(|(_, role)| **role == Role::Channel(0));
+            .find(|(_, role)| **role == FaceRole::Channel(0));
         if let Some((red, _)) = red.filter(|_| coloured) {
-            (self.coloured, self.colours) = (true, Colours::of(red.number));
+            (self.coloured, self.colours) = (true, VertexColours::of(red.number));
         }
         self.pad(mapped);
-        let numbered = !strips && roles.contains(&Role::Texture);
+        let numbered = !strips && roles.contains(&FaceRole::Texture);
         if numbered {
             self.textures.resize(self.arities.len(), NO_TEXTURE);
         }
@@ -120,13 +120,15 @@ impl Faces {
             },
             each,
         )?;
-        let mut row = Row::default();
+        let mut row = FaceRow::default();
         for index in 0..if element.properties.is_empty() {
             0
         } else {
             element.count
         } {
-            let place = |fault: Fault, values: &Values<'_>| fault.at(values.place(element, index));
+            let place = |fault: Fault, values: &ValueStream<'_>| {
+                fault.with_place(values.place(element, index))
+            };
             row.read(&element.properties, &roles, values, budget)
                 .map_err(|fault| place(fault, values))?;
             let vertex = |&index: &i64| {
@@ -175,7 +177,7 @@ impl Faces {
 
     /// Adds the triangles of a strip, in which −1 starts a new strip. Every second triangle is
     /// reversed, so that all have the same orientation.
-    fn strip(&mut self, corners: &[i64], budget: &mut Budget) -> Outcome<()> {
+    fn strip(&mut self, corners: &[i64], budget: &mut DecodeBudget) -> Outcome<()> {
         budget.memory(corners.len(), 32)?;
         for run in corners.split(|&corner| corner == -1) {
             for (i, window) in run.windows(3).enumerate() {
@@ -204,7 +206,7 @@ impl Faces {
     pub fn mesh(
         mut self,
         vertices: PlyVertices,
-        budget: &mut Budget,
+        budget: &mut DecodeBudget,
         warnings: &mut Warnings,
     ) -> Outcome<(MeshData, Vec<i64>)> {
         self.pad(self.has_uvs());
@@ -288,7 +290,7 @@ impl Faces {
         self,
         vertices: &PlyVertices,
         indices: Vec<[u32; 3]>,
-        budget: &mut Budget,
+        budget: &mut DecodeBudget,
     ) -> Outcome<MeshData> {
         if u32::try_from(self.corners.len()).is_err() {
             return Err(Fault::limit("has more than 4294967295 corners"));
@@ -351,13 +353,13 @@ fn point(vertices: &PlyVertices, corner: u32) -> DVec3 {
         .map_or(DVec3::ZERO, |&p| p.into())
 }
 
-impl Row {
+impl FaceRow {
     fn read(
         &mut self,
         properties: &[Property],
-        roles: &[Role],
-        values: &mut Values<'_>,
-        budget: &mut Budget,
+        roles: &[FaceRole],
+        values: &mut ValueStream<'_>,
+        budget: &mut DecodeBudget,
     ) -> Outcome<()> {
         self.corners.clear();
         self.coordinates.clear();
@@ -368,11 +370,11 @@ impl Row {
                 number,
             } = property;
             match (*role, *count) {
-                (Role::Texture, _) => self.texture = values.number(*number, name)? as i64,
-                (Role::Channel(channel), _) => {
+                (FaceRole::Texture, _) => self.texture = values.number(*number, name)? as i64,
+                (FaceRole::Channel(channel), _) => {
                     self.colour[channel] = values.number(*number, name)? as f32
                 }
-                (role @ (Role::Corners | Role::Coordinates), Some(count)) => {
+                (role @ (FaceRole::Corners | FaceRole::Coordinates), Some(count)) => {
                     let count = values.count(count, *number, name)?;
                     // Bytes per corner: its index here, and in the list of all corners, whose
                     // capacity may be twice its length.
@@ -380,10 +382,10 @@ impl Row {
                     for _ in 0..count {
                         let value = values.number(*number, name)?;
                         match role {
-                            Role::Corners if value.fract() == 0.0 => {
+                            FaceRole::Corners if value.fract() == 0.0 => {
                                 self.corners.push(value as i64)
                             }
-                            Role::Corners => {
+                            FaceRole::Corners => {
                                 return Err(Fault::input(format!("{name}: vertex {value}")));
                             }
                             _ => self.coordinates.push(value as f32),

@@ -1,6 +1,6 @@
 //! Header of a PLY file: ASCII lines that list the elements in order, with their properties.
 
-use crate::import::{Fault, Outcome, shown};
+use crate::import::{Fault, Outcome, printable};
 
 /// Limit on elements and properties, beyond any real file; each of them takes memory.
 const MOST: usize = 1000;
@@ -17,7 +17,7 @@ pub(super) enum Encoding {
 
 /// Number types.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Number {
+pub(super) enum NumberType {
     I8,
     U8,
     I16,
@@ -28,7 +28,7 @@ pub(super) enum Number {
     F64,
 }
 
-impl Number {
+impl NumberType {
     fn of(name: &str) -> Option<Self> {
         Some(match name {
             "char" | "int8" => Self::I8,
@@ -72,8 +72,8 @@ impl Number {
 pub(super) struct Property {
     pub name: String,
     /// Type of the length, for a list.
-    pub count: Option<Number>,
-    pub number: Number,
+    pub count: Option<NumberType>,
+    pub number: NumberType,
 }
 
 /// Sequence of items of one kind.
@@ -128,7 +128,7 @@ pub(super) fn read(bytes: &[u8]) -> Outcome<PlyHeader> {
         let line = String::from_utf8_lossy(&window[..length]);
         (header.bytes, header.lines) = (header.bytes + length + end.len(), header.lines + 1);
         let number = header.lines;
-        let place = |fault: Fault| fault.at(format_args!("line {number}"));
+        let place = |fault: Fault| fault.with_place(format_args!("line {number}"));
         let words: Vec<&str> = line.split_ascii_whitespace().collect();
         match words.as_slice() {
             ["ply"] if number == 1 => {}
@@ -153,7 +153,7 @@ pub(super) fn read(bytes: &[u8]) -> Outcome<PlyHeader> {
             _ => {
                 return Err(place(Fault::input(format!(
                     "`{}` is no line of a PLY header",
-                    shown(line.trim())
+                    printable(line.trim())
                 ))));
             }
         }
@@ -166,7 +166,7 @@ fn encoding(name: &str, version: &str) -> Outcome<Encoding> {
     if version != "1.0" {
         return Err(Fault::input(format!(
             "is PLY {}; version 1.0 is read",
-            shown(version)
+            printable(version)
         )));
     }
     match name {
@@ -175,20 +175,20 @@ fn encoding(name: &str, version: &str) -> Outcome<Encoding> {
         "binary_big_endian" => Ok(Encoding::BigEndian),
         _ => Err(Fault::input(format!(
             "the format `{}` is none of ascii, binary_little_endian and binary_big_endian",
-            shown(name)
+            printable(name)
         ))),
     }
 }
 
 impl PlyHeader {
     fn element(&mut self, name: &str, count: &str) -> Outcome<()> {
-        let count = count
-            .parse()
-            .map_err(|_| Fault::input(format!("`{}` is no number of elements", shown(count))))?;
+        let count = count.parse().map_err(|_| {
+            Fault::input(format!("`{}` is no number of elements", printable(count)))
+        })?;
         if self.elements.iter().any(|element| element.name == name) {
             return Err(Fault::input(format!(
                 "there are two elements `{}`",
-                shown(name)
+                printable(name)
             )));
         }
         if self.elements.len() >= MOST {
@@ -208,8 +208,8 @@ impl PlyHeader {
             .last_mut()
             .ok_or_else(|| Fault::input("a property of no element"))?;
         let number = |name: &str| {
-            Number::of(name)
-                .ok_or_else(|| Fault::input(format!("`{}` is no type of numbers", shown(name))))
+            NumberType::of(name)
+                .ok_or_else(|| Fault::input(format!("`{}` is no type of numbers", printable(name))))
         };
         let (name, count, number) = match *words {
             ["list", count, item, name] => (name, Some(number(count)?), number(item)?),
@@ -220,10 +220,10 @@ impl PlyHeader {
                 ));
             }
         };
-        if count.is_some_and(Number::is_float) {
+        if count.is_some_and(NumberType::is_float) {
             return Err(Fault::input(format!(
                 "the list `{}` is counted in fractions",
-                shown(name)
+                printable(name)
             )));
         }
         if element
@@ -233,8 +233,8 @@ impl PlyHeader {
         {
             return Err(Fault::input(format!(
                 "the element `{}` has two properties `{}`",
-                shown(&element.name),
-                shown(name)
+                printable(&element.name),
+                printable(name)
             )));
         }
         if element.properties.len() >= MOST {

@@ -24,13 +24,13 @@ mod vertices;
 use std::path::Path;
 
 use crate::folder::Folder;
-use crate::import::{Budget, Imported, Outcome, Warnings, shown};
+use crate::import::{DecodeBudget, ImportedScene, Outcome, Warnings, printable};
 use crate::text::without_mark;
 use crate::warning::WarningCode;
 use crate::{Error, Limits, obj};
 
 use faces::Faces;
-use values::Values;
+use values::ValueStream;
 use vertices::PlyVertices;
 
 /// Imports a PLY file from its bytes, with the image beside the file.
@@ -43,7 +43,7 @@ pub(crate) fn load(
     bytes: &[u8],
     folder: &Folder,
     limits: &Limits,
-) -> Result<Imported, Error> {
+) -> Result<ImportedScene, Error> {
     import(file, bytes, folder, limits).map_err(|fault| fault.into_error(file.display()))
 }
 
@@ -52,11 +52,11 @@ pub(crate) fn is_ply(bytes: &[u8]) -> bool {
     matches!(without_mark(bytes), [b'p', b'l', b'y', b'\r' | b'\n', ..])
 }
 
-fn import(file: &Path, bytes: &[u8], folder: &Folder, limits: &Limits) -> Outcome<Imported> {
-    let (mut budget, mut warnings) = (Budget::new(limits), Warnings::default());
+fn import(file: &Path, bytes: &[u8], folder: &Folder, limits: &Limits) -> Outcome<ImportedScene> {
+    let (mut budget, mut warnings) = (DecodeBudget::new(limits), Warnings::default());
     let bytes = without_mark(bytes);
     let header = header::read(bytes)?;
-    let mut values = Values::behind(&header, bytes);
+    let mut values = ValueStream::behind(&header, bytes);
     let (mut vertices, mut faces) = (PlyVertices::default(), Faces::default());
     for element in &header.elements {
         values.expect(element)?;
@@ -112,5 +112,5 @@ fn import(file: &Path, bytes: &[u8], folder: &Folder, limits: &Limits) -> Outcom
 
 /// Formats names of images for a message.
 fn texture_names(images: &[String]) -> String {
-    format!("the texture `{}`", shown(&images.join("`, `")))
+    format!("the texture `{}`", printable(&images.join("`, `")))
 }

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, HashMap};
 
 use raywright_core::scene::MeshData;
 
-use crate::import::{Budget, Outcome, Warnings};
+use crate::import::{DecodeBudget, Outcome, Warnings};
 use crate::warning::WarningCode;
 
 /// Returns the triangles of each image, and of no image, with the vertices that they use. Warnings
@@ -16,7 +16,7 @@ pub(super) fn split(
     mesh: &MeshData,
     numbers: &[i64],
     images: &[String],
-    budget: &mut Budget,
+    budget: &mut DecodeBudget,
     warnings: &mut Warnings,
 ) -> Outcome<Vec<(Option<usize>, MeshData)>> {
     let mut groups: BTreeMap<Option<usize>, Vec<[u32; 3]>> = BTreeMap::new();
@@ -46,7 +46,7 @@ pub(super) fn split(
             WarningCode::Choice,
             format!(
                 "no face shows the texture {i}, `{}`",
-                crate::import::shown(image)
+                crate::import::printable(image)
             ),
         );
     }

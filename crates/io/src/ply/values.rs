@@ -1,18 +1,18 @@
 //! Sequence of numbers after a PLY header, in any encoding.
 
-use super::header::{Element, Encoding, Number, PlyHeader, Property};
-use crate::import::{Fault, Outcome, shown};
-use crate::text::{no_number, number};
+use super::header::{Element, Encoding, NumberType, PlyHeader, Property};
+use crate::import::{Fault, Outcome, printable};
+use crate::text::{message_for_no_number, number};
 
 /// The numbers of a file that are not read yet.
-pub(super) struct Values<'b> {
+pub(super) struct ValueStream<'b> {
     rest: &'b [u8],
     encoding: Encoding,
     /// Current line of an ASCII file, from 1.
     line: usize,
 }
 
-impl<'b> Values<'b> {
+impl<'b> ValueStream<'b> {
     /// Starts after the header.
     pub fn behind(header: &PlyHeader, bytes: &'b [u8]) -> Self {
         Self {
@@ -34,8 +34,8 @@ impl<'b> Values<'b> {
     /// Current position for messages: in ASCII files with the line.
     pub fn place(&self, element: &Element, index: u64) -> String {
         match self.encoding {
-            Encoding::Ascii => format!("line {}: {} {index}", self.line, shown(&element.name)),
-            _ => format!("{} {index}", shown(&element.name)),
+            Encoding::Ascii => format!("line {}: {} {index}", self.line, printable(&element.name)),
+            _ => format!("{} {index}", printable(&element.name)),
         }
     }
 
@@ -45,7 +45,7 @@ impl<'b> Values<'b> {
     /// # Errors
     /// A fault of kind input.
     pub fn expect(&self, element: &Element) -> Outcome<()> {
-        let least = |number: Number| {
+        let least = |number: NumberType| {
             if self.encoding == Encoding::Ascii {
                 2
             } else {
@@ -59,7 +59,7 @@ impl<'b> Values<'b> {
             .sum();
         // The last number of an ASCII file needs no separator.
         if u128::from(element.count) * each as u128 > self.rest.len() as u128 + 1 {
-            let (name, count) = (shown(&element.name), element.count);
+            let (name, count) = (printable(&element.name), element.count);
             return Err(Fault::input(format!(
                 "is cut off: {count} of `{name}` do not fit into the {} bytes left",
                 self.rest.len()
@@ -72,10 +72,11 @@ impl<'b> Values<'b> {
     ///
     /// # Errors
     /// A fault of kind input where no number follows.
-    pub fn number(&mut self, kind: Number, name: &str) -> Outcome<f64> {
+    pub fn number(&mut self, kind: NumberType, name: &str) -> Outcome<f64> {
         if self.encoding == Encoding::Ascii {
             let word = String::from_utf8_lossy(self.word()?);
-            return parsed(&word, kind).ok_or_else(|| no_number(&shown(name), &word));
+            return parsed(&word, kind)
+                .ok_or_else(|| message_for_no_number(&printable(name), &word));
         }
         let (bytes, rest) = self
             .rest
@@ -89,14 +90,14 @@ impl<'b> Values<'b> {
         }
         let [a, b, c, d, ..] = number;
         Ok(match kind {
-            Number::I8 => i8::from_le_bytes([a]).into(),
-            Number::U8 => a.into(),
-            Number::I16 => i16::from_le_bytes([a, b]).into(),
-            Number::U16 => u16::from_le_bytes([a, b]).into(),
-            Number::I32 => i32::from_le_bytes([a, b, c, d]).into(),
-            Number::U32 => u32::from_le_bytes([a, b, c, d]).into(),
-            Number::F32 => f32::from_le_bytes([a, b, c, d]).into(),
-            Number::F64 => f64::from_le_bytes(number),
+            NumberType::I8 => i8::from_le_bytes([a]).into(),
+            NumberType::U8 => a.into(),
+            NumberType::I16 => i16::from_le_bytes([a, b]).into(),
+            NumberType::U16 => u16::from_le_bytes([a, b]).into(),
+            NumberType::I32 => i32::from_le_bytes([a, b, c, d]).into(),
+            NumberType::U32 => u32::from_le_bytes([a, b, c, d]).into(),
+            NumberType::F32 => f32::from_le_bytes([a, b, c, d]).into(),
+            NumberType::F64 => f64::from_le_bytes(number),
         })
     }
 
@@ -106,20 +107,20 @@ impl<'b> Values<'b> {
     /// # Errors
     /// A fault of kind input for a negative number, and for more items than the remaining bytes can
     /// hold.
-    pub fn count(&mut self, kind: Number, item: Number, name: &str) -> Outcome<usize> {
+    pub fn count(&mut self, kind: NumberType, item: NumberType, name: &str) -> Outcome<usize> {
         let count = self.number(kind, name)?;
-        let least = if self.encoding == Encoding::Ascii {
+        let minimum = if self.encoding == Encoding::Ascii {
             2
         } else {
             item.size()
         };
         if count < 0.0
             || count.fract() != 0.0
-            || count * least as f64 > self.rest.len() as f64 + 1.0
+            || count * minimum as f64 > self.rest.len() as f64 + 1.0
         {
             return Err(Fault::input(format!(
                 "{}: {count} items, which are not there",
-                shown(name)
+                printable(name)
             )));
         }
         Ok(count as usize)
@@ -138,7 +139,7 @@ impl<'b> Values<'b> {
         } {
             for property in &element.properties {
                 self.skip_property(property)
-                    .map_err(|fault| fault.at(self.place(element, index)))?;
+                    .map_err(|fault| fault.with_place(self.place(element, index)))?;
             }
         }
         Ok(())
@@ -192,10 +193,10 @@ fn cut_off() -> Fault {
 }
 
 /// Parses a word as a number of a type. Single precision is rounded only once, as in other formats.
-fn parsed(word: &str, kind: Number) -> Option<f64> {
+fn parsed(word: &str, kind: NumberType) -> Option<f64> {
     match kind {
         // The written value: an ASCII number may have more digits than its declared type holds.
-        Number::F32 | Number::F64 => number(word).map(|(_, value)| value),
+        NumberType::F32 | NumberType::F64 => number(word).map(|(_, value)| value),
         // Some programs write whole numbers as `255.0`.
         _ => word
             .parse::<i64>()

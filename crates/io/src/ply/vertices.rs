@@ -1,8 +1,8 @@
 //! Vertices of a PLY file: all known properties, under any of their names and in any order.
 
-use super::header::{Element, Number, Property};
-use super::values::Values;
-use crate::import::{Budget, Fault, Outcome};
+use super::header::{Element, NumberType, Property};
+use super::values::ValueStream;
+use crate::import::{DecodeBudget, Fault, Outcome};
 use crate::mesh_tools::painted;
 
 /// Numbers read per vertex: position, normal, colour, texture coordinates.
@@ -39,15 +39,15 @@ pub(super) fn channel(name: &str) -> Option<usize> {
 /// Colours as written. Their scale is known only once all are read: floats may range to 255, as in
 /// OBJ files.
 #[derive(Default)]
-pub(super) struct Colours {
+pub(super) struct VertexColours {
     written: Vec<[f32; 3]>,
     /// Factor from codes to fractions, where the number type determines it.
     scale: Option<f32>,
 }
 
-impl Colours {
+impl VertexColours {
     /// Creates an empty list of colours of this number type.
-    pub fn of(number: Number) -> Self {
+    pub fn of(number: NumberType) -> Self {
         Self {
             written: Vec::new(),
             scale: number.whole().map(|whole| 1.0 / whole),
@@ -106,8 +106,8 @@ impl PlyVertices {
     pub fn read(
         &mut self,
         element: &Element,
-        values: &mut Values<'_>,
-        budget: &mut Budget,
+        values: &mut ValueStream<'_>,
+        budget: &mut DecodeBudget,
     ) -> Outcome<()> {
         let slots: Vec<Option<usize>> = element
             .properties
@@ -135,13 +135,13 @@ impl PlyVertices {
                 .iter()
                 .zip(&slots)
                 .find(|(_, of)| **of == Some(slot));
-            property.map_or(Number::F32, |(property, _)| property.number)
+            property.map_or(NumberType::F32, |(property, _)| property.number)
         };
-        let mut painted = Colours::of(number(COLOUR));
+        let mut painted = VertexColours::of(number(COLOUR));
         self.positions.reserve_exact(element.count as usize);
         for index in 0..element.count {
             let (position, row) = row(&element.properties, &slots, values)
-                .map_err(|fault| fault.at(values.place(element, index)))?;
+                .map_err(|fault| fault.with_place(values.place(element, index)))?;
             let [_, _, _, nx, ny, nz, r, g, b, u, v] = row;
             self.positions.push(position);
             self.normals.extend(normals.then_some([nx, ny, nz]));
@@ -159,7 +159,7 @@ impl PlyVertices {
 fn row(
     properties: &[Property],
     slots: &[Option<usize>],
-    values: &mut Values<'_>,
+    values: &mut ValueStream<'_>,
 ) -> Outcome<([f64; 3], [f32; SLOTS])> {
     let mut row = [0.0; SLOTS];
     for (property, slot) in properties.iter().zip(slots) {

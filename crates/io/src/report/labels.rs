@@ -12,11 +12,11 @@ const GAP: f64 = 7.0;
 const MARKER: f64 = 4.5;
 
 /// Occupied boxes: left, top, right and bottom of each.
-pub(super) struct Labels {
+pub(super) struct LabelBoxes {
     covered: Vec<[f64; 4]>,
 }
 
-impl Labels {
+impl LabelBoxes {
     pub(super) fn new(points: &[(f64, f64)], legend: [f64; 4]) -> Self {
         let marker = |&(x, y): &(f64, f64)| [x - MARKER, y - MARKER, x + MARKER, y + MARKER];
         Self {
@@ -66,7 +66,7 @@ mod tests {
     #[test]
     fn words_cover_nothing() {
         let legend = [600.0, 100.0, 800.0, 160.0];
-        let mut labels = Labels::new(&[(300.0, 300.0), (320.0, 300.0)], legend);
+        let mut labels = LabelBoxes::new(&[(300.0, 300.0), (320.0, 300.0)], legend);
         let (x, _) = labels.place("abc", 320.0, 300.0).expect("free");
         assert!(x > 320.0);
         let (x, _) = labels.place("abc", 300.0, 300.0).expect("the left is free");

@@ -4,8 +4,8 @@
 use std::fmt::Write;
 
 use super::page::number;
-use super::plot::{Colour, STYLE, escaped};
-use super::scale::Scale;
+use super::plot::{STYLE, ThemeColour, escape_xml};
+use super::scale::DecadeScale;
 
 /// Cases with their margins.
 #[derive(Clone, Debug, Default)]
@@ -17,7 +17,7 @@ pub struct Margins {
     /// Heading of the right column.
     pub aside: String,
     /// Meaning of the colours.
-    pub legend: Vec<(Colour, String)>,
+    pub legend: Vec<(ThemeColour, String)>,
     /// Cases, from top to bottom.
     pub rows: Vec<MarginRow>,
 }
@@ -30,9 +30,9 @@ pub struct MarginRow {
     /// Description in a sentence.
     pub words: String,
     /// Ratio of the bound to the worst error, in each setting with a bound.
-    pub margins: Vec<(Colour, f64)>,
+    pub margins: Vec<(ThemeColour, f64)>,
     /// Text in place of or beside the margins.
-    pub told: String,
+    pub message: String,
     /// Whether the bound is broken.
     pub is_broken: bool,
     /// Text in the right column.
@@ -60,12 +60,12 @@ impl Margins {
             .iter()
             .flat_map(|row| &row.margins)
             .map(|(_, margin)| *margin);
-        let scale = Scale::new(margins.chain([1.0]), left + 12.0, right - 12.0);
+        let scale = DecadeScale::new(margins.chain([1.0]), left + 12.0, right - 12.0);
         let bottom = TOP + ROW * self.rows.len() as f64;
         let (title, circumstances, aside) = (
-            escaped(&self.title),
-            escaped(&self.circumstances),
-            escaped(&self.aside),
+            escape_xml(&self.title),
+            escape_xml(&self.circumstances),
+            escape_xml(&self.aside),
         );
         let top = if title.is_empty() { BARE } else { 0.0 };
         let height = bottom + FOOT - top;
@@ -109,8 +109,8 @@ impl Margins {
                 }
             }
         }
-        for (place, row) in self.rows.iter().enumerate() {
-            row.draw(&mut svg, &scale, TOP + ROW * (place as f64 + 0.5));
+        for (index, row) in self.rows.iter().enumerate() {
+            row.draw(&mut svg, &scale, TOP + ROW * (index as f64 + 0.5));
         }
         svg.push_str("</svg>\n");
         svg
@@ -131,7 +131,7 @@ impl Margins {
                 "<text class=\"soft\" x=\"{}\" y=\"{}\">{}</text>",
                 x + 14.0,
                 y + 4.0,
-                escaped(words)
+                escape_xml(words)
             );
             x += 40.0 + 7.5 * words.chars().count() as f64;
         }
@@ -139,7 +139,7 @@ impl Margins {
 }
 
 impl MarginRow {
-    fn draw(&self, svg: &mut String, scale: &Scale, y: f64) {
+    fn draw(&self, svg: &mut String, scale: &DecadeScale, y: f64) {
         let [start, left, _, words, edge] = COLUMNS;
         let base = y + 4.5;
         let (class, broken) = if self.is_broken {
@@ -147,8 +147,8 @@ impl MarginRow {
         } else {
             ("", "")
         };
-        let name = escaped(&self.name);
-        let (sentence, told) = (escaped(&self.words), escaped(&self.told));
+        let name = escape_xml(&self.name);
+        let (sentence, message) = (escape_xml(&self.words), escape_xml(&self.message));
         let _ = writeln!(
             svg,
             "<text class=\"name {class}\" x=\"{start}\" y=\"{base:.1}\">{name}</text>"
@@ -160,12 +160,12 @@ impl MarginRow {
         let _ = writeln!(
             svg,
             "<text class=\"soft name\" x=\"{edge}\" y=\"{base:.1}\" text-anchor=\"end\">{}</text>",
-            escaped(&self.aside)
+            escape_xml(&self.aside)
         );
         let places: Vec<f64> = self
             .margins
             .iter()
-            .map(|(_, margin)| scale.at(*margin))
+            .map(|(_, margin)| scale.map(*margin))
             .collect();
         let (first, last) = places
             .iter()
@@ -180,7 +180,7 @@ impl MarginRow {
         }
         for (x, (colour, margin)) in places.iter().zip(&self.margins) {
             // Dots of different colours have different heights, so that both stay visible.
-            let y = if *colour == Colour::First {
+            let y = if *colour == ThemeColour::First {
                 y - 2.5
             } else {
                 y + 2.5
@@ -199,13 +199,13 @@ impl MarginRow {
         };
         let _ = writeln!(
             svg,
-            "<text class=\"soft name label\" x=\"{at:.1}\" y=\"{base:.1}\">{told}</text>"
+            "<text class=\"soft name label\" x=\"{at:.1}\" y=\"{base:.1}\">{message}</text>"
         );
     }
 }
 
 /// Number of decades between labels.
-fn every(scale: &Scale) -> i32 {
+fn every(scale: &DecadeScale) -> i32 {
     let [first, last] = scale.decades;
     (last - first + 5) / 6
 }
@@ -228,21 +228,25 @@ mod tests {
     /// escaped.
     #[test]
     fn cases_have_lines() {
-        let row = |name: &str, margins: &[(Colour, f64)], is_broken: bool| MarginRow {
+        let row = |name: &str, margins: &[(ThemeColour, f64)], is_broken: bool| MarginRow {
             name: name.to_owned(),
             words: "Rays <that> miss.".to_owned(),
             margins: margins.to_vec(),
-            told: "none of 5 wrong".to_owned(),
+            message: "none of 5 wrong".to_owned(),
             is_broken,
             ..MarginRow::default()
         };
         let rows = vec![
-            row("P01", &[(Colour::First, 4.0), (Colour::Second, 1e6)], false),
+            row(
+                "P01",
+                &[(ThemeColour::First, 4.0), (ThemeColour::Second, 1e6)],
+                false,
+            ),
             row("T01", &[], true),
         ];
         let svg = Margins {
             rows,
-            legend: vec![(Colour::First, "robust".to_owned())],
+            legend: vec![(ThemeColour::First, "robust".to_owned())],
             ..Margins::default()
         }
         .svg();

@@ -10,6 +10,6 @@ mod tables;
 
 pub use margins::{MarginRow, Margins};
 pub use page::{Page, accuracy_plot, document};
-pub use plot::{Axis, Colour, Line, Mark, Plot, Point, escaped};
-pub use table::{Align, Table, TableRow, uncertain, wrapped};
+pub use plot::{Axis, Plot, PlotLine, PlotMark, PlotPoint, ThemeColour, escape_xml};
+pub use table::{Align, Table, TableRow, format_uncertain, wrapped};
 pub use tables::light_change;

@@ -6,13 +6,13 @@ use std::fmt::Write;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use raywright_core::accuracy::{Measured, Report, RungReport};
+use raywright_core::accuracy::{AccuracyReport, MeasuredSetting, RungReport};
 use raywright_core::display::Display;
 use raywright_core::effects::EffectReport;
 use raywright_core::metrics::{differences, heat_map, statistics};
 use raywright_core::picture::Picture;
 
-use super::plot::{Axis, Colour, Line, Plot, Point, escaped};
+use super::plot::{Axis, Plot, PlotLine, PlotPoint, ThemeColour, escape_xml};
 use crate::output::{Metadata, png_bytes};
 
 /// Contents of a page.
@@ -25,9 +25,9 @@ pub struct Page<'a> {
     /// Command that generates the page.
     pub command: &'a str,
     /// The measured figures.
-    pub report: &'a Report,
+    pub report: &'a AccuracyReport,
     /// Summary in sentences.
-    pub answer: &'a str,
+    pub recommendation: &'a str,
     /// Command that renders the scene as it is.
     pub own_command: &'a str,
     /// Flags that each setting on the frontier adds to that command.
@@ -40,11 +40,16 @@ pub struct Page<'a> {
 
 /// Plots error against time for every rung, and the frontier, whose points are numbered as in
 /// `flags`.
-pub fn accuracy_plot(scene: &str, circumstances: &str, report: &Report, flags: &[String]) -> Plot {
-    let point = |of: &Measured, label: String, name: String| Point {
+pub fn accuracy_plot(
+    scene: &str,
+    circumstances: &str,
+    report: &AccuracyReport,
+    flags: &[String],
+) -> Plot {
+    let point = |measured: &MeasuredSetting, label: String, name: String| PlotPoint {
         label: Some(label),
         name,
-        ..place(of)
+        ..place(measured)
     };
     let rungs = report.ladders.iter().map(|ladder| {
         let is_samples = ladder.ladder == "samples";
@@ -61,7 +66,7 @@ pub fn accuracy_plot(scene: &str, circumstances: &str, report: &Report, flags: &
             };
             Some(point(rung.measured.as_ref()?, label, name))
         };
-        Line {
+        PlotLine {
             name: if is_samples {
                 "numbers of samples"
             } else {
@@ -69,9 +74,9 @@ pub fn accuracy_plot(scene: &str, circumstances: &str, report: &Report, flags: &
             }
             .to_owned(),
             colour: if is_samples {
-                Colour::Second
+                ThemeColour::Second
             } else {
-                Colour::Third
+                ThemeColour::Third
             },
             dashed: true,
             apart: true,
@@ -79,19 +84,19 @@ pub fn accuracy_plot(scene: &str, circumstances: &str, report: &Report, flags: &
         }
     });
     // Points of the frontier and of the scene's own setting are not drawn twice.
-    let drawn: Vec<Point> = report
+    let drawn: Vec<PlotPoint> = report
         .frontier
         .iter()
-        .map(|of| &of.measured)
+        .map(|candidate| &candidate.measured)
         .chain([&report.own])
         .map(place)
         .collect();
-    let is_drawn = |point: &Point| {
+    let is_drawn = |point: &PlotPoint| {
         drawn
             .iter()
             .any(|other| (other.x, other.y) == (point.x, point.y))
     };
-    let rungs = rungs.map(|line| Line {
+    let rungs = rungs.map(|line| PlotLine {
         points: line
             .points
             .into_iter()
@@ -99,21 +104,23 @@ pub fn accuracy_plot(scene: &str, circumstances: &str, report: &Report, flags: &
             .collect(),
         ..line
     });
-    let (samples, others): (Vec<Line>, Vec<Line>) =
-        rungs.partition(|line| line.colour == Colour::Second);
-    let others = Line {
+    let (samples, others): (Vec<PlotLine>, Vec<PlotLine>) =
+        rungs.partition(|line| line.colour == ThemeColour::Second);
+    let others = PlotLine {
         points: others.iter().flat_map(|line| line.points.clone()).collect(),
         ..others.first().cloned().unwrap_or_default()
     };
     let named = (1..).zip(&report.frontier).zip(flags);
-    let frontier = Line {
+    let frontier = PlotLine {
         name: "worth their time, together".to_owned(),
         points: named
-            .map(|((i, of), flags)| point(&of.measured, flags.clone(), format!("({i})")))
+            .map(|((i, candidate), flags)| {
+                point(&candidate.measured, flags.clone(), format!("({i})"))
+            })
             .collect(),
-        ..Line::default()
+        ..PlotLine::default()
     };
-    let own = Line {
+    let own = PlotLine {
         name: "as it is".to_owned(),
         dashed: true,
         apart: true,
@@ -122,7 +129,7 @@ pub fn accuracy_plot(scene: &str, circumstances: &str, report: &Report, flags: &
             "as it is".to_owned(),
             "as it is".to_owned(),
         )],
-        ..Line::default()
+        ..PlotLine::default()
     };
     let [width, height] = report.size;
     Plot {
@@ -153,17 +160,17 @@ pub fn accuracy_plot(scene: &str, circumstances: &str, report: &Report, flags: &
 
 /// Position of a setting; an error indistinguishable from zero is drawn at the upper end of its
 /// interval.
-fn place(of: &Measured) -> Point {
+fn place(measured: &MeasuredSetting) -> PlotPoint {
     let root = |value: f64| value.max(1e-12).sqrt();
-    let error = &of.errors.relmse;
+    let error = &measured.errors.relmse;
     let is_bound = error.is_lost_in_noise();
     let y = if is_bound { error.high } else { error.value };
-    Point {
-        x: of.seconds.value.max(1e-9),
+    PlotPoint {
+        x: measured.seconds.value.max(1e-9),
         y: root(y),
         spread: [root(if is_bound { y } else { error.low }), root(error.high)],
         is_bound,
-        ..Point::default()
+        ..PlotPoint::default()
     }
 }
 
@@ -198,7 +205,7 @@ pub(super) fn number(value: f64) -> String {
 
 /// Formats a standalone page: a title, its HTML body, and a script that may be empty.
 pub fn document(title: &str, body: &str, script: &str) -> String {
-    let (title, style) = (escaped(title), include_str!("page.css"));
+    let (title, style) = (escape_xml(title), include_str!("page.css"));
     let script = if script.is_empty() {
         String::new()
     } else {
@@ -217,7 +224,7 @@ impl Page<'_> {
         let circumstances: String = self
             .circumstances
             .iter()
-            .map(|line| format!("<p class=\"soft\">{}</p>\n", escaped(line)))
+            .map(|line| format!("<p class=\"soft\">{}</p>\n", escape_xml(line)))
             .collect();
         let plot = accuracy_plot(self.scene, "", self.report, self.flags);
         // The table below explains its numbers.
@@ -228,8 +235,8 @@ impl Page<'_> {
         }
         .svg();
         // Every second part is between back quotes.
-        let parts = self.answer.split('`').map(escaped).enumerate();
-        let answer: String = parts
+        let parts = self.recommendation.split('`').map(escape_xml).enumerate();
+        let recommendation: String = parts
             .map(|(i, part)| {
                 if i % 2 == 1 {
                     format!("<code>{part}</code>")
@@ -239,11 +246,11 @@ impl Page<'_> {
             })
             .collect();
         let body = format!(
-            "<p class=\"answer\">{answer}</p>\n<figure><div class=\"wide\" tabindex=\"0\">{plot}</div>\n\
+            "<p class=\"answer\">{recommendation}</p>\n<figure><div class=\"wide\" tabindex=\"0\">{plot}</div>\n\
              <figcaption>Less time is to the left, less error below. <span id=\"told\" aria-live=\"polite\"></span></figcaption></figure>\n{}\
              <h2>How it was measured</h2>\n{circumstances}<p class=\"soft\">Made by <code>{}</code></p>\n{}{}{}{}{}",
             self.frontier(),
-            escaped(self.command),
+            escape_xml(self.command),
             self.pictures(),
             self.rungs(),
             self.prices(),
@@ -265,7 +272,7 @@ impl Page<'_> {
         let full = self.heat_scale(&reference.picture);
         let (mut options, mut thumbs) = (String::new(), String::new());
         for shown in &self.report.pictures {
-            let name = escaped(&shown.name);
+            let name = escape_xml(&shown.name);
             let _ = write!(options, "<option>{name}</option>");
             let image = self.png(&shown.picture, self.display);
             let error = differences(&shown.picture, &reference.picture)

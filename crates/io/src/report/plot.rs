@@ -4,8 +4,8 @@
 
 use std::fmt::Write;
 
-use super::labels::{AREA, Labels};
-use super::scale::{Frame, Scale};
+use super::labels::{AREA, LabelBoxes};
+use super::scale::{DecadeScale, PlotFrame};
 
 use crate::masking::masked;
 
@@ -23,9 +23,9 @@ pub struct Plot {
     /// Vertical axis.
     pub y: Axis,
     /// The plotted lines.
-    pub lines: Vec<Line>,
+    pub lines: Vec<PlotLine>,
     /// Marks on the horizontal axis.
-    pub marks: Vec<Mark>,
+    pub marks: Vec<PlotMark>,
     /// Whether lines fall from left to right, which leaves room for the legend on the right.
     pub falling: bool,
     /// Lines of text below the plot, such as an explanation of short names.
@@ -43,22 +43,22 @@ pub struct Axis {
 
 /// A polyline through points in ascending order.
 #[derive(Clone, Debug, Default)]
-pub struct Line {
+pub struct PlotLine {
     /// Name in the legend.
     pub name: String,
     /// Colour; related lines share a colour.
-    pub colour: Colour,
+    pub colour: ThemeColour,
     /// Whether the line is dashed with square markers, to distinguish lines of the same colour.
     pub dashed: bool,
     /// Whether the points are not joined.
     pub apart: bool,
     /// Points with coordinates above zero.
-    pub points: Vec<Point>,
+    pub points: Vec<PlotPoint>,
 }
 
 /// A measured point.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Point {
+pub struct PlotPoint {
     /// Horizontal coordinate.
     pub x: f64,
     /// Vertical coordinate.
@@ -75,7 +75,7 @@ pub struct Point {
 
 /// A dotted vertical line at a value on the horizontal axis, with a label.
 #[derive(Clone, Debug)]
-pub struct Mark {
+pub struct PlotMark {
     /// Horizontal coordinate.
     pub x: f64,
     /// Label.
@@ -84,7 +84,7 @@ pub struct Mark {
 
 /// A colour of the theme.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Colour {
+pub enum ThemeColour {
     /// Orange.
     #[default]
     First,
@@ -111,9 +111,9 @@ impl Plot {
     /// text is left.
     pub fn svg(&self) -> String {
         let points = || self.lines.iter().flat_map(|line| &line.points);
-        let frame = Frame {
-            x: Scale::new(points().map(|p| p.x), AREA[0], AREA[2]),
-            y: Scale::new(
+        let frame = PlotFrame {
+            x: DecadeScale::new(points().map(|p| p.x), AREA[0], AREA[2]),
+            y: DecadeScale::new(
                 points().flat_map(|p| [p.y, p.spread[0], p.spread[1]]),
                 AREA[3],
                 AREA[1],
@@ -144,11 +144,11 @@ impl Plot {
 
     fn head(&self, svg: &mut String) {
         let [title, subtitle, circumstances] =
-            [&self.title, &self.subtitle, &self.circumstances].map(|text| escaped(text));
+            [&self.title, &self.subtitle, &self.circumstances].map(|text| escape_xml(text));
         let top = if title.is_empty() { BARE_TOP } else { 0.0 };
         let height = self.height() - top;
         let name = if title.is_empty() {
-            escaped(&self.y.label)
+            escape_xml(&self.y.label)
         } else {
             title.clone()
         };
@@ -169,10 +169,13 @@ impl Plot {
     }
 
     /// Draws grid lines at powers of ten with their labels, and the names of the axes.
-    fn grid(&self, svg: &mut String, frame: &Frame) {
+    fn grid(&self, svg: &mut String, frame: &PlotFrame) {
         let [left, top, right, bottom] = AREA;
-        let words =
-            |axis: &Axis, e: i32| axis.tick.map(|tick| escaped(&tick(e))).unwrap_or_default();
+        let words = |axis: &Axis, e: i32| {
+            axis.tick
+                .map(|tick| escape_xml(&tick(e)))
+                .unwrap_or_default()
+        };
         for e in frame.x.decades() {
             let (x, word) = (frame.x.exponent(f64::from(e)), words(&self.x, e));
             let _ = writeln!(svg, "<path class=\"grid\" d=\"M{x:.1} {top}V{bottom}\"/>");
@@ -193,7 +196,7 @@ impl Plot {
             );
         }
         let (middle, centre) = ((left + right) / 2.0, (top + bottom) / 2.0);
-        let (x, y) = (escaped(&self.x.label), escaped(&self.y.label));
+        let (x, y) = (escape_xml(&self.x.label), escape_xml(&self.y.label));
         let _ = writeln!(
             svg,
             "<path class=\"axis\" d=\"M{left} {top}V{bottom}H{right}\"/>"
@@ -209,10 +212,10 @@ impl Plot {
         );
     }
 
-    fn marks(&self, svg: &mut String, frame: &Frame) {
+    fn marks(&self, svg: &mut String, frame: &PlotFrame) {
         let [_, top, right, bottom] = AREA;
         for mark in &self.marks {
-            let x = frame.x.at(mark.x);
+            let x = frame.x.map(mark.x);
             let _ = writeln!(
                 svg,
                 "<path class=\"mark\" d=\"M{x:.1} {bottom}V{:.1}\"/>",
@@ -225,7 +228,7 @@ impl Plot {
                 right - 10.0,
                 bottom - 12.0 - 22.0 * (self.marks.len() - 1 - i) as f64,
             );
-            let label = escaped(&mark.label);
+            let label = escape_xml(&mark.label);
             let _ = writeln!(
                 svg,
                 "<text class=\"soft label\" x=\"{x}\" y=\"{y:.1}\" text-anchor=\"end\">{label}</text>"
@@ -233,7 +236,7 @@ impl Plot {
         }
     }
 
-    fn shown(&self) -> impl Iterator<Item = &Line> {
+    fn shown(&self) -> impl Iterator<Item = &PlotLine> {
         self.lines.iter().filter(|line| !line.points.is_empty())
     }
 
@@ -261,25 +264,25 @@ impl Plot {
     }
 
     /// Writes the names of points, where room is left.
-    fn names(&self, svg: &mut String, frame: &Frame) {
+    fn names(&self, svg: &mut String, frame: &PlotFrame) {
         let places: Vec<(f64, f64)> = self
             .lines
             .iter()
             .flat_map(|line| &line.points)
-            .map(|p| (frame.x.at(p.x), frame.y.at(p.y)))
+            .map(|p| (frame.x.map(p.x), frame.y.map(p.y)))
             .collect();
-        let mut labels = Labels::new(&places, self.legend_box());
+        let mut labels = LabelBoxes::new(&places, self.legend_box());
         for line in &self.lines {
             for point in line.points.iter().filter(|point| !point.name.is_empty()) {
                 let Some((x, y)) =
-                    labels.place(&point.name, frame.x.at(point.x), frame.y.at(point.y))
+                    labels.place(&point.name, frame.x.map(point.x), frame.y.map(point.y))
                 else {
                     continue;
                 };
                 let _ = writeln!(
                     svg,
                     "<text class=\"name label\" x=\"{x:.1}\" y=\"{y:.1}\">{}</text>",
-                    escaped(&point.name)
+                    escape_xml(&point.name)
                 );
             }
         }
@@ -292,7 +295,7 @@ impl Plot {
             let _ = writeln!(
                 svg,
                 "<text class=\"soft\" x=\"24\" y=\"{y:.1}\">{}</text>",
-                escaped(line)
+                escape_xml(line)
             );
         }
     }
@@ -326,13 +329,13 @@ impl Plot {
                 "<text x=\"{}\" y=\"{}\">{}</text>",
                 x + 50.0,
                 y + 5.0,
-                escaped(&line.name)
+                escape_xml(&line.name)
             );
         }
     }
 }
 
-impl Colour {
+impl ThemeColour {
     /// Class in the style sheet.
     pub(super) fn class(self) -> &'static str {
         match self {
@@ -343,7 +346,7 @@ impl Colour {
     }
 }
 
-impl Line {
+impl PlotLine {
     fn class(&self) -> &'static str {
         self.colour.class()
     }
@@ -377,15 +380,15 @@ impl Line {
         };
     }
 
-    fn draw(&self, svg: &mut String, frame: &Frame) {
+    fn draw(&self, svg: &mut String, frame: &PlotFrame) {
         let mut path = String::new();
         for (i, point) in self.points.iter().enumerate() {
             let _ = write!(
                 path,
                 "{}{:.1} {:.1}",
                 if i == 0 { 'M' } else { 'L' },
-                frame.x.at(point.x),
-                frame.y.at(point.y)
+                frame.x.map(point.x),
+                frame.y.map(point.y)
             );
         }
         if path.is_empty() {
@@ -395,8 +398,8 @@ impl Line {
             self.stroke(svg, &path);
         }
         for point in &self.points {
-            let (x, [low, high]) = (frame.x.at(point.x), point.spread.map(|y| frame.y.at(y)));
-            let y = frame.y.at(point.y);
+            let (x, [low, high]) = (frame.x.map(point.x), point.spread.map(|y| frame.y.map(y)));
+            let y = frame.y.map(point.y);
             let spread = if point.is_bound {
                 arrow(x, y)
             } else {
@@ -410,7 +413,7 @@ impl Line {
             match &point.label {
                 None => self.marker(svg, x, y),
                 Some(label) => {
-                    let label = escaped(label);
+                    let label = escape_xml(label);
                     let _ = write!(
                         svg,
                         "<g tabindex=\"0\" role=\"img\" aria-label=\"{label}\"><title>{label}</title>"
@@ -429,7 +432,7 @@ fn arrow(x: f64, y: f64) -> String {
 }
 
 /// Escapes text for HTML and SVG, with control characters masked.
-pub fn escaped(text: &str) -> String {
+pub fn escape_xml(text: &str) -> String {
     masked(text)
         .replace('&', "&amp;")
         .replace('<', "&lt;")

@@ -1,20 +1,20 @@
 //! Logarithmic scales of a plot, which span whole decades.
 
 /// Horizontal and vertical scale.
-pub(super) struct Frame {
-    pub x: Scale,
-    pub y: Scale,
+pub(super) struct PlotFrame {
+    pub x: DecadeScale,
+    pub y: DecadeScale,
 }
 
 /// Map from decades to picture coordinates.
-pub(super) struct Scale {
+pub(super) struct DecadeScale {
     /// Exponents of the ends.
     pub decades: [i32; 2],
     /// Picture coordinates of the ends.
     ends: [f64; 2],
 }
 
-impl Scale {
+impl DecadeScale {
     pub fn new(values: impl Iterator<Item = f64>, start: f64, end: f64) -> Self {
         let (low, high) = values
             .filter(|v| *v > 0.0 && v.is_finite())
@@ -36,7 +36,7 @@ impl Scale {
         self.decades[0]..=self.decades[1]
     }
 
-    pub fn at(&self, value: f64) -> f64 {
+    pub fn map(&self, value: f64) -> f64 {
         self.exponent(value.log10())
     }
 

@@ -1,8 +1,8 @@
 //! Tables, formatted as text, Markdown, comma-separated values or HTML.
 
-use raywright_core::accuracy::Interval;
+use raywright_core::accuracy::ConfidenceInterval;
 
-use super::plot::escaped;
+use super::plot::escape_xml;
 use crate::masking::on_one_line;
 
 /// Alignment of a column's cells.
@@ -183,7 +183,7 @@ impl Table {
                 } else {
                     String::new()
                 },
-                escaped(name)
+                escape_xml(name)
             )
         };
         let names: String = names.cells.iter().enumerate().map(name).collect();
@@ -218,8 +218,8 @@ impl Table {
                 .strip_prefix('`')
                 .and_then(|cell| cell.strip_suffix('`'));
             let cell = typed.map_or_else(
-                || escaped(cell),
-                |typed| format!("<code>{}</code>", escaped(typed)),
+                || escape_xml(cell),
+                |typed| format!("<code>{}</code>", escape_xml(typed)),
             );
             format!("<td{about}{span}{class}>{cell}</td>")
         };
@@ -234,7 +234,7 @@ impl Table {
 }
 
 fn attribute(name: &str, value: &str) -> String {
-    format!(" {name}=\"{}\"", escaped(value))
+    format!(" {name}=\"{}\"", escape_xml(value))
 }
 
 /// Gap between columns.
@@ -309,15 +309,17 @@ pub fn wrapped(text: &str, indent: usize, room: usize) -> String {
 /// Formats a number with its uncertainty: none within the last digit written by `number`, a share,
 /// or the ends of the interval if far from the value. A number indistinguishable from zero is given
 /// by its upper end.
-pub fn uncertain(of: &Interval, number: impl Fn(f64) -> String) -> String {
-    let value = number(of.value);
-    if of.is_lost_in_noise() && of.high > 0.0 {
-        return format!("<{}", number(of.high));
+pub fn format_uncertain(interval: &ConfidenceInterval, number: impl Fn(f64) -> String) -> String {
+    let value = number(interval.value);
+    if interval.is_lost_in_noise() && interval.high > 0.0 {
+        return format!("<{}", number(interval.high));
     }
-    if number(of.low) == value && number(of.high) == value || !(of.high - of.low).is_finite() {
+    if number(interval.low) == value && number(interval.high) == value
+        || !(interval.high - interval.low).is_finite()
+    {
         return value;
     }
-    match of.relative() {
+    match interval.relative() {
         share if share < FAR => {
             format!(
                 "{value} ±{} %",
@@ -328,7 +330,11 @@ pub fn uncertain(of: &Interval, number: impl Fn(f64) -> String) -> String {
                 }
             )
         }
-        _ => format!("{value} ({} to {})", number(of.low), number(of.high)),
+        _ => format!(
+            "{value} ({} to {})",
+            number(interval.low),
+            number(interval.high)
+        ),
     }
 }
 
@@ -353,17 +359,17 @@ mod tests {
     /// distant ends; a number indistinguishable from zero is given by its upper end.
     #[test]
     fn numbers_say_what_they_may_be_off_by() {
-        let told = |value, low, high| {
-            uncertain(&Interval { value, low, high }, |number| {
+        let describe = |value, low, high| {
+            format_uncertain(&ConfidenceInterval { value, low, high }, |number| {
                 format!("{number:.2}")
             })
         };
-        assert_eq!(told(0.5, 0.4951, 0.5049), "0.50");
-        assert_eq!(told(0.5, 0.4949, 0.5049), "0.50 ±1 %");
-        assert_eq!(told(0.5, 0.4, 0.6), "0.50 ±20 %");
-        assert_eq!(told(0.5, 0.3, 0.8), "0.50 (0.30 to 0.80)");
-        assert_eq!(told(0.5, 0.0, 0.8), "<0.80");
-        assert_eq!(told(0.0, 0.0, 0.0), "0.00");
+        assert_eq!(describe(0.5, 0.4951, 0.5049), "0.50");
+        assert_eq!(describe(0.5, 0.4949, 0.5049), "0.50 ±1 %");
+        assert_eq!(describe(0.5, 0.4, 0.6), "0.50 ±20 %");
+        assert_eq!(describe(0.5, 0.3, 0.8), "0.50 (0.30 to 0.80)");
+        assert_eq!(describe(0.5, 0.0, 0.8), "<0.80");
+        assert_eq!(describe(0.0, 0.0, 0.0), "0.00");
     }
 
     /// Protects: widths count characters, not bytes, and lines have no trailing blanks.

@@ -1,18 +1,19 @@
 //! Tables of the page: settings on the frontier, rungs, ladders without error, effects.
 
 use raywright_core::accuracy::{
-    EffectCost, EffectCosts, Interval, LadderReport, Measured, OutputReport, RungCost, RungReport,
+    ConfidenceInterval, EffectCost, EffectCosts, LadderReport, MeasuredSetting, OutputReport,
+    RungCost, RungReport,
 };
 use raywright_core::bench::Spread;
-use raywright_core::effects::Status;
+use raywright_core::effects::EffectStatus;
 
 use super::page::{Page, number};
-use super::plot::escaped;
-use super::table::{Align, Table, TableRow, uncertain};
+use super::plot::escape_xml;
+use super::table::{Align, Table, TableRow, format_uncertain};
 use crate::limits::human_bytes;
 
-fn interval(of: Interval) -> String {
-    uncertain(&of, number)
+fn interval(interval: ConfidenceInterval) -> String {
+    format_uncertain(&interval, number)
 }
 
 /// Class of rows for the current setting.
@@ -66,7 +67,7 @@ impl Page<'_> {
             "<h2>Worth their time</h2>\n<p>No setting that was measured is both faster and nearer to the reference. The first row whose \
              error is small enough is the cheapest setting for that error; the last one within a time is the best for that time. The flags \
              stand behind <code>{}</code></p>\n{}",
-            escaped(self.own_command),
+            escape_xml(self.own_command),
             Table::new(columns, names, rows)
                 .without_empty_columns()
                 .html(),
@@ -74,7 +75,9 @@ impl Page<'_> {
     }
 
     pub(super) fn rungs(&self) -> String {
-        let named = |name: String, of: &Measured| [name].into_iter().chain(self.cells(of, None));
+        let named = |name: String, measured: &MeasuredSetting| {
+            [name].into_iter().chain(self.cells(measured, None))
+        };
         let mut rows = vec![TableRow::of_class(
             "own",
             named("as it is".to_owned(), &self.report.own),
@@ -98,12 +101,9 @@ impl Page<'_> {
         rows.extend(others.into_iter().flat_map(|ladder| self.rows_of(ladder)));
         if !self.report.combinations.is_empty() {
             rows.push(heading("together, beside the scene as it is"));
-            rows.extend(
-                self.report
-                    .combinations
-                    .iter()
-                    .map(|of| TableRow::of_class("", named(of.name(), &of.measured))),
-            );
+            rows.extend(self.report.combinations.iter().map(|candidate| {
+                TableRow::of_class("", named(candidate.name(), &candidate.measured))
+            }));
         }
         let named = |which: &dyn Fn(&LadderReport, &RungReport) -> bool| -> Vec<String> {
             let all = self
@@ -117,7 +117,7 @@ impl Page<'_> {
         };
         let line = |words: &str, names: Vec<String>| match names.as_slice() {
             [] => String::new(),
-            names => format!("<p>{words}: {}.</p>\n", escaped(&names.join(", "))),
+            names => format!("<p>{words}: {}.</p>\n", escape_xml(&names.join(", "))),
         };
         let beaten = line(
             "Slower and worse than what is in use",
@@ -146,33 +146,37 @@ impl Page<'_> {
 
     /// Rows of a ladder for all measured rungs, except those slower and worse than the current one.
     fn rows_of(&self, ladder: &LadderReport) -> Vec<TableRow> {
-        let shown: Vec<&RungReport> = ladder
+        let rung_reports: Vec<&RungReport> = ladder
             .rungs
             .iter()
             .filter(|rung| !ladder.beats(rung) && rung.measured.is_some())
             .collect();
-        if shown.iter().all(|rung| rung.in_use) {
+        if rung_reports.iter().all(|rung| rung.in_use) {
             return Vec::new();
         }
-        let row = |of: &RungReport| {
+        let row = |rung_report: &RungReport| {
             Some(rung(
-                &of.rung,
-                of.about,
-                of.in_use,
-                self.cells(of.measured.as_ref()?, of.own_error),
+                &rung_report.rung,
+                rung_report.about,
+                rung_report.in_use,
+                self.cells(rung_report.measured.as_ref()?, rung_report.own_error),
             ))
         };
         [heading(ladder.ladder)]
             .into_iter()
-            .chain(shown.into_iter().filter_map(row))
+            .chain(rung_reports.into_iter().filter_map(row))
             .collect()
     }
 
-    fn cells(&self, of: &Measured, own_error: Option<Interval>) -> [String; 8] {
-        let errors = &of.errors;
+    fn cells(
+        &self,
+        measured: &MeasuredSetting,
+        own_error: Option<ConfidenceInterval>,
+    ) -> [String; 8] {
+        let errors = &measured.errors;
         [
-            uncertain(&of.seconds, spoken),
-            interval(of.ratio),
+            format_uncertain(&measured.seconds, spoken),
+            interval(measured.ratio),
             interval(errors.relmse.map(f64::sqrt)),
             interval(errors.rmse),
             errors
@@ -180,27 +184,31 @@ impl Page<'_> {
                 .map(|bias| interval(bias.map(f64::sqrt)))
                 .unwrap_or_default(),
             light_change(&errors.light),
-            interval(of.flip),
+            interval(measured.flip),
             own_error.map(interval).unwrap_or_default(),
         ]
     }
 
     /// Time of a render of the whole picture.
-    fn time(&self, of: &Spread) -> String {
-        format!("{} ±{:.0} %", spoken(of.median), of.relative() * 100.0)
+    fn time(&self, spread: &Spread) -> String {
+        format!(
+            "{} ±{:.0} %",
+            spoken(spread.median),
+            spread.relative() * 100.0
+        )
     }
 
-    fn paid(&self, of: &RungCost) -> Vec<String> {
-        let bits = if of.same_bits {
+    fn cost_cells(&self, rung_cost: &RungCost) -> Vec<String> {
+        let bits = if rung_cost.same_bits {
             ""
         } else {
             ", ANOTHER PICTURE"
         };
-        let memory = human_bytes(of.geometry) + bits;
+        let memory = human_bytes(rung_cost.geometry) + bits;
         vec![
-            self.time(&of.seconds),
-            number(of.ratio.median),
-            spoken(of.preparing.median),
+            self.time(&rung_cost.seconds),
+            number(rung_cost.ratio.median),
+            spoken(rung_cost.preparing.median),
             memory,
         ]
     }
@@ -211,10 +219,10 @@ impl Page<'_> {
         for ladder in &self.report.prices {
             rows.push(heading(ladder.ladder));
             rows.extend(ladder.rungs.iter().map(|price| {
-                let cells = price
-                    .paid
-                    .as_ref()
-                    .map_or_else(|| vec!["no time".to_owned()], |of| self.paid(of));
+                let cells = price.rung_cost.as_ref().map_or_else(
+                    || vec!["no time".to_owned()],
+                    |rung_cost| self.cost_cells(rung_cost),
+                );
                 rung(&price.rung, price.about, price.in_use, cells)
             }));
         }
@@ -230,21 +238,21 @@ impl Page<'_> {
 
     /// Table of the picture data that each file format keeps.
     pub(super) fn outputs(&self) -> String {
-        let row = |of: &OutputReport| {
-            let coding = of
+        let row = |output: &OutputReport| {
+            let coding = output
                 .seconds
                 .map(|seconds| number(seconds.median * 1e3))
                 .unwrap_or_default();
-            let [rmse, greatest, flip] = [of.rmse, of.greatest, of.flip].map(number);
+            let [rmse, greatest, flip] = [output.rmse, output.greatest, output.flip].map(number);
             let cells = [
-                of.bytes_per_pixel.to_string(),
+                output.bytes_per_pixel.to_string(),
                 coding,
                 rmse,
                 greatest,
                 flip,
-                format!("{:.1} %", 100.0 * of.clipped),
+                format!("{:.1} %", 100.0 * output.clipped),
             ];
-            rung(of.rung, of.about, of.in_use, cells)
+            rung(output.rung, output.about, output.in_use, cells)
         };
         let names = [
             "rung",
@@ -274,9 +282,9 @@ impl Page<'_> {
             .effects
             .effects
             .iter()
-            .filter(|finding| finding.status != Status::Absent);
+            .filter(|finding| finding.status != EffectStatus::Absent);
         let rows = present.map(|finding| {
-            let status = if finding.status == Status::Simulated {
+            let status = if finding.status == EffectStatus::Simulated {
                 "simulated"
             } else {
                 "left out"
@@ -288,14 +296,14 @@ impl Page<'_> {
                     .find(|cost| cost.effect == finding.effect.name())
             });
             let [time, rays, rmse, flip] = cost.map(added).unwrap_or_default();
-            let told = format!("{status}: {}", finding.because);
+            let message = format!("{status}: {}", finding.because);
             [
                 finding.effect.name().to_owned(),
                 time,
                 rays,
                 rmse,
                 flip,
-                told,
+                message,
             ]
             .into_iter()
             .collect()
@@ -324,15 +332,20 @@ impl Page<'_> {
 }
 
 /// Cost of an effect: median and range over its rounds.
-fn added(of: &EffectCost) -> [String; 4] {
+fn added(effect_cost: &EffectCost) -> [String; 4] {
     let percent = |ratio: f64| format!("{:+.0} %", 100.0 * (ratio - 1.0));
     let time = format!(
         "{} ({} to {})",
-        percent(of.ratio.median),
-        percent(of.ratio.min),
-        percent(of.ratio.max)
+        percent(effect_cost.ratio.median),
+        percent(effect_cost.ratio.min),
+        percent(effect_cost.ratio.max)
     );
-    [time, percent(of.rays), number(of.rmse), number(of.flip)]
+    [
+        time,
+        percent(effect_cost.rays),
+        number(effect_cost.rmse),
+        number(effect_cost.flip),
+    ]
 }
 
 fn how_measured(costs: &EffectCosts) -> String {
@@ -362,9 +375,9 @@ const HEADS: [&str; 8] = [
 
 /// Formats the relative change of the picture's light, in per cent; empty if indistinguishable from
 /// zero.
-pub fn light_change(of: &Interval) -> String {
-    let is_known = of.low > 1.0 || of.high < 1.0;
-    let change = format!("{:+.1} %", 100.0 * (of.value - 1.0));
+pub fn light_change(interval: &ConfidenceInterval) -> String {
+    let is_known = interval.low > 1.0 || interval.high < 1.0;
+    let change = format!("{:+.1} %", 100.0 * (interval.value - 1.0));
     if is_known && !change.ends_with("0.0 %") {
         change
     } else {

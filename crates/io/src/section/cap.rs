@@ -18,7 +18,7 @@ pub(super) struct CapCorner {
 }
 
 /// An ascending edge.
-struct Rising {
+struct RisingEdge {
     vertices: [u32; 2],
     from: [f64; 2],
     to: [f64; 2],
@@ -26,7 +26,7 @@ struct Rising {
     winding: i32,
 }
 
-impl Rising {
+impl RisingEdge {
     fn share(&self, height: f64) -> f64 {
         (height - self.from[1]) / (self.to[1] - self.from[1])
     }
@@ -51,7 +51,7 @@ impl Rising {
 
 /// Trapezoids: indices of their left and right edges, and their lower and upper ends.
 pub(super) struct Cap {
-    edges: Vec<Rising>,
+    edges: Vec<RisingEdge>,
     trapezoids: Vec<([usize; 2], [f64; 2])>,
 }
 
@@ -62,13 +62,13 @@ impl Cap {
             let [v, w] = vertices;
             match a[1].total_cmp(&b[1]) {
                 _ if a[1] == b[1] => None,
-                core::cmp::Ordering::Less => Some(Rising {
+                core::cmp::Ordering::Less => Some(RisingEdge {
                     vertices,
                     from: a,
                     to: b,
                     winding: 1,
                 }),
-                _ => Some(Rising {
+                _ => Some(RisingEdge {
                     vertices: [w, v],
                     from: b,
                     to: a,
@@ -76,7 +76,7 @@ impl Cap {
                 }),
             }
         };
-        let mut edges: Vec<Rising> = outline.edges.iter().filter_map(rising).collect();
+        let mut edges: Vec<RisingEdge> = outline.edges.iter().filter_map(rising).collect();
         edges.sort_by(|a, b| a.from[1].total_cmp(&b.from[1]));
         let mut heights: Vec<f64> = edges
             .iter()

@@ -10,7 +10,7 @@ use super::Section;
 use super::cap::{Cap, CapCorner, Outline};
 
 /// Result of clipping a mesh.
-pub(super) enum Cut {
+pub(super) enum MeshCut {
     /// The whole mesh, unchanged.
     Kept,
     Gone,
@@ -89,18 +89,18 @@ impl<'a> MeshCutter<'a> {
     }
 
     /// Clips the mesh.
-    pub fn cut(mut self) -> Cut {
-        let most = self
+    pub fn cut(mut self) -> MeshCut {
+        let maximum = self
             .heights
             .iter()
             .copied()
             .fold(f64::NEG_INFINITY, f64::max);
-        let least = self.heights.iter().copied().fold(f64::INFINITY, f64::min);
-        if most <= 0.0 && (least < 0.0 || self.data.indices.is_empty()) {
-            return Cut::Kept;
+        let minimum = self.heights.iter().copied().fold(f64::INFINITY, f64::min);
+        if maximum <= 0.0 && (minimum < 0.0 || self.data.indices.is_empty()) {
+            return MeshCut::Kept;
         }
-        if least >= 0.0 && most > 0.0 {
-            return Cut::Gone;
+        if minimum >= 0.0 && maximum > 0.0 {
+            return MeshCut::Gone;
         }
         for &triangle in &self.data.indices {
             self.clip(triangle);
@@ -108,7 +108,7 @@ impl<'a> MeshCutter<'a> {
         let (outline, is_open) = self.outline();
         let cap = self.cap(&outline);
         self.out.positions = self.stored(self.positions.iter().copied());
-        Cut::Through(Box::new(CutMesh {
+        MeshCut::Through(Box::new(CutMesh {
             mesh: self.out,
             cap,
             is_open,
@@ -187,7 +187,7 @@ impl<'a> MeshCutter<'a> {
 
     /// Whether a triangle in the plane faces the removed side.
     fn faces_out(&self, triangle: [u32; 3]) -> bool {
-        let [a, b, c] = triangle.map(|vertex| self.data.positions.at(vertex as usize));
+        let [a, b, c] = triangle.map(|vertex| self.data.positions.position(vertex as usize));
         let normal = self.map.matrix3.inverse().transpose() * (b - a).cross(c - a);
         self.section.sign() * normal[self.section.axis] > 0.0
     }
@@ -242,7 +242,7 @@ impl<'a> MeshCutter<'a> {
             ..
         } = self.data;
         self.positions
-            .push(positions.at(a).lerp(positions.at(b), share));
+            .push(positions.position(a).lerp(positions.position(b), share));
         self.out
             .normals
             .extend((!normals.is_empty()).then(|| between(normals[a], normals[b], share)));
@@ -300,9 +300,9 @@ fn closed_parts(edges: impl Iterator<Item = [u32; 2]> + Clone) -> impl Fn(u32) -
             root = parent;
         }
         // Path compression keeps chains short.
-        let mut at = point;
-        while at != root {
-            at = parents.insert(at, root).unwrap_or(root);
+        let mut index = point;
+        while index != root {
+            index = parents.insert(index, root).unwrap_or(root);
         }
         root
     }

@@ -6,8 +6,8 @@ use super::*;
 type Triangles = (Vec<[f64; 3]>, Vec<[u32; 3]>);
 
 /// Positions and triangles of a cube that faces outwards or inwards.
-fn cube(least: f64, most: f64, inwards: bool) -> Triangles {
-    let at = |bit: u32| if bit == 0 { least } else { most };
+fn cube(minimum: f64, maximum: f64, inwards: bool) -> Triangles {
+    let at = |bit: u32| if bit == 0 { minimum } else { maximum };
     let corners = (0..8_u32)
         .map(|i| [at(i & 1), at(i >> 1 & 1), at(i >> 2 & 1)])
         .collect();
@@ -66,7 +66,7 @@ fn left(scene: &Scene, section: &str) -> (Vec<f64>, Vec<WarningCode>) {
             "{section}: each vertex carries all"
         );
         let volume = data.indices.iter().map(|triangle| {
-            let [a, b, c] = triangle.map(|vertex| data.positions.at(vertex as usize));
+            let [a, b, c] = triangle.map(|vertex| data.positions.position(vertex as usize));
             a.dot(b.cross(c)) / 6.0
         });
         let volume = volume.sum::<f64>() * map.matrix3.determinant().abs();
@@ -219,7 +219,7 @@ fn open_meshes_and_other_shapes_are_told() {
     cut(&mut leaf, &"x=1".parse().expect("a section"), "s");
     let data = meshes_of(&leaf).remove(0).expect("a mesh");
     let between: Vec<_> = (0..data.positions.len())
-        .filter(|&i| data.positions.at(i).x == 1.0)
+        .filter(|&i| data.positions.position(i).x == 1.0)
         .map(|i| (data.uvs[0][i], data.colours[i][0]))
         .collect();
     assert_eq!(between, [([0.5, 0.0], 0.5), ([0.5, 0.5], 0.5)]);
@@ -276,7 +276,7 @@ fn sections_are_read() {
     ] {
         assert!(
             text.parse::<Section>()
-                .is_err_and(|why| why.contains("x=0.3")),
+                .is_err_and(|reason| reason.contains("x=0.3")),
             "{text}"
         );
     }

@@ -4,14 +4,14 @@
 use glam::DVec3;
 use raywright_core::scene::MeshData;
 
-use crate::import::{Budget, Fault, Outcome, Warnings, shown};
+use crate::import::{DecodeBudget, Fault, Outcome, Warnings, printable};
 use crate::polygon::Clipper;
-use crate::text::{lines, no_number, number, without_mark};
+use crate::text::{lines, message_for_no_number, number, without_mark};
 use crate::warning::WarningCode;
 
 /// Expected next input.
 #[derive(Default)]
-enum Wanted {
+enum ExpectedToken {
     /// A keyword of the format.
     #[default]
     Word,
@@ -24,7 +24,7 @@ enum Wanted {
 /// State of the reader.
 #[derive(Default)]
 struct AsciiReader {
-    wanted: Wanted,
+    requested: ExpectedToken,
     mesh: MeshData,
     /// Corners of the current loop.
     corners: Vec<[f64; 3]>,
@@ -42,7 +42,7 @@ struct AsciiReader {
 /// A fault of kind input that names line and cause, of kind limit beyond the limits.
 pub(super) fn read(
     bytes: &[u8],
-    budget: &mut Budget,
+    budget: &mut DecodeBudget,
     warnings: &mut Warnings,
 ) -> Outcome<MeshData> {
     // A corner takes at least 13 characters, and 36 bytes of memory, of which a growing list needs
@@ -54,7 +54,7 @@ pub(super) fn read(
         let line = String::from_utf8_lossy(without_mark(line));
         reader
             .line(&line, budget, warnings)
-            .map_err(|fault| fault.at(format_args!("line {}", i + 1)))?;
+            .map_err(|fault| fault.with_place(format_args!("line {}", i + 1)))?;
         last = i + 1;
     }
     if reader.open {
@@ -70,23 +70,32 @@ pub(super) fn read(
 
 impl AsciiReader {
     /// Reads one line, which may hold several keywords with their numbers, or only a part of them.
-    fn line(&mut self, line: &str, budget: &mut Budget, warnings: &mut Warnings) -> Outcome<()> {
+    fn line(
+        &mut self,
+        line: &str,
+        budget: &mut DecodeBudget,
+        warnings: &mut Warnings,
+    ) -> Outcome<()> {
         for word in line.split_whitespace() {
-            match &mut self.wanted {
-                Wanted::Word => {}
-                Wanted::Normal(left) => {
+            match &mut self.requested {
+                ExpectedToken::Word => {}
+                ExpectedToken::Normal(left) => {
                     let more = *left > 0 && number(word).is_some();
                     if more {
                         *left -= 1;
                         continue;
                     }
-                    self.wanted = Wanted::Word;
+                    self.requested = ExpectedToken::Word;
                 }
-                Wanted::Vertex(numbers) => {
-                    numbers.push(number(word).ok_or_else(|| no_number("vertex", word))?.1);
+                ExpectedToken::Vertex(numbers) => {
+                    numbers.push(
+                        number(word)
+                            .ok_or_else(|| message_for_no_number("vertex", word))?
+                            .1,
+                    );
                     if let &[x, y, z] = numbers.as_slice() {
                         self.corners.push([x, y, z]);
-                        self.wanted = Wanted::Word;
+                        self.requested = ExpectedToken::Word;
                     }
                     continue;
                 }
@@ -98,16 +107,16 @@ impl AsciiReader {
                     return Err(Fault::input("facet: the one before has no endfacet"));
                 }
                 "facet" => self.open = true,
-                "normal" => self.wanted = Wanted::Normal(3),
+                "normal" => self.requested = ExpectedToken::Normal(3),
                 "outer" | "loop" => {}
                 "vertex" if !self.open => return Err(Fault::input("vertex: is in no facet")),
-                "vertex" => self.wanted = Wanted::Vertex(Vec::with_capacity(3)),
+                "vertex" => self.requested = ExpectedToken::Vertex(Vec::with_capacity(3)),
                 "endloop" => self.end_loop(budget, warnings)?,
                 "endfacet" => self.open = false,
                 other => {
                     return Err(Fault::input(format!(
                         "`{}` is no word of STL",
-                        shown(other)
+                        printable(other)
                     )));
                 }
             }
@@ -116,7 +125,7 @@ impl AsciiReader {
     }
 
     /// Triangulates the loop.
-    fn end_loop(&mut self, budget: &mut Budget, warnings: &mut Warnings) -> Outcome<()> {
+    fn end_loop(&mut self, budget: &mut DecodeBudget, warnings: &mut Warnings) -> Outcome<()> {
         let before = self.positions.len();
         if self.corners.len() < 3 {
             warnings.add(

@@ -3,7 +3,7 @@
 
 use raywright_core::scene::MeshData;
 
-use crate::import::{Budget, Fault, Outcome, Warnings};
+use crate::import::{DecodeBudget, Fault, Outcome, Warnings};
 use crate::mesh_tools::painted;
 use crate::warning::WarningCode;
 
@@ -42,7 +42,7 @@ fn count(bytes: &[u8]) -> Option<usize> {
 /// A fault of kind input for a truncated file, of kind limit for more facets than allowed.
 pub(super) fn read(
     bytes: &[u8],
-    budget: &mut Budget,
+    budget: &mut DecodeBudget,
     warnings: &mut Warnings,
 ) -> Outcome<MeshData> {
     let head = "is no STL file: neither `solid` and facets in words nor a header of 84 bytes";
@@ -72,19 +72,20 @@ pub(super) fn read(
     if dialect.is_some() {
         budget.memory(count, 3 * size_of::<[f32; 4]>())?;
     }
-    let number = |facet: &[u8; FACET], at: usize| {
-        facet[at..]
+    let number = |facet: &[u8; FACET], position: usize| {
+        facet[position..]
             .first_chunk()
             .map_or(0.0, |bytes| f32::from_le_bytes(*bytes))
     };
-    let corner =
-        |facet: &[u8; FACET], at: usize| [0, 4, 8].map(|axis| number(facet, 12 + 12 * at + axis));
+    let corner = |facet: &[u8; FACET], position: usize| {
+        [0, 4, 8].map(|axis| number(facet, 12 + 12 * position + axis))
+    };
     let colour =
         |facet: &[u8; FACET]| dialect.map(|dialect| painted(dialect.colour(attribute(facet))));
     Ok(MeshData {
         positions: facets
             .iter()
-            .flat_map(|facet| [0, 1, 2].map(|at| corner(facet, at)))
+            .flat_map(|facet| [0, 1, 2].map(|position| corner(facet, position)))
             .collect::<Vec<_>>()
             .into(),
         // Three vertices of its own for each facet of the reserved count.
@@ -111,7 +112,7 @@ fn dialect(header: &[u8], facets: &[[u8; FACET]]) -> Option<Dialect> {
     let colour = header
         .windows(KEY.len())
         .position(|word| word == KEY)
-        .and_then(|at| header.get(at + KEY.len()..)?.first_chunk());
+        .and_then(|position| header.get(position + KEY.len()..)?.first_chunk());
     match colour {
         Some(&[r, g, b, _]) => Some(Dialect::Magics(
             [r, g, b].map(|code: u8| f32::from(code) / 255.0),

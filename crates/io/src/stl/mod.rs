@@ -15,7 +15,7 @@ mod binary;
 use std::path::Path;
 
 use crate::folder::Folder;
-use crate::import::{Budget, Imported, Outcome, Warnings};
+use crate::import::{DecodeBudget, ImportedScene, Outcome, Warnings};
 use crate::text::without_mark;
 use crate::{Error, Limits, obj};
 
@@ -28,12 +28,12 @@ pub(crate) fn load(
     bytes: &[u8],
     folder: &Folder,
     limits: &Limits,
-) -> Result<Imported, Error> {
+) -> Result<ImportedScene, Error> {
     import(file, bytes, folder, limits).map_err(|fault| fault.into_error(file.display()))
 }
 
-fn import(file: &Path, bytes: &[u8], folder: &Folder, limits: &Limits) -> Outcome<Imported> {
-    let (mut budget, mut warnings) = (Budget::new(limits), Warnings::default());
+fn import(file: &Path, bytes: &[u8], folder: &Folder, limits: &Limits) -> Outcome<ImportedScene> {
+    let (mut budget, mut warnings) = (DecodeBudget::new(limits), Warnings::default());
     let mesh = match is_text(bytes) {
         true => ascii::read(bytes, &mut budget, &mut warnings)?,
         false => binary::read(bytes, &mut budget, &mut warnings)?,

@@ -71,9 +71,9 @@ fn colours_of_three_numbers_are_opaque() {
         ),
     ];
     for (component, values) in kinds {
-        for (kind, wanted) in [("VEC3", opaque), ("VEC4", covering)] {
+        for (kind, expected) in [("VEC3", opaque), ("VEC4", covering)] {
             let found = triangle("COLOR_0", component, kind, component != 5126, &values).colours;
-            assert_eq!(found, wanted, "{component} {kind}");
+            assert_eq!(found, expected, "{component} {kind}");
         }
     }
 }
@@ -83,7 +83,7 @@ fn colours_of_three_numbers_are_opaque() {
 #[test]
 fn missing_normals_point_outward() {
     let given = [[0.0_f32; 3], [0.0, 0.0, -2.0], [f32::NAN, 1.0, 0.0]];
-    let wanted = [[0.0, 0.0, 1.0], [0.0, 0.0, -1.0], [0.0, 0.0, 1.0]];
+    let expected = [[0.0, 0.0, 1.0], [0.0, 0.0, -1.0], [0.0, 0.0, 1.0]];
     let bytes: Vec<u8> = given
         .as_flattened()
         .iter()
@@ -91,11 +91,11 @@ fn missing_normals_point_outward() {
         .collect();
     assert_eq!(
         triangle("NORMAL", 5126, "VEC3", false, &bytes).normals,
-        wanted
+        expected
     );
     let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 0\nvn 0 0 -2\nf 1//1 2//2 3//1\n";
     let model = written("a.obj", text, &[]);
-    assert_eq!(model.normals, wanted);
+    assert_eq!(model.normals, expected);
 }
 
 /// Protects: the normals of a smoothing group are outward and weight each facet by its area: a
@@ -108,13 +108,16 @@ fn smooth_normals_point_outward() {
     let length = f32::hypot(0.5, 2.0);
     let edge = [0.5 / length, 0.0, 2.0 / length];
     for (position, normal) in model.positions.offsets().iter().zip(&model.normals) {
-        let wanted = match position {
+        let expected = match position {
             [2.0, _, _] => [0.0, 0.0, 1.0],
             [_, _, 1.0] => [1.0, 0.0, 0.0],
             _ => edge,
         };
-        let near = normal.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-6);
-        assert!(near, "{normal:?} instead of {wanted:?} at {position:?}");
+        let near = normal
+            .iter()
+            .zip(expected)
+            .all(|(a, b)| (a - b).abs() < 1e-6);
+        assert!(near, "{normal:?} instead of {expected:?} at {position:?}");
     }
     assert_eq!(model.normals.len(), model.positions.len());
 }

@@ -87,8 +87,8 @@ fn broken_compressed_geometry_is_refused() {
         let mut refused = 0;
         for i in 0..200 {
             let mut broken = bytes.clone();
-            let at = binary + i * 7919 % (bytes.len() - binary);
-            broken[at] ^= 1 << (i % 8);
+            let position = binary + i * 7919 % (bytes.len() - binary);
+            broken[position] ^= 1 << (i % 8);
             std::fs::write(&path, broken).unwrap();
             match crate::shared::try_load(&path) {
                 Ok(loaded) => crate::shared::check_sound(&loaded, &path),

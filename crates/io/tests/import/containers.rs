@@ -37,7 +37,7 @@ fn read(asset: &str, node: &str, view: &str, buffers: &str) -> Result<Loaded, Er
 const ASSET: &str = r#""version": "2.0""#;
 const BUFFER: &str = r#"{ "byteLength": 36, "uri": "a.bin" }"#;
 
-fn said(loaded: &Loaded) -> String {
+fn warning_text(loaded: &Loaded) -> String {
     loaded
         .warnings
         .iter()
@@ -65,7 +65,7 @@ fn versions_are_looked_at() {
     ] {
         match (read(asset, "", r#", "buffer": 0"#, BUFFER), words) {
             (Ok(loaded), Some(words)) => assert_eq!(
-                said(&loaded).contains("minVersion"),
+                warning_text(&loaded).contains("minVersion"),
                 !words.is_empty(),
                 "{asset}"
             ),
@@ -102,7 +102,7 @@ fn rotations_are_brought_to_unit_length() {
             "{rotation}: {corner}"
         );
         assert_eq!(
-            said(&loaded).contains("its rotation has length"),
+            warning_text(&loaded).contains("its rotation has length"),
             told,
             "{rotation}"
         );
@@ -169,7 +169,11 @@ fn the_first_chunk_is_the_first_buffer() {
             .offsets()[1],
         [1.0, 0.0, 0.0]
     );
-    assert!(said(&loaded).contains("GLB chunk 2"), "{}", said(&loaded));
+    assert!(
+        warning_text(&loaded).contains("GLB chunk 2"),
+        "{}",
+        warning_text(&loaded)
+    );
     let second = json(ASSET, "", r#", "buffer": 1"#, &format!("{own}, {own}"));
     let error = try_load(&glb(folder.path(), &second, &[corners()])).expect_err("no bytes");
     assert!(
@@ -240,7 +244,7 @@ fn obj(vertices: &str, before: &str, library: &str) -> Loaded {
 /// Protects: smoothing is switched by the keywords of the format, and colours are in bytes if any
 /// number is above 1.
 #[test]
-fn statements_of_vertices_have_their_meaning() {
+fn smoothing_keywords_and_byte_colours() {
     let plain = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
     for (statement, smooth) in [
         ("", false),
@@ -313,7 +317,7 @@ fn options_of_images_have_their_meaning() {
             &format!("map_Kd {options} a.png"),
         );
         let [texture] = loaded.scene.textures.as_slice() else {
-            panic!("{options}: {:?}", said(&loaded))
+            panic!("{options}: {:?}", warning_text(&loaded))
         };
         assert_eq!([texture.wrap_u, texture.wrap_v], [wrap; 2], "{options}");
         let uses: Vec<_> = loaded

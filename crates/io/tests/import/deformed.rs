@@ -5,14 +5,15 @@ use glam::{DAffine3, DMat3, DQuat, DVec3};
 use raywright_io::{Error, ErrorKind, Input, LoadOptions, Loaded, ModelOptions, Overrides, load};
 use serde_json::{Value, json};
 
-use crate::keyed::{Made, asked};
+use crate::keyed::{KeyedTriangle, load_with};
 use crate::shared::{assets, transform, world_triangles};
 
 /// Corners of the model's triangle at rest.
 const CORNERS: [DVec3; 3] = [DVec3::ZERO, DVec3::X, DVec3::Y];
 
-fn shown(made: &Made, at: Option<f64>) -> Loaded {
-    made.asked(None, None, at).unwrap_or_else(|e| panic!("{e}"))
+fn load_at(made: &KeyedTriangle, at: Option<f64>) -> Loaded {
+    made.load_with(None, None, at)
+        .unwrap_or_else(|e| panic!("{e}"))
 }
 
 /// World positions of the first object's only triangle, with its normals.
@@ -33,8 +34,8 @@ fn near(found: [DVec3; 3], expected: [DVec3; 3]) {
 
 /// Two targets: one lifts the corners by 1, 2 and 3 and turns normals to x, the other moves the
 /// first corner along y.
-fn morphing() -> Made {
-    let mut made = Made::new();
+fn morphing() -> KeyedTriangle {
+    let mut made = KeyedTriangle::new();
     let lift = made.accessor("VEC3", &[0.0, 0.0, 1.0, 0.0, 0.0, 2.0, 0.0, 0.0, 3.0]);
     let turn = made.accessor("VEC3", &[1.0, 0.0, -1.0, 1.0, 0.0, -1.0, 1.0, 0.0, -1.0]);
     let push = made.accessor("VEC3", &[0.0, 4.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
@@ -60,8 +61,8 @@ fn morphed(a: f64, b: f64) -> ([DVec3; 3], DVec3) {
 /// renormalised.
 #[test]
 fn targets_move_by_their_weights() {
-    let weighs = |made: &Made, at: Option<f64>, [a, b]: [f64; 2]| {
-        let (corners, normals) = triangle(&shown(made, at));
+    let weighs = |made: &KeyedTriangle, at: Option<f64>, [a, b]: [f64; 2]| {
+        let (corners, normals) = triangle(&load_at(made, at));
         let (expected, normal) = morphed(a, b);
         near(corners, expected);
         near(normals.expect("it has normals"), [normal; 3]);
@@ -111,8 +112,8 @@ fn shapes_are_told_apart() {
             (d["nodes"][1]["weights"], d["nodes"][2]["weights"]) = (json!([1, 0]), json!(weights));
         })
     };
-    assert_eq!(shown(&made([1.0, 0.0]), None).scene.meshes.len(), 1);
-    let loaded = shown(&made([0.0, 1.0]), None);
+    assert_eq!(load_at(&made([1.0, 0.0]), None).scene.meshes.len(), 1);
+    let loaded = load_at(&made([0.0, 1.0]), None);
     assert_eq!(loaded.scene.meshes.len(), 2);
     let z =
         |i: usize| world_triangles(&loaded, &loaded.scene.objects[i]).0[0].map(|corner| corner.z);
@@ -131,8 +132,8 @@ fn matrix(map: &DAffine3) -> Vec<f32> {
 
 /// Model with two joints at these transforms, bound at the origin and at (0, 1, 0), and its
 /// triangle with these weights in 255ths.
-fn skinned(joints: [DAffine3; 2], weights: [[u8; 4]; 3]) -> Made {
-    let mut made = Made::new();
+fn skinned(joints: [DAffine3; 2], weights: [[u8; 4]; 3]) -> KeyedTriangle {
+    let mut made = KeyedTriangle::new();
     let binds = [
         matrix(&DAffine3::IDENTITY),
         matrix(&DAffine3::from_translation(-DVec3::Y)),
@@ -149,8 +150,8 @@ fn skinned(joints: [DAffine3; 2], weights: [[u8; 4]; 3]) -> Made {
         d["nodes"][1]["skin"] = json!(0);
         let nodes = d["nodes"].as_array_mut().expect("a list");
         let node = |map: &DAffine3| {
-            let (scale, turn, place) = map.to_scale_rotation_translation();
-            json!({ "scale": scale.to_array(), "rotation": turn.to_array(), "translation": place.to_array() })
+            let (scale, turn, position) = map.to_scale_rotation_translation();
+            json!({ "scale": scale.to_array(), "rotation": turn.to_array(), "translation": position.to_array() })
         };
         nodes.extend(joints.iter().map(node));
         d["scenes"][0]["nodes"] = json!([0, 3, 4]);
@@ -165,7 +166,7 @@ fn skins_go_with_their_joints() {
     let tall = DVec3::new(1.0, 3.0, 1.0);
     let second = DAffine3::from_scale_rotation_translation(tall, quarter, DVec3::Y);
     let joints = [DAffine3::from_translation(DVec3::X * 3.0), second];
-    let loaded = shown(
+    let loaded = load_at(
         &skinned(joints, [[255, 0, 0, 0], [0, 0, 0, 0], [100, 100, 0, 0]]),
         None,
     );
@@ -186,7 +187,7 @@ fn skins_go_with_their_joints() {
         ],
     );
     // All under the second joint: the model rotated about (0, 1, 0).
-    let (corners, normals) = triangle(&shown(&skinned(joints, [[0, 255, 0, 0]; 3]), None));
+    let (corners, normals) = triangle(&load_at(&skinned(joints, [[0, 255, 0, 0]; 3]), None));
     near(
         corners,
         CORNERS.map(|corner| quarter * (tall * (corner - DVec3::Y)) + DVec3::Y),
@@ -207,7 +208,7 @@ fn skins_below_mirrors_keep_their_front() {
         nodes.push(json!({ "scale": [-1, 1, 1], "children": [1, 3, 4] }));
         d["scenes"][0]["nodes"] = json!([6, 5]);
     });
-    let loaded = shown(&made, None);
+    let loaded = load_at(&made, None);
     assert_eq!(
         (loaded.scene.meshes.len(), loaded.scene.objects.len()),
         (2, 2)
@@ -245,7 +246,7 @@ fn skins_far_away_keep_their_shape() {
     for nodes in [json!([0, 3, 4]), json!([0])] {
         let made = skinned(joints, weights).with(|d| d["scenes"][0]["nodes"] = nodes);
         near(
-            triangle(&shown(&made, None)).0,
+            triangle(&load_at(&made, None)).0,
             CORNERS.map(|corner| corner + far),
         );
     }
@@ -270,12 +271,12 @@ fn skins_and_targets_play_together() {
     let moved = |t: f64| [1.0, 2.0, 3.0].map(|n| DVec3::new(4.0 * t, 0.0, n * t));
     for (time, t) in [(1.0, 0.0), (2.0, 0.5), (3.0, 1.0)] {
         let expected = [0, 1, 2].map(|i| CORNERS[i] + moved(t)[i]);
-        near(triangle(&shown(&made, Some(time))).0, expected);
+        near(triangle(&load_at(&made, Some(time))).0, expected);
     }
 }
 
 /// A change of a file's JSON that makes it invalid.
-type Change = fn(&mut Value);
+type SkinDamage = fn(&mut Value);
 
 /// Protects: invalid skins and targets are errors with their position, at any time of an animation.
 #[test]
@@ -287,7 +288,7 @@ fn broken_skins_and_targets_are_refused() {
             .expect("a table")
             .clone()
     };
-    let skins: [(Change, &str); 6] = [
+    let skins: [(SkinDamage, &str); 6] = [
         (|d| d["skins"][0]["joints"] = json!([3]), "joint 1 of 1"),
         (|d| d["skins"][0]["joints"] = json!([3, 99]), "nodes[99]"),
         (
@@ -306,7 +307,7 @@ fn broken_skins_and_targets_are_refused() {
     ];
     for (change, word) in skins {
         let made = skinned(joints, [[255, 255, 0, 0]; 3]).with(change);
-        let error = made.asked(None, None, None).expect_err(word);
+        let error = made.load_with(None, None, None).expect_err(word);
         assert!(
             error.kind() == ErrorKind::Input && error.to_string().contains(word),
             "{word}: {error}"
@@ -320,12 +321,12 @@ fn broken_skins_and_targets_are_refused() {
         d["meshes"][0]["primitives"][0]["attributes"] = kept.into();
     });
     assert!(
-        bare.asked(None, None, None)
+        bare.load_with(None, None, None)
             .expect_err("no joints")
             .to_string()
             .contains("no JOINTS_0")
     );
-    let targets: [(Change, &str); 3] = [
+    let targets: [(SkinDamage, &str); 3] = [
         (
             |d| d["meshes"][0]["primitives"][0]["targets"][0]["POSITION"] = json!(99),
             "accessors[99]",
@@ -340,7 +341,7 @@ fn broken_skins_and_targets_are_refused() {
         let made = morphing()
             .with(|d| d["meshes"][0]["weights"] = json!([1, 1]))
             .with(change);
-        let error = made.asked(None, None, None).expect_err(word);
+        let error = made.load_with(None, None, None).expect_err(word);
         assert!(
             error.kind() == ErrorKind::Input && error.to_string().contains("targets[0]"),
             "{word}: {error}"
@@ -353,8 +354,8 @@ fn broken_skins_and_targets_are_refused() {
 /// and scaled, stored once.
 #[test]
 fn instances_of_the_graphics_processor() {
-    let (turn, place) = (DQuat::from_rotation_z(0.7), DVec3::new(1.0, 2.0, 3.0));
-    let mut made = Made::new();
+    let (turn, position) = (DQuat::from_rotation_z(0.7), DVec3::new(1.0, 2.0, 3.0));
+    let mut made = KeyedTriangle::new();
     let lists = [
         made.accessor("VEC3", &[0.0, 0.0, 0.0, 1.0, 2.0, 3.0]),
         made.accessor(
@@ -374,7 +375,7 @@ fn instances_of_the_graphics_processor() {
             json!({ "EXT_mesh_gpu_instancing": { "attributes": attributes } });
         d["extensionsRequired"] = json!(["EXT_mesh_gpu_instancing"]);
     });
-    let loaded = shown(&made, None);
+    let loaded = load_at(&made, None);
     assert_eq!(
         (loaded.scene.objects.len(), loaded.scene.meshes.len()),
         (2, 1)
@@ -386,11 +387,12 @@ fn instances_of_the_graphics_processor() {
     let second = world_triangles(&loaded, &loaded.scene.objects[1]).0[0];
     near(
         second,
-        CORNERS.map(|corner| turn * (corner * DVec3::new(2.0, -3.0, 4.0)) + place + DVec3::Z * 5.0),
+        CORNERS
+            .map(|corner| turn * (corner * DVec3::new(2.0, -3.0, 4.0)) + position + DVec3::Z * 5.0),
     );
     let broken = made.with(|d| d["accessors"][lists[2]]["count"] = json!(1));
     let error = broken
-        .asked(None, None, None)
+        .load_with(None, None, None)
         .expect_err("fewer scales than places")
         .to_string();
     assert!(
@@ -403,11 +405,11 @@ fn instances_of_the_graphics_processor() {
 /// refused, and so is a cycle, wherever it begins.
 #[test]
 fn nodes_of_several_parents() {
-    let shared = Made::new().with(|d| {
+    let shared = KeyedTriangle::new().with(|d| {
         d["nodes"][2] = json!({ "children": [1], "translation": [7, 0, 0] });
         d["scenes"][0]["nodes"] = json!([0, 2]);
     });
-    let loaded = shown(&shared, None);
+    let loaded = load_at(&shared, None);
     let places: Vec<DVec3> = loaded
         .scene
         .objects
@@ -423,23 +425,23 @@ fn nodes_of_several_parents() {
         "{:?}",
         loaded.warnings
     );
-    let doubled = Made::new().with(|d| {
+    let doubled = KeyedTriangle::new().with(|d| {
         let pairs = (0..64).map(|i| json!({ "children": [i + 1, i + 1] }));
         let chain: Vec<Value> = pairs.chain([json!({ "mesh": 0 })]).collect();
         (d["nodes"], d["scenes"]) = (chain.into(), json!([{ "nodes": [0] }]));
     });
     assert_eq!(
         doubled
-            .asked(None, None, None)
+            .load_with(None, None, None)
             .expect_err("two to the power of 64")
             .kind(),
         ErrorKind::Limit
     );
     for child in [0, 1] {
-        let cycle = Made::new().with(|d| d["nodes"][1]["children"] = json!([child]));
+        let cycle = KeyedTriangle::new().with(|d| d["nodes"][1]["children"] = json!([child]));
         assert!(
             cycle
-                .asked(None, None, None)
+                .load_with(None, None, None)
                 .expect_err("a cycle")
                 .to_string()
                 .contains("form a cycle")
@@ -453,9 +455,10 @@ fn nodes_of_several_parents() {
 #[test]
 fn what_is_listed_again_and_again_is_shown_once() {
     const MANY: usize = 100_000;
-    let as_roots = Made::new().with(|d| d["scenes"][0]["nodes"] = vec![0; MANY].into());
-    let as_children = Made::new().with(|d| d["nodes"][0]["children"] = vec![1; MANY].into());
-    let below = Made::new().with(|d| {
+    let as_roots = KeyedTriangle::new().with(|d| d["scenes"][0]["nodes"] = vec![0; MANY].into());
+    let as_children =
+        KeyedTriangle::new().with(|d| d["nodes"][0]["children"] = vec![1; MANY].into());
+    let below = KeyedTriangle::new().with(|d| {
         d["nodes"][2] = json!({ "children": vec![1; MANY], "translation": [7, 0, 0] });
         d["scenes"][0]["nodes"] = json!([0, 2, 0]);
     });
@@ -464,7 +467,7 @@ fn what_is_listed_again_and_again_is_shown_once() {
         (as_children, &[DVec3::Z * 5.0]),
         (below, &[DVec3::Z * 5.0, DVec3::X * 7.0]),
     ] {
-        let loaded = shown(&made, None);
+        let loaded = load_at(&made, None);
         assert_eq!(
             loaded
                 .scene
@@ -479,7 +482,7 @@ fn what_is_listed_again_and_again_is_shown_once() {
                 .contains("is listed again where it is shown already")
         }));
     }
-    let mut made = Made::new();
+    let mut made = KeyedTriangle::new();
     let list = made.accessor(
         "VEC3",
         &[[0.0_f32, 0.0, 0.0], [1.0, 0.0, 0.0]]
@@ -490,7 +493,7 @@ fn what_is_listed_again_and_again_is_shown_once() {
         d["nodes"][1]["extensions"] =
             json!({ "EXT_mesh_gpu_instancing": { "attributes": { "TRANSLATION": list } } });
     });
-    let loaded = shown(&made, None);
+    let loaded = load_at(&made, None);
     assert_eq!(loaded.scene.objects.len(), 2);
     let left_out = format!("{} of the instances lie where others lie", MANY - 2);
     assert!(
@@ -501,12 +504,12 @@ fn what_is_listed_again_and_again_is_shown_once() {
         "{:?}",
         loaded.warnings
     );
-    let lit = Made::new().with(|d| {
+    let lit = KeyedTriangle::new().with(|d| {
         d["extensions"]["KHR_lights_punctual"] = json!({ "lights": [{ "type": "point" }] });
         d["nodes"][1]["extensions"] = json!({ "KHR_lights_punctual": { "light": 0 } });
         d["nodes"][0]["children"] = json!([1, 1, 1]);
     });
-    assert_eq!(shown(&lit, None).scene.lights.len(), 1);
+    assert_eq!(load_at(&lit, None).scene.lights.len(), 1);
 }
 
 /// Protects: each animation of a file is found by name or index, and shown at its start without a
@@ -522,7 +525,7 @@ fn animations_are_chosen() {
             ..ModelOptions::default()
         };
         let overrides = Overrides {
-            at,
+            time: at,
             set: Vec::new(),
         };
         let loaded = load(
@@ -593,7 +596,8 @@ fn real_rigs() {
         ),
     ];
     for (file, time, expected) in cases {
-        let loaded = asked(folder.join(file), None, None, time).unwrap_or_else(|e| panic!("{e}"));
+        let loaded =
+            load_with(folder.join(file), None, None, time).unwrap_or_else(|e| panic!("{e}"));
         let objects = loaded.scene.objects.iter();
         let corners =
             objects.flat_map(|object| world_triangles(&loaded, object).0.into_iter().flatten());

@@ -10,11 +10,11 @@ use raywright_core::settings::Sampling;
 use raywright_core::{Settings, prepare};
 use serde_json::{Value, json};
 
-use crate::keyed::Made;
+use crate::keyed::KeyedTriangle;
 
 /// Mean over pixels that see a point of the model's triangle head-on, in a white furnace.
 fn furnace(material: &Value) -> [f64; 3] {
-    let mut made = Made::new();
+    let mut made = KeyedTriangle::new();
     let coordinates = made.accessor("VEC2", &[0.5; 6]);
     // One texel: the sRGB codes of (0.5, 0.25, 0.125), and a glossiness of 1.
     let mut png = std::io::Cursor::new(Vec::new());
@@ -29,7 +29,7 @@ fn furnace(material: &Value) -> [f64; 3] {
         document["materials"][0] = material.clone();
     });
     let mut scene = made
-        .asked(None, None, None)
+        .load_with(None, None, None)
         .unwrap_or_else(|e| panic!("{e}"))
         .scene;
     scene.sky = Some(Sky::Constant(Colour::WHITE));
@@ -56,7 +56,7 @@ fn furnace(material: &Value) -> [f64; 3] {
         integrator: Integrator::Path,
         size: [8, 8],
         sampling: Sampling::General(256),
-        ..Settings::of(&scene)
+        ..Settings::from_scene(&scene)
     };
     let seen = prepare(&scene, &settings, &())
         .expect("it can be rendered")
@@ -82,7 +82,8 @@ fn sends_back(material: &Value, expected: [f64; 3]) {
 /// specular), by factors and by images alike, for a dielectric, for a metal and for both.
 #[test]
 fn specular_and_diffuse_colours_are_as_given() {
-    let of = |body: Value| json!({ "extensions": { "KHR_materials_pbrSpecularGlossiness": body } });
+    let value_of =
+        |body: Value| json!({ "extensions": { "KHR_materials_pbrSpecularGlossiness": body } });
     for (diffuse, specular) in [
         ([0.8, 0.1, 0.1], [0.1; 3]),
         ([0.0, 0.3, 0.0], [0.5, 0.0, 0.5]),
@@ -94,33 +95,33 @@ fn specular_and_diffuse_colours_are_as_given() {
         let expected = core::array::from_fn(|k| specular[k] + diffuse[k] * left);
         let [r, g, b] = diffuse;
         sends_back(
-            &of(json!({ "diffuseFactor": [r, g, b, 1], "specularFactor": specular })),
+            &value_of(json!({ "diffuseFactor": [r, g, b, 1], "specularFactor": specular })),
             expected,
         );
     }
     let texture = json!({ "index": 0 });
     sends_back(
-        &of(json!({ "diffuseTexture": texture, "specularFactor": [0.3, 0.3, 0.3] })),
+        &value_of(json!({ "diffuseTexture": texture, "specularFactor": [0.3, 0.3, 0.3] })),
         [0.65, 0.475, 0.3875],
     );
     let both = json!({ "diffuseFactor": [0, 1, 0, 1], "specularFactor": [0.5, 0.5, 0.5], "specularGlossinessTexture": texture });
-    sends_back(&of(both), [0.25, 0.875, 0.0625]);
+    sends_back(&value_of(both), [0.25, 0.875, 0.0625]);
 }
 
 /// Protects: an index of 0 reflects everything at every angle, times the specular factor
 /// (KHR_materials_ior).
 #[test]
 fn an_index_of_zero_reflects_all() {
-    let of = |extensions: Value| json!({ "pbrMetallicRoughness": { "baseColorFactor": [0, 0, 0, 1], "metallicFactor": 0, "roughnessFactor": 0 }, "extensions": extensions });
+    let value_of = |extensions: Value| json!({ "pbrMetallicRoughness": { "baseColorFactor": [0, 0, 0, 1], "metallicFactor": 0, "roughnessFactor": 0 }, "extensions": extensions });
     let ior = json!({ "ior": 0 });
-    sends_back(&of(json!({ "KHR_materials_ior": ior })), [1.0; 3]);
+    sends_back(&value_of(json!({ "KHR_materials_ior": ior })), [1.0; 3]);
     let half = json!({ "specularColorFactor": [0.5, 0.5, 0.5] });
     sends_back(
-        &of(json!({ "KHR_materials_ior": ior, "KHR_materials_specular": half })),
+        &value_of(json!({ "KHR_materials_ior": ior, "KHR_materials_specular": half })),
         [0.5; 3],
     );
     sends_back(
-        &of(json!({ "KHR_materials_ior": { "ior": 1001 } })),
+        &value_of(json!({ "KHR_materials_ior": { "ior": 1001 } })),
         [0.996; 3],
     );
 }
@@ -128,7 +129,7 @@ fn an_index_of_zero_reflects_all() {
 /// Protects: materials that share a glossiness image each have a roughness by their own factor.
 #[test]
 fn factors_of_one_glossiness_stay_apart() {
-    let mut made = Made::new();
+    let mut made = KeyedTriangle::new();
     let coordinates = made.accessor("VEC2", &[0.5; 6]);
     let mut png = std::io::Cursor::new(Vec::new());
     let texel = image::RgbaImage::from_pixel(1, 1, image::Rgba([255; 4]));
@@ -146,7 +147,7 @@ fn factors_of_one_glossiness_stay_apart() {
                 document["materials"][k] = json!({ "extensions": { "KHR_materials_pbrSpecularGlossiness": glossy } });
             }
         })
-        .asked(None, None, None)
+        .load_with(None, None, None)
         .unwrap_or_else(|e| panic!("{e}"))
         .scene;
     let codes = scene.objects.iter().map(|object| {

@@ -200,7 +200,7 @@ fn index_types_make_the_same_quads() {
     let mut areas = Vec::new();
     for object in &file.scene.objects {
         let data = mesh_of(&file, object);
-        let corner = |i: u32| data.positions.at(i as usize);
+        let corner = |i: u32| data.positions.position(i as usize);
         let mut area = DVec3::ZERO;
         for [a, b, c] in &data.indices {
             area += (corner(*b) - corner(*a)).cross(corner(*c) - corner(*a)) / 2.0;
@@ -552,13 +552,13 @@ fn what_is_ignored_is_named() {
 #[test]
 fn extensions_of_materials_are_left_out_by_name() {
     use raywright_core::Settings;
-    use raywright_core::effects::{Effect, Status, detect};
+    use raywright_core::effects::{Effect, EffectStatus, detect};
     let Some(folder) = assets("gltf") else { return };
     let told = |file: &str| {
         let scene = load(&folder.join(file)).scene;
-        let report = detect(&scene, &Settings::of(&scene));
+        let report = detect(&scene, &Settings::from_scene(&scene));
         let finding = report.effects[Effect::MaterialExtensions as usize].clone();
-        (finding.status == Status::LeftOut).then_some(finding.because)
+        (finding.status == EffectStatus::LeftOut).then_some(finding.because)
     };
     for file in [
         "ClearCoatTest/ClearCoatTest.glb",
@@ -585,7 +585,8 @@ fn extensions_of_materials_are_left_out_by_name() {
     .unwrap();
     std::fs::write(own.path().join("wax.gltf"), text).unwrap();
     let scene = load(&own.path().join("wax.gltf")).scene;
-    let left = detect(&scene, &Settings::of(&scene)).effects[Effect::MaterialExtensions as usize]
+    let left = detect(&scene, &Settings::from_scene(&scene)).effects
+        [Effect::MaterialExtensions as usize]
         .because
         .clone();
     assert!(

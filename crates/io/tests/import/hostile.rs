@@ -4,13 +4,13 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 
-use crate::made;
+use crate::built;
 use crate::shared::{assets, check_sound, try_load};
 
 /// A pseudo-random generator (xorshift; Marsaglia 2003), with the same damage in every run.
-struct Random(u64);
+struct DamageRng(u64);
 
-impl Random {
+impl DamageRng {
     fn below(&mut self, n: usize) -> usize {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 7;
@@ -44,7 +44,7 @@ impl Victim {
     }
 
     /// Loads the file with other bytes; returns whether it loads.
-    fn survives(&self, bytes: &[u8], what: &str) -> bool {
+    fn survives(&self, bytes: &[u8], label: &str) -> bool {
         replace(&self.path, bytes);
         let outcome = catch_unwind(AssertUnwindSafe(|| match try_load(&self.path) {
             Ok(loaded) => {
@@ -56,7 +56,7 @@ impl Victim {
                 false
             }
         }));
-        outcome.unwrap_or_else(|_| panic!("{}: {what}", self.path.display()))
+        outcome.unwrap_or_else(|_| panic!("{}: {label}", self.path.display()))
     }
 }
 
@@ -77,8 +77,8 @@ fn with_fitting_lengths(mut bytes: Vec<u8>) -> Vec<u8> {
         if json > length - 20 {
             bytes[12..16].copy_from_slice(&(length - 20).to_le_bytes());
         } else if json + 28 <= length {
-            let at = 20 + json as usize;
-            bytes[at..at + 4].copy_from_slice(&(length - 28 - json).to_le_bytes());
+            let position = 20 + json as usize;
+            bytes[position..position + 4].copy_from_slice(&(length - 28 - json).to_le_bytes());
         }
     }
     bytes
@@ -96,7 +96,7 @@ const SMALL: [&str; 6] = [
 /// Models generated here, and the shared ones with these names if available.
 fn victims(endings: &[&str], names: &[&str]) -> Vec<Victim> {
     let folder = tempfile::tempdir().unwrap();
-    let made = made::models(folder.path()).into_iter().filter(|path| {
+    let made = built::models(folder.path()).into_iter().filter(|path| {
         path.extension()
             .is_some_and(|e| endings.iter().any(|&k| e == k))
     });
@@ -133,12 +133,12 @@ fn flipped_models_do_no_harm() {
     ]
     .concat();
     for victim in victims(&["gltf", "glb"], &names) {
-        let mut random = Random(0x9e37_79b9_7f4a_7c15);
+        let mut rng = DamageRng(0x9e37_79b9_7f4a_7c15);
         for round in 0..1500 {
             let mut bytes = victim.bytes.clone();
-            for _ in 0..=random.below(4) {
-                let at = random.below(bytes.len());
-                bytes[at] = random.below(256) as u8;
+            for _ in 0..=rng.below(4) {
+                let position = rng.below(bytes.len());
+                bytes[position] = rng.below(256) as u8;
             }
             survivors += usize::from(victim.survives(&bytes, &format!("round {round}")));
             tried += 1;
@@ -177,9 +177,9 @@ fn lying_numbers_do_no_harm() {
             false => (0, victim.bytes.len()),
         };
         let json = std::str::from_utf8(&victim.bytes[start..end]).unwrap();
-        for (at, number) in numbers(json) {
+        for (position, number) in numbers(json) {
             for lie in LIES {
-                let text = [&json[..at], lie, &json[at + number.len()..]].concat();
+                let text = [&json[..position], lie, &json[position + number.len()..]].concat();
                 let bytes = match start {
                     0 => text.clone().into_bytes(),
                     _ => {
@@ -196,7 +196,7 @@ fn lying_numbers_do_no_harm() {
                         bytes
                     }
                 };
-                victim.survives(&bytes, &format!("{number} at {at} replaced by {lie}"));
+                victim.survives(&bytes, &format!("{number} at {position} replaced by {lie}"));
             }
         }
     }
@@ -237,15 +237,15 @@ fn damaged_meshes_do_no_harm() {
             victim.survives(&victim.bytes[..end], &format!("{end} bytes"));
         }
         assert!(victim.survives(&victim.bytes, "whole"));
-        let mut random = Random(0x9e37_79b9_7f4a_7c15);
+        let mut rng = DamageRng(0x9e37_79b9_7f4a_7c15);
         for round in 0..1500 {
             let mut bytes = victim.bytes.clone();
-            for _ in 0..=random.below(4) {
-                let at = random.below(bytes.len());
-                bytes[at] = if random.below(2) == 0 {
-                    random.below(256) as u8
+            for _ in 0..=rng.below(4) {
+                let position = rng.below(bytes.len());
+                bytes[position] = if rng.below(2) == 0 {
+                    rng.below(256) as u8
                 } else {
-                    b"0123456789-. \nfe"[random.below(16)]
+                    b"0123456789-. \nfe"[rng.below(16)]
                 };
             }
             survivors += usize::from(victim.survives(&bytes, &format!("round {round}")));
@@ -270,12 +270,12 @@ fn damaged_text_does_no_harm() {
         for end in 0..victim.bytes.len() {
             victim.survives(&victim.bytes[..end], &format!("{end} bytes"));
         }
-        let mut random = Random(0x2545_f491_4f6c_dd1d);
+        let mut rng = DamageRng(0x2545_f491_4f6c_dd1d);
         for round in 0..2000 {
             let mut bytes = victim.bytes.clone();
-            for _ in 0..=random.below(4) {
-                let at = random.below(bytes.len());
-                bytes[at] = b"0123456789-/. \nfvse#\\\xff"[random.below(22)];
+            for _ in 0..=rng.below(4) {
+                let position = rng.below(bytes.len());
+                bytes[position] = b"0123456789-/. \nfvse#\\\xff"[rng.below(22)];
             }
             victim.survives(&bytes, &format!("round {round}"));
         }

@@ -10,13 +10,13 @@ use raywright_io::{Error, Input, LoadOptions, Loaded, ModelOptions, Overrides};
 use serde_json::{Value, json};
 
 /// A triangle, keys at 1 and 3 seconds, and their values, each in its own accessor.
-pub struct Made {
+pub struct KeyedTriangle {
     document: Value,
     bytes: Vec<u8>,
     folder: tempfile::TempDir,
 }
 
-impl Made {
+impl KeyedTriangle {
     /// Creates two scenes, each of a node with a child; the first child is at (0, 0, 5).
     pub fn new() -> Self {
         let primitive = json!({ "attributes": { "POSITION": 0 }, "material": 0, "extensions": { "KHR_materials_variants": {
@@ -56,12 +56,12 @@ impl Made {
         let accessors = self.document["accessors"].as_array_mut().expect("a list");
         let accessor = json!({ "bufferView": accessors.len(), "componentType": 5126, "count": numbers.len() / arity, "type": kind });
         accessors.push(accessor);
-        let place = accessors.len() - 1;
+        let index = accessors.len() - 1;
         self.document["bufferViews"]
             .as_array_mut()
             .expect("a list")
             .push(view);
-        place
+        index
     }
 
     /// Adds an animation of one channel with keys at 1 and 3 seconds.
@@ -92,14 +92,14 @@ impl Made {
     /// Adds vectors of four bytes, integers or normalised; returns their index.
     pub fn bytes(&mut self, fractions: bool, values: &[[u8; 4]]) -> usize {
         let floats: Vec<f32> = values.iter().map(|v| f32::from_le_bytes(*v)).collect();
-        let place = self.accessor("SCALAR", &floats);
-        let accessor = &mut self.document["accessors"][place];
+        let index = self.accessor("SCALAR", &floats);
+        let accessor = &mut self.document["accessors"][index];
         (
             accessor["componentType"],
             accessor["type"],
             accessor["normalized"],
         ) = (json!(5121), json!("VEC4"), json!(fractions));
-        place
+        index
     }
 
     /// Applies a change to the JSON.
@@ -122,19 +122,19 @@ impl Made {
     }
 
     /// Loads the file with these choices.
-    pub fn asked(
+    pub fn load_with(
         &self,
         scene: Option<&str>,
         variant: Option<&str>,
         at: Option<f64>,
     ) -> Result<Loaded, Error> {
-        asked(self.write(), scene, variant, at)
+        load_with(self.write(), scene, variant, at)
     }
 
     /// Transform of the only visible object at a time.
-    pub fn at(&self, time: f64) -> DAffine3 {
+    pub fn transform_at(&self, time: f64) -> DAffine3 {
         let loaded = self
-            .asked(None, None, Some(time))
+            .load_with(None, None, Some(time))
             .unwrap_or_else(|e| panic!("{e}"));
         let [object] = &loaded.scene.objects[..] else {
             panic!("one object")
@@ -144,7 +144,7 @@ impl Made {
 }
 
 /// Loads a file with these choices.
-pub fn asked(
+pub fn load_with(
     path: PathBuf,
     scene: Option<&str>,
     variant: Option<&str>,
@@ -156,7 +156,7 @@ pub fn asked(
         ..ModelOptions::default()
     };
     let overrides = Overrides {
-        at,
+        time: at,
         set: Vec::new(),
     };
     raywright_io::load(

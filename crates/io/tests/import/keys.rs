@@ -11,7 +11,7 @@ use raywright_core::scene::{
 use raywright_io::Loaded;
 use serde_json::json;
 
-use crate::keyed::Made;
+use crate::keyed::KeyedTriangle;
 use crate::shared::{load, mesh_of};
 
 fn first(loaded: &Loaded) -> Physical {
@@ -46,11 +46,11 @@ fn library(lines: &str) -> (Physical, usize) {
     )
     .unwrap();
     std::fs::write(folder.path().join("a.mtl"), format!("newmtl m\n{lines}\n")).unwrap();
-    let found = first(&load(&path));
+    let physical = first(&load(&path));
     let textures = [
-        &found.base_colour_texture,
-        &found.metallic_roughness_texture,
-        &found.emission_texture,
+        &physical.base_colour_texture,
+        &physical.metallic_roughness_texture,
+        &physical.emission_texture,
     ];
     let count = textures.into_iter().flatten().count();
     (
@@ -58,7 +58,7 @@ fn library(lines: &str) -> (Physical, usize) {
             base_colour_texture: None,
             metallic_roughness_texture: None,
             emission_texture: None,
-            ..found
+            ..physical
         },
         count,
     )
@@ -100,7 +100,7 @@ fn each_key_of_a_library_has_its_meaning() {
         ..plain(0.8)
     };
     let gold = [1.0, 0.75, 0.25];
-    for (lines, wanted) in [
+    for (lines, expected) in [
         ("", plain(0.8)),
         ("Kd 0.5 0.5 0.5", plain(0.5)),
         ("Kd 2 2 2", plain(1.0)),
@@ -167,8 +167,8 @@ fn each_key_of_a_library_has_its_meaning() {
             },
         ),
     ] {
-        let (found, textures) = library(lines);
-        assert_eq!(found, wanted, "{lines}");
+        let (physical, textures) = library(lines);
+        assert_eq!(physical, expected, "{lines}");
         assert_eq!(
             textures,
             lines.matches("a.png").count() - usize::from(lines.contains("map_d")),
@@ -222,7 +222,7 @@ fn each_factor_of_gltf_has_its_meaning() {
         emission: Colour([0.5 * strength, strength, 0.0]).into(),
         ..default()
     };
-    for (material, wanted) in [
+    for (material, expected) in [
         (String::new(), default()),
         (
             factors(r#""baseColorFactor": [0.5, 0.25, 1, 0.75]"#),
@@ -310,7 +310,7 @@ fn each_factor_of_gltf_has_its_meaning() {
             },
         ),
     ] {
-        let found = first(&gltf(&material));
+        let physical = first(&gltf(&material));
         let near = |a: &Physical, b: &Physical| {
             let colour = |m: &Physical| m.base_colour.constant().unwrap().0;
             colour(a)
@@ -319,13 +319,13 @@ fn each_factor_of_gltf_has_its_meaning() {
                 .all(|(a, b)| (a - b).abs() < 1e-12)
                 && (a.metallic.constant().unwrap() - b.metallic.constant().unwrap()).abs() < 1e-12
         };
-        assert!(near(&found, &wanted), "{material}: {found:?}");
+        assert!(near(&physical, &expected), "{material}: {physical:?}");
         let rest = Physical {
-            base_colour: wanted.base_colour.clone(),
-            metallic: wanted.metallic.clone(),
-            ..found
+            base_colour: expected.base_colour.clone(),
+            metallic: expected.metallic.clone(),
+            ..physical
         };
-        assert_eq!(rest, wanted, "{material}");
+        assert_eq!(rest, expected, "{material}");
     }
 }
 
@@ -344,14 +344,14 @@ fn specular_glossiness_has_images() {
             r#""extensions": {{ "KHR_materials_pbrSpecularGlossiness": {{ {diffuse} "diffuseFactor": [0.5, 0, 0, 0.5],
             "specularFactor": [1, 1, 1], "glossinessFactor": 0.5, "specularGlossinessTexture": {{ "index": 0, {transform} }} }} }}"#
         ));
-        let found = first(&loaded);
+        let physical = first(&loaded);
         assert!(loaded.scene.unread.is_empty());
         let at =
             |used: &Option<TextureRef>| used.as_ref().map(|used| (used.uv_set, used.uv_transform));
-        assert_eq!(at(&found.base_colour_texture), place);
+        assert_eq!(at(&physical.base_colour_texture), place);
         let images = [
-            &found.specular_colour_texture,
-            &found.metallic_roughness_texture,
+            &physical.specular_colour_texture,
+            &physical.metallic_roughness_texture,
         ]
         .map(|used| {
             assert_eq!(at(used), Some((1, moved)));
@@ -382,9 +382,9 @@ fn specular_glossiness_has_images() {
                 (ColourSpace::Linear, [0, 204, 0, 255])
             ]
         );
-        assert_eq!(found.base_colour, Colour([0.5, 0.0, 0.0]).into());
+        assert_eq!(physical.base_colour, Colour([0.5, 0.0, 0.0]).into());
         assert_eq!(
-            (found.metallic, found.roughness, found.opacity),
+            (physical.metallic, physical.roughness, physical.opacity),
             (0.0.into(), 1.0.into(), 0.5.into())
         );
     }
@@ -434,11 +434,11 @@ fn lamps_have_their_defaults() {
         assert_eq!(lights.len(), 1, "{light}");
         lights.remove(0)
     };
-    let [here, towards] = [[0.0; 3], [0.0, 0.0, -1.0]];
+    let [here, target_direction] = [[0.0; 3], [0.0, 0.0, -1.0]];
     let falloff = Falloff::InverseSquare;
     let spot = |outer_angle: f64, range| LightKind::Spot {
         position: here,
-        direction: towards,
+        direction: target_direction,
         inner_angle: 0.0,
         outer_angle,
         falloff,
@@ -552,7 +552,7 @@ fn normal_maps_of_gltf() {
         .expect("a texture");
     assert_eq!(texture.colour_space, ColourSpace::Linear);
     let tangents = |last: [f32; 4], bumpy: bool, normals: bool| {
-        let mut made = Made::new();
+        let mut made = KeyedTriangle::new();
         let up = made.accessor("VEC3", &[0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0]);
         let ways = made.accessor(
             "VEC4",
@@ -572,7 +572,7 @@ fn normal_maps_of_gltf() {
             }
         });
         let loaded = made
-            .asked(None, None, None)
+            .load_with(None, None, None)
             .unwrap_or_else(|e| panic!("{e}"));
         mesh_of(&loaded, &loaded.scene.objects[0]).tangents.clone()
     };
@@ -616,8 +616,8 @@ fn pictures_that_are_none() {
     .write_to(&mut png, image::ImageFormat::Png)
     .expect("a picture");
     let png = png.into_inner();
-    let of = |image: Option<serde_json::Value>, texture: u32| {
-        let made = Made::new().with(|d| {
+    let value_of = |image: Option<serde_json::Value>, texture: u32| {
+        let made = KeyedTriangle::new().with(|d| {
             d["images"] = json!([image.clone().unwrap_or_else(|| json!({})), { "uri": "dot.png" }]);
             d["textures"] = json!([{ "source": 0 }, { "source": 1 }]);
             let material = &mut d["materials"][0];
@@ -638,7 +638,7 @@ fn pictures_that_are_none() {
             std::fs::write(path.with_file_name(name), bytes).expect("a file");
         }
         let loaded = made
-            .asked(None, None, None)
+            .load_with(None, None, None)
             .unwrap_or_else(|e| panic!("{image:?}: {e}"));
         crate::shared::check_sound(&loaded, &path);
         assert_eq!(
@@ -649,17 +649,18 @@ fn pictures_that_are_none() {
         let Model::Physical(model) = &loaded.scene.materials[0].model else {
             panic!("physical")
         };
-        let told = loaded
+        let describe = loaded
             .warnings
             .iter()
             .map(|warning| warning.message.clone());
         (
             model.clone(),
-            told.filter(|message| message.contains("factor alone"))
+            describe
+                .filter(|message| message.contains("factor alone"))
                 .collect::<Vec<_>>(),
         )
     };
-    let (plain, none) = of(None, 0);
+    let (plain, none) = value_of(None, 0);
     assert!(none.is_empty(), "{none:?}");
     let uri = |uri: &str| json!({ "uri": uri });
     let data = |bytes: &[u8]| uri(&format!("data:image/png;base64,{}", STANDARD.encode(bytes)));
@@ -694,7 +695,7 @@ fn pictures_that_are_none() {
         (json!({}), 0, "images[0]: has neither uri nor bufferView"),
         (data(DOT), 5, "textures[5] does not exist"),
     ] {
-        let (model, warnings) = of(Some(image), texture);
+        let (model, warnings) = value_of(Some(image), texture);
         assert!(model == plain, "{words}");
         assert!(
             warnings.len() == 1 && warnings[0].contains(words),
@@ -707,8 +708,8 @@ fn pictures_that_are_none() {
 /// cannot be decoded.
 #[test]
 fn broken_specular_images_leave_factors() {
-    let of = |bytes: &[u8]| {
-        let made = Made::new().with(|d| {
+    let value_of = |bytes: &[u8]| {
+        let made = KeyedTriangle::new().with(|d| {
             d["images"] = json!([{ "uri": format!("data:image/png;base64,{}", STANDARD.encode(bytes)) }]);
             d["textures"] = json!([{ "source": 0 }]);
             let factors = json!({ "diffuseFactor": [0.5, 0.25, 0.125, 1.0], "specularFactor": [0.04, 0.04, 0.04], "glossinessFactor": 0.75,
@@ -716,13 +717,13 @@ fn broken_specular_images_leave_factors() {
             d["materials"][0]["extensions"] = json!({ "KHR_materials_pbrSpecularGlossiness": factors });
         });
         let loaded = made
-            .asked(None, None, None)
+            .load_with(None, None, None)
             .unwrap_or_else(|e| panic!("{e}"));
         crate::shared::check_sound(&loaded, &made.write());
         loaded
     };
     // Result for a valid header with broken data.
-    let loaded = of(&DOT[..45]);
+    let loaded = value_of(&DOT[..45]);
     assert!(
         loaded
             .warnings
@@ -757,8 +758,8 @@ fn broken_specular_images_leave_factors() {
 /// disables the extension.
 #[test]
 fn layers_of_materials() {
-    let of = |extensions: &str| first(&gltf(&format!(r#""extensions": {{ {extensions} }}"#)));
-    let coat = of(r#""KHR_materials_clearcoat": { "clearcoatFactor": 0.5, "clearcoatRoughnessFactor": 0.25 }"#)
+    let value_of = |extensions: &str| first(&gltf(&format!(r#""extensions": {{ {extensions} }}"#)));
+    let coat = value_of(r#""KHR_materials_clearcoat": { "clearcoatFactor": 0.5, "clearcoatRoughnessFactor": 0.25 }"#)
         .clearcoat
         .expect("a coat");
     assert_eq!(
@@ -766,22 +767,25 @@ fn layers_of_materials() {
         (0.5.into(), 0.25.into(), None)
     );
     assert_eq!(
-        of(r#""KHR_materials_clearcoat": { "clearcoatRoughnessFactor": 0.25 }"#).clearcoat,
+        value_of(r#""KHR_materials_clearcoat": { "clearcoatRoughnessFactor": 0.25 }"#).clearcoat,
         None
     );
-    let sheen = of(r#""KHR_materials_sheen": { "sheenColorFactor": [0.5, 1, 0.25], "sheenRoughnessFactor": 0.75 }"#)
+    let sheen = value_of(r#""KHR_materials_sheen": { "sheenColorFactor": [0.5, 1, 0.25], "sheenRoughnessFactor": 0.75 }"#)
         .sheen
         .expect("fibres");
     assert_eq!(
         (sheen.colour, sheen.roughness),
         (Colour([0.5, 1.0, 0.25]).into(), 0.75.into())
     );
-    let combed = of(
+    let anisotropy = value_of(
         r#""KHR_materials_anisotropy": { "anisotropyStrength": 0.5, "anisotropyRotation": 1.5707963267948966 }"#,
     );
-    let combed = combed.anisotropy.expect("combed");
-    assert_eq!((combed.strength, combed.rotation), (0.5.into(), 90.0));
-    let film = of(
+    let anisotropy = anisotropy.anisotropy.expect("combed");
+    assert_eq!(
+        (anisotropy.strength, anisotropy.rotation),
+        (0.5.into(), 90.0)
+    );
+    let film = value_of(
         r#""KHR_materials_iridescence": { "iridescenceFactor": 1, "iridescenceThicknessMaximum": 500 }"#,
     );
     let film = film.iridescence.expect("a film");
@@ -789,15 +793,15 @@ fn layers_of_materials() {
         (film.factor, film.ior, film.thickness, film.thinnest),
         (1.0.into(), 1.3, 500.0.into(), 100.0)
     );
-    let tinted = of(
+    let physical = value_of(
         r#""KHR_materials_specular": { "specularFactor": 0.5, "specularColorFactor": [2, 1, 0.5] }"#,
     );
     assert_eq!(
-        (tinted.specular, tinted.specular_colour),
+        (physical.specular, physical.specular_colour),
         (0.5.into(), Colour([2.0, 1.0, 0.5]).into())
     );
     let glass = r#""KHR_materials_transmission": { "transmissionFactor": 1 }"#;
-    let body = of(&format!(
+    let body = value_of(&format!(
         r#"{glass}, "KHR_materials_volume": {{ "thicknessFactor": 0.1, "attenuationDistance": 2, "attenuationColor": [1, 0.5, 0] }},
         "KHR_materials_dispersion": {{ "dispersion": 0.3 }}"#
     ));
@@ -806,11 +810,11 @@ fn layers_of_materials() {
         (false, 0.3, Some(2.0))
     );
     assert_eq!(body.attenuation_colour, Colour([1.0, 0.5, 0.0]));
-    let wall = of(&format!(
+    let wall = value_of(&format!(
         r#"{glass}, "KHR_materials_volume": {{ "attenuationDistance": 2 }}"#
     ));
     assert_eq!((wall.thin_walled, wall.attenuation_distance), (true, None));
-    let leaf = of(
+    let leaf = value_of(
         r#""KHR_materials_diffuse_transmission": { "diffuseTransmissionFactor": 0.5, "diffuseTransmissionColorFactor": [1, 0.5, 0] }"#,
     );
     let through = leaf.diffuse_transmission.expect("it lets light through");

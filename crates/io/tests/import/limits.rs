@@ -4,12 +4,12 @@ use raywright_core::scene::{Colour, LightKind, Model, Physical, Projection};
 use raywright_io::Loaded;
 use serde_json::{Value, json};
 
-use crate::keyed::Made;
+use crate::keyed::KeyedTriangle;
 use crate::shared::{check_sound, load};
 
 /// Loads the model with one value in its JSON, at a path of keys; missing parents are created.
 fn with(path: &str, value: &Value) -> Loaded {
-    let made = Made::new().with(|document| {
+    let made = KeyedTriangle::new().with(|document| {
         document["nodes"][0]["camera"] = json!(0);
         document["nodes"][0]["extensions"] = json!({ "KHR_lights_punctual": { "light": 0 } });
         document["cameras"] = json!([{ "type": "perspective", "perspective": { "yfov": 0.5, "znear": 0.1 },
@@ -26,14 +26,14 @@ fn with(path: &str, value: &Value) -> Loaded {
         let mut slot = &mut *document;
         for key in path.split('/') {
             slot = match key.parse::<usize>() {
-                Ok(place) => &mut slot[place],
+                Ok(index) => &mut slot[index],
                 Err(_) => &mut slot[key],
             };
         }
         *slot = value.clone();
     });
     let loaded = made
-        .asked(None, None, None)
+        .load_with(None, None, None)
         .unwrap_or_else(|e| panic!("{path} {value}: {e}"));
     check_sound(&loaded, &made.write());
     loaded
@@ -126,7 +126,7 @@ fn no_number_refuses_a_model() {
             let (holder, place) = path.rsplit_once('/').unwrap_or(("", path));
             let name = holder.rsplit('/').next().unwrap_or_default();
             let loaded = match place.parse::<usize>() {
-                Ok(place) if slots.contains(&name) => {
+                Ok(index) if slots.contains(&name) => {
                     let length = match name {
                         "offset" => 2,
                         "rotation" | "baseColorFactor" => 4,
@@ -135,15 +135,15 @@ fn no_number_refuses_a_model() {
                         _ => 3,
                     };
                     let mut list = vec![1.0; length];
-                    list[place] = number;
+                    list[index] = number;
                     with(holder, &json!(list))
                 }
                 _ => with(path, &json!(number)),
             };
             let more = loaded.warnings.len().saturating_sub(usual);
             // A singular node removes its child too, and a zero rotation has a warning of its own.
-            let most = if path.starts_with("nodes") { 3 } else { 1 };
-            assert!(more <= most, "{path} {number:e}: {:?}", loaded.warnings);
+            let maximum = if path.starts_with("nodes") { 3 } else { 1 };
+            assert!(more <= maximum, "{path} {number:e}: {:?}", loaded.warnings);
         }
     }
 }
@@ -156,13 +156,13 @@ fn the_nearest_number_is_taken() {
             &format!("extensions/KHR_lights_punctual/lights/0/{key}"),
             &json!(number),
         );
-        let told: Vec<String> = loaded
+        let messages: Vec<String> = loaded
             .warnings
             .iter()
             .map(|warning| warning.message.clone())
             .filter(|message| message.contains("lights[0]"))
             .collect();
-        (loaded.scene.lights.first().cloned(), told)
+        (loaded.scene.lights.first().cloned(), messages)
     };
     for (number, expected, warned) in [
         (3.402_823e38, None, 0),
@@ -170,19 +170,19 @@ fn the_nearest_number_is_taken() {
         (-1.0, None, 1),
         (1e-20, Some(1e-15), 1),
     ] {
-        let (found, told) = light("range", number);
+        let (found, messages) = light("range", number);
         let Some(LightKind::Spot { range, .. }) = found.map(|light| light.kind) else {
             panic!("a spot")
         };
         assert_eq!(
-            (range, told.len()),
+            (range, messages.len()),
             (expected, warned),
-            "{number}: {told:?}"
+            "{number}: {messages:?}"
         );
     }
-    let (found, told) = light("intensity", 3e38);
+    let (found, messages) = light("intensity", 3e38);
     assert_eq!(
-        (found.map(|light| light.colour.0), told.len()),
+        (found.map(|light| light.colour.0), messages.len()),
         (Some([1e37; 3]), 1)
     );
     let quarter = f64::from(core::f32::consts::FRAC_PI_4).to_degrees();
@@ -197,7 +197,7 @@ fn the_nearest_number_is_taken() {
         ("spot/innerConeAngle", -1.0, [0.0, quarter], 1),
         ("spot/outerConeAngle", 2.0, [0.0, 90.0], 1),
     ] {
-        let (found, told) = light(key, number);
+        let (found, messages) = light(key, number);
         let Some(LightKind::Spot {
             inner_angle,
             outer_angle,
@@ -207,17 +207,17 @@ fn the_nearest_number_is_taken() {
             panic!("a spot")
         };
         assert_eq!(
-            ([inner_angle, outer_angle], told.len()),
+            ([inner_angle, outer_angle], messages.len()),
             (expected, warned),
-            "{key} {number}: {told:?}"
+            "{key} {number}: {messages:?}"
         );
     }
-    let (found, told) = light("spot/outerConeAngle", 0.0);
+    let (found, messages) = light("spot/outerConeAngle", 0.0);
     assert!(
-        found.is_none() && told.len() == 1 && told[0].contains("shut"),
-        "{told:?}"
+        found.is_none() && messages.len() == 1 && messages[0].contains("shut"),
+        "{messages:?}"
     );
-    let of = |path: &str, number: f64| {
+    let value_of = |path: &str, number: f64| {
         with(
             &format!("materials/0/extensions/KHR_materials_{path}"),
             &json!(number),
@@ -225,7 +225,7 @@ fn the_nearest_number_is_taken() {
     };
     for (number, expected) in [(0.0, 0.0), (0.5, 1.5), (1001.0, 1000.0), (3e38, 1000.0)] {
         assert_eq!(
-            model(&of("ior/ior", number)).ior,
+            model(&value_of("ior/ior", number)).ior,
             expected.into(),
             "{number}"
         );
@@ -237,13 +237,13 @@ fn the_nearest_number_is_taken() {
         (0.0, None),
     ] {
         assert_eq!(
-            model(&of("volume/attenuationDistance", number)).attenuation_distance,
+            model(&value_of("volume/attenuationDistance", number)).attenuation_distance,
             expected,
             "{number}"
         );
     }
     assert_eq!(
-        model(&of("emissive_strength/emissiveStrength", 3e38)).emission,
+        model(&value_of("emissive_strength/emissiveStrength", 3e38)).emission,
         Colour([1e30; 3]).into()
     );
     let camera = |key: &str, number: f64| {
@@ -280,7 +280,7 @@ fn the_nearest_number_is_taken() {
 /// its position.
 #[test]
 fn numbers_and_names_in_other_words() {
-    let made = Made::new();
+    let made = KeyedTriangle::new();
     let path = made.write();
     let text = std::fs::read_to_string(&path).expect("just written");
     let count = |text: &str| {

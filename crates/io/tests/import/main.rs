@@ -2,6 +2,7 @@
 //! hostile files.
 
 mod attributes;
+mod built;
 mod collections;
 mod compressed;
 mod containers;
@@ -13,7 +14,6 @@ mod keyed;
 mod keys;
 mod large;
 mod limits;
-mod made;
 mod malformed;
 mod obj;
 mod placed;

@@ -25,7 +25,7 @@ fn physical<'a>(loaded: &'a Loaded, name: &str) -> &'a Physical {
 }
 
 fn corner(data: &MeshData, i: u32) -> DVec3 {
-    data.positions.at(i as usize)
+    data.positions.position(i as usize)
 }
 
 /// Sum of the triangles' area vectors, and of their areas.
@@ -427,7 +427,7 @@ fn references_to_nothing_are_warnings() {
 /// Protects: carriage returns, line feeds and pairs end lines of models and libraries, each file in
 /// its own style or a mixture: all faces exist, the material is found, and no warning appears.
 #[test]
-fn lines_end_as_they_like() {
+fn line_ends_of_each_kind() {
     let model = "# a model\nmtllib red.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl red\nf 1 2 3\n";
     let library = "# a library\nnewmtl red\nKd 0.5 0 0\n";
     let mixed = |text: &str| text.replacen('\n', "\r", 3).replacen('\n', "\r\n", 1);
@@ -467,7 +467,7 @@ fn broken_images_are_as_missing_ones() {
     .write_to(&mut png, image::ImageFormat::Png)
     .unwrap();
     let png = png.into_inner();
-    let of = |picture: Option<&[u8]>| {
+    let value_of = |picture: Option<&[u8]>| {
         let (folder, path) = write("mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m\nf 1 2 3\n");
         std::fs::write(
             folder.path().join("m.mtl"),
@@ -489,7 +489,7 @@ fn broken_images_are_as_missing_ones() {
         assert!(file.scene.images.is_empty() && file.scene.textures.is_empty());
         physical(&file, "m").clone()
     };
-    let missing = of(None);
+    let missing = value_of(None);
     assert_eq!(
         (&missing.emission, missing.base_colour_texture.is_none()),
         (&Colour::BLACK.into(), true)
@@ -502,7 +502,7 @@ fn broken_images_are_as_missing_ones() {
         b"",
         b"\xabKTX 20\xbb\r\n\x1a\n",
     ] {
-        assert_eq!(of(Some(broken)), missing, "{broken:?}");
+        assert_eq!(value_of(Some(broken)), missing, "{broken:?}");
     }
 }
 
@@ -596,7 +596,7 @@ fn images_of_the_pbr_keys() {
         .scene
         .unread
         .iter()
-        .map(|part| part.what.as_str())
+        .map(|part| part.label.as_str())
         .collect();
     assert_eq!(left_out, ["MTL map_bump"]);
     let coat = material.clearcoat.as_ref().expect("a coat");

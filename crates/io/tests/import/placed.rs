@@ -8,8 +8,8 @@ use raywright_core::{Settings, affine};
 use raywright_io::{Error, ErrorKind, Input, LoadOptions, Loaded};
 use serde_json::json;
 
-use crate::keyed::Made;
-use crate::made;
+use crate::built;
+use crate::keyed::KeyedTriangle;
 use crate::shared::mesh_of;
 
 /// Loads a scene file of these lines in a folder of models.
@@ -33,7 +33,7 @@ fn origin(loaded: &Loaded, object: usize) -> DVec3 {
 #[test]
 fn models_bring_what_they_have() {
     let folder = tempfile::tempdir().expect("a folder");
-    made::models(folder.path());
+    built::models(folder.path());
     let placed = r#"[[models]]
         file = "square.glb"
         transform = [{ scale = [2, 2, 2] }, { rotate = { axis = [0, 1, 0], degrees = 90 } }, { translate = [0, 0, 100] }]"#;
@@ -54,9 +54,9 @@ fn models_bring_what_they_have() {
     );
     // Without the scene's transform, the root is at (1, 2, 3); doubled and rotated, x becomes −z
     // and z becomes x.
-    let place = DVec3::new(6.0, 4.0, 98.0);
+    let point = DVec3::new(6.0, 4.0, 98.0);
     assert!(
-        origin(&loaded, 0).distance(place) < 1e-9,
+        origin(&loaded, 0).distance(point) < 1e-9,
         "{:?}",
         origin(&loaded, 0)
     );
@@ -69,7 +69,7 @@ fn models_bring_what_they_have() {
         panic!("{:?}", lights[0])
     };
     assert!(
-        DVec3::from(position).distance(place + DVec3::Y * 4.0) < 1e-6,
+        DVec3::from(position).distance(point + DVec3::Y * 4.0) < 1e-6,
         "{position:?}"
     );
     assert!(
@@ -97,7 +97,7 @@ fn models_bring_what_they_have() {
             .map(|texture| &texture.name),
         Some(&textures[0].name)
     );
-    assert!(prepare(&loaded.scene, &Settings::of(&loaded.scene), &()).is_ok());
+    assert!(prepare(&loaded.scene, &Settings::from_scene(&loaded.scene), &()).is_ok());
 }
 
 /// Protects: a second placement shares meshes and images and may have another material; names of
@@ -105,7 +105,7 @@ fn models_bring_what_they_have() {
 #[test]
 fn models_are_shared_and_told_apart() {
     let folder = tempfile::tempdir().expect("a folder");
-    made::models(folder.path());
+    built::models(folder.path());
     let lines = r#"
         materials = [{ name = "gold", model.physical.metallic = 1 }, { name = "square/default", model.physical = {} }]
         models = [{ file = "square.glb" }, { file = "square.glb", transform = [{ translate = [9, 0, 0] }], materials = { default = "gold" } },
@@ -144,7 +144,7 @@ fn models_are_shared_and_told_apart() {
 /// its key that lists the known ones.
 #[test]
 fn models_are_chosen_from() {
-    let made = Made::new().animated(
+    let made = KeyedTriangle::new().animated(
         "",
         0,
         "translation",
@@ -224,7 +224,7 @@ fn models_that_nobody_loads_are_missing() {
         }],
         ..Scene::default()
     };
-    let error = prepare(&scene, &Settings::of(&scene), &())
+    let error = prepare(&scene, &Settings::from_scene(&scene), &())
         .err()
         .expect("nothing was loaded")
         .to_string();

@@ -7,11 +7,11 @@ use raywright_core::scene::{Colour, MeshSource, Model};
 use raywright_io::{AnimationInfo, ErrorKind, Loaded};
 use serde_json::{Value, json};
 
-use crate::keyed::{Made, asked};
+use crate::keyed::{KeyedTriangle, load_with};
 use crate::shared::assets;
 
 #[track_caller]
-fn near(found: DVec3, expected: [f64; 3]) {
+fn expect_near(found: DVec3, expected: [f64; 3]) {
     assert!(
         (found - DVec3::from(expected)).length() < 1e-6,
         "{found} instead of {expected:?}"
@@ -22,7 +22,7 @@ fn near(found: DVec3, expected: [f64; 3]) {
 /// earlier key, and a node's children follow.
 #[test]
 fn keys_and_straight_lines() {
-    let line = Made::new().animated(
+    let line = KeyedTriangle::new().animated(
         "",
         0,
         "translation",
@@ -36,12 +36,13 @@ fn keys_and_straight_lines() {
         (3.0, [4.0, 8.0, 5.0]),
         (9.0, [4.0, 8.0, 5.0]),
     ] {
-        near(line.at(time).translation, place);
+        expect_near(line.transform_at(time).translation, place);
     }
-    let step = Made::new().animated("", 1, "scale", "STEP", &[1.0, 1.0, 1.0, 2.0, 4.0, 8.0]);
-    near(step.at(2.999).matrix3 * DVec3::ONE, [1.0; 3]);
-    near(step.at(3.0).matrix3 * DVec3::ONE, [2.0, 4.0, 8.0]);
-    near(step.at(3.0).translation, [0.0, 0.0, 5.0]);
+    let step =
+        KeyedTriangle::new().animated("", 1, "scale", "STEP", &[1.0, 1.0, 1.0, 2.0, 4.0, 8.0]);
+    expect_near(step.transform_at(2.999).matrix3 * DVec3::ONE, [1.0; 3]);
+    expect_near(step.transform_at(3.0).matrix3 * DVec3::ONE, [2.0, 4.0, 8.0]);
+    expect_near(step.transform_at(3.0).translation, [0.0, 0.0, 5.0]);
 }
 
 /// Protects: an animated scale replaces the node's own, linear or by splines, and is applied before
@@ -57,14 +58,14 @@ fn scales_come_first() {
             ("rotation".to_owned(), json!([0, 0, s, s])),
         ]);
     };
-    let line = Made::new()
+    let line = KeyedTriangle::new()
         .animated("", 1, "scale", "LINEAR", &[1.0, 1.0, 1.0, 3.0, 5.0, 9.0])
         .with(at_rest);
-    let found = line.at(1.5);
-    near(found.matrix3 * DVec3::X, [0.0, 1.5, 0.0]);
-    near(found.matrix3 * DVec3::Y, [-2.0, 0.0, 0.0]);
-    near(found.matrix3 * DVec3::Z, [0.0, 0.0, 3.0]);
-    near(found.translation, [0.0, 0.0, 5.0]);
+    let found = line.transform_at(1.5);
+    expect_near(found.matrix3 * DVec3::X, [0.0, 1.5, 0.0]);
+    expect_near(found.matrix3 * DVec3::Y, [-2.0, 0.0, 0.0]);
+    expect_near(found.matrix3 * DVec3::Z, [0.0, 0.0, 3.0]);
+    expect_near(found.translation, [0.0, 0.0, 5.0]);
     // Hermite weights with zero tangents: at a quarter of the interval the second key has 5/32.
     let flat = [
         [0.0_f32; 3],
@@ -75,14 +76,14 @@ fn scales_come_first() {
         [0.0; 3],
     ]
     .concat();
-    let spline = Made::new()
+    let spline = KeyedTriangle::new()
         .animated("", 1, "scale", "CUBICSPLINE", &flat)
         .with(at_rest);
-    near(spline.at(1.5).matrix3 * DVec3::Z, [0.0, 0.0, 6.0]);
-    let other = Made::new()
+    expect_near(spline.transform_at(1.5).matrix3 * DVec3::Z, [0.0, 0.0, 6.0]);
+    let other = KeyedTriangle::new()
         .animated("", 1, "translation", "LINEAR", &[0.0; 6])
         .with(at_rest);
-    near(other.at(2.0).matrix3 * DVec3::X, [0.0, 7.0, 0.0]);
+    expect_near(other.transform_at(2.0).matrix3 * DVec3::X, [0.0, 7.0, 0.0]);
 }
 
 /// Protects: rotations take the shorter arc at constant speed: a quarter of the interval is a
@@ -91,7 +92,7 @@ fn scales_come_first() {
 fn rotations_take_the_shorter_turn() {
     let (s, c) = 60.0_f64.to_radians().sin_cos();
     // 120 degrees about z, by the negated quaternion.
-    let turn = Made::new().animated(
+    let turn = KeyedTriangle::new().animated(
         "",
         1,
         "rotation",
@@ -106,17 +107,20 @@ fn rotations_take_the_shorter_turn() {
         (3.0, 120.0),
     ] {
         let (sine, cosine) = degrees.to_radians().sin_cos();
-        near(turn.at(time).matrix3 * DVec3::X, [cosine, sine, 0.0]);
+        expect_near(
+            turn.transform_at(time).matrix3 * DVec3::X,
+            [cosine, sine, 0.0],
+        );
     }
-    let still = Made::new().animated(
+    let still = KeyedTriangle::new().animated(
         "",
         1,
         "rotation",
         "LINEAR",
         &[0.0, 0.0, s as f32, c as f32, 0.0, 0.0, s as f32, c as f32],
     );
-    near(
-        still.at(1.7).matrix3 * DVec3::X,
+    expect_near(
+        still.transform_at(1.7).matrix3 * DVec3::X,
         [-0.5, 3.0_f64.sqrt() / 2.0, 0.0],
     );
 }
@@ -130,15 +134,15 @@ fn splines_follow_their_tangents() {
     let x =
         |before: f32, value: f32, after: f32| [before, 0.0, 0.0, value, 0.0, 5.0, after, 0.0, 0.0];
     let keys = [x(9.0, 0.0, 3.0), x(-1.5, 2.0, 9.0)].concat();
-    let spline = Made::new().animated("", 0, "translation", "CUBICSPLINE", &keys);
+    let spline = KeyedTriangle::new().animated("", 0, "translation", "CUBICSPLINE", &keys);
     for (time, x) in [(0.0, 0.0), (1.0, 0.0), (3.0, 2.0), (7.0, 2.0)] {
-        near(spline.at(time).translation, [x, 0.0, 5.0]);
+        expect_near(spline.transform_at(time).translation, [x, 0.0, 5.0]);
     }
     // Half-way: ½·0 + 2·⅛·3 + ½·2 + 2·(−⅛)·(−1.5); at a quarter, the weights are 27/32, 9/64, 5/32
     // and −3/64.
-    near(spline.at(2.0).translation, [2.125, 0.0, 5.0]);
-    near(
-        spline.at(1.5).translation,
+    expect_near(spline.transform_at(2.0).translation, [2.125, 0.0, 5.0]);
+    expect_near(
+        spline.transform_at(1.5).translation,
         [
             2.0 * 9.0 / 64.0 * 3.0 + 5.0 / 32.0 * 2.0 + 2.0 * 3.0 / 64.0 * 1.5,
             0.0,
@@ -156,15 +160,15 @@ fn splines_follow_their_tangents() {
         zero,
     ]
     .concat();
-    let turn = Made::new().animated("", 1, "rotation", "CUBICSPLINE", &keys);
+    let turn = KeyedTriangle::new().animated("", 1, "rotation", "CUBICSPLINE", &keys);
     // At a quarter of the interval the second key has the weight 5/32.
     let (w, h) = (5.0 / 32.0, std::f64::consts::FRAC_1_SQRT_2);
     let angle = 2.0 * (w * h).atan2(1.0 - w + w * h);
-    near(
-        turn.at(1.5).matrix3 * DVec3::X,
+    expect_near(
+        turn.transform_at(1.5).matrix3 * DVec3::X,
         [angle.cos(), angle.sin(), 0.0],
     );
-    near(turn.at(1.5).matrix3 * DVec3::Z, [0.0, 0.0, 1.0]);
+    expect_near(turn.transform_at(1.5).matrix3 * DVec3::Z, [0.0, 0.0, 1.0]);
 }
 
 /// Protects: without a time a file is at rest, with a note; the first of two animations of a
@@ -172,23 +176,23 @@ fn splines_follow_their_tangents() {
 #[test]
 fn what_is_played() {
     let up = [0.0, 0.0, 0.0, 0.0, 8.0, 0.0];
-    let made = Made::new()
+    let made = KeyedTriangle::new()
         .animated("walk", 0, "translation", "LINEAR", &up)
         .animated("run", 0, "translation", "LINEAR", &[9.0; 6]);
     let warned =
         |loaded: &Loaded, word: &str| loaded.warnings.iter().any(|w| w.message.contains(word));
     let rest = made
-        .asked(None, None, None)
+        .load_with(None, None, None)
         .unwrap_or_else(|e| panic!("{e}"));
-    near(
+    expect_near(
         affine(&rest.scene.objects[0].transform).translation,
         [0.0, 0.0, 5.0],
     );
     assert!(warned(&rest, "at rest") && !warned(&rest, "several"));
     let played = made
-        .asked(None, None, Some(2.0))
+        .load_with(None, None, Some(2.0))
         .unwrap_or_else(|e| panic!("{e}"));
-    near(
+    expect_near(
         affine(&played.scene.objects[0].transform).translation,
         [0.0, 4.0, 0.0],
     );
@@ -200,20 +204,20 @@ fn what_is_played() {
     };
     assert_eq!(played.contents.animations, [info("walk"), info("run")]);
     let matrix = json!([1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 1, 2, 3, 1]);
-    let fixed = Made::new()
+    let fixed = KeyedTriangle::new()
         .animated("", 0, "translation", "LINEAR", &up)
         .with(|d| d["nodes"][0] = json!({ "children": [1], "matrix": matrix }));
     let fixed = fixed
-        .asked(None, None, Some(2.0))
+        .load_with(None, None, Some(2.0))
         .unwrap_or_else(|e| panic!("{e}"));
-    near(
+    expect_near(
         affine(&fixed.scene.objects[0].transform).translation,
         [1.0, 2.0, 3.0],
     );
     assert!(warned(&fixed, "has a matrix"));
     assert!(warned(
-        &Made::new()
-            .asked(None, None, Some(1.0))
+        &KeyedTriangle::new()
+            .load_with(None, None, Some(1.0))
             .unwrap_or_else(|e| panic!("{e}")),
         "no animation"
     ));
@@ -221,18 +225,18 @@ fn what_is_played() {
 }
 
 /// A change of a file's JSON that makes it invalid.
-type Change = fn(&mut Value);
+type AnimationDamage = fn(&mut Value);
 
 /// Protects: broken animations are errors with a position where they are played, and are ignored at
 /// rest.
 #[test]
 fn broken_animations_are_refused_when_played() {
-    let made = |change: Change| {
-        Made::new()
+    let made = |change: AnimationDamage| {
+        KeyedTriangle::new()
             .animated("", 0, "translation", "LINEAR", &[0.0; 6])
             .with(change)
     };
-    let breaks: [(Change, &str); 6] = [
+    let breaks: [(AnimationDamage, &str); 6] = [
         (
             |d| d["animations"][0]["channels"][0]["sampler"] = json!(7),
             "samplers",
@@ -257,8 +261,8 @@ fn broken_animations_are_refused_when_played() {
     ];
     for (change, word) in breaks {
         let made = made(change);
-        assert!(made.asked(None, None, None).is_ok(), "{word}");
-        let error = made.asked(None, None, Some(2.0)).expect_err(word);
+        assert!(made.load_with(None, None, None).is_ok(), "{word}");
+        let error = made.load_with(None, None, Some(2.0)).expect_err(word);
         assert_eq!(error.kind(), ErrorKind::Input);
         assert!(
             error.to_string().contains("animations[0].channels[0]")
@@ -272,10 +276,10 @@ fn broken_animations_are_refused_when_played() {
 /// error that lists them.
 #[test]
 fn scenes_are_chosen() {
-    let made = Made::new();
+    let made = KeyedTriangle::new();
     let z = |scene: Option<&str>| {
         let loaded = made
-            .asked(scene, None, None)
+            .load_with(scene, None, None)
             .unwrap_or_else(|e| panic!("{e}"));
         affine(&loaded.scene.objects[0].transform)
             .translation
@@ -290,19 +294,19 @@ fn scenes_are_chosen() {
             [7.0, 0.0, 0.0]
         ]
     );
-    for (wish, said) in [
+    for (wish, message) in [
         (
             "dya",
             "has no scene `dya`; did you mean `day`? Its scenes: 0 `day`, 1",
         ),
         ("2", "has no scene `2`; its scenes: 0 `day`, 1"),
     ] {
-        let error = made.asked(Some(wish), None, None).expect_err("none");
+        let error = made.load_with(Some(wish), None, None).expect_err("none");
         assert_eq!(error.kind(), ErrorKind::Usage);
-        assert!(error.to_string().contains(said), "{error}");
+        assert!(error.to_string().contains(message), "{error}");
     }
     assert_eq!(
-        made.asked(None, None, None)
+        made.load_with(None, None, None)
             .unwrap_or_else(|e| panic!("{e}"))
             .contents
             .scenes,
@@ -313,10 +317,10 @@ fn scenes_are_chosen() {
 /// Protects: a primitive has the material of the chosen variant, or its own without a mapping.
 #[test]
 fn variants_are_chosen() {
-    let made = Made::new();
+    let made = KeyedTriangle::new();
     let colour = |variant: Option<&str>| {
         let loaded = made
-            .asked(None, variant, None)
+            .load_with(None, variant, None)
             .unwrap_or_else(|e| panic!("{e}"));
         let [material] = &loaded.scene.materials[..] else {
             panic!("only what is shown is converted")
@@ -331,7 +335,7 @@ fn variants_are_chosen() {
         [None, Some("red"), Some("blue"), Some("sea")].map(colour),
         [&red, &red, &blue, &blue].map(|c| (*c).into())
     );
-    let error = made.asked(None, Some("green"), None).expect_err("none");
+    let error = made.load_with(None, Some("green"), None).expect_err("none");
     assert_eq!(error.kind(), ErrorKind::Usage);
     assert!(
         error
@@ -341,7 +345,7 @@ fn variants_are_chosen() {
     );
     let none = made
         .with(|d| d["extensions"] = json!({}))
-        .asked(None, Some("red"), None)
+        .load_with(None, Some("red"), None)
         .expect_err("none");
     assert!(
         none.to_string().contains("has no variants to choose from"),
@@ -353,7 +357,7 @@ fn variants_are_chosen() {
 /// expression of `t`; an unknown choice is an error at its key, and inline arrays have no choices.
 #[test]
 fn scene_files_name_part_and_moment() {
-    let made = Made::new().animated(
+    let made = KeyedTriangle::new().animated(
         "",
         2,
         "translation",
@@ -365,7 +369,7 @@ fn scene_files_name_part_and_moment() {
         let path = folder.join("a.scene.toml");
         let text = format!("format = 1\nt = 1\n[[meshes]]\nname = \"m\"\n{mesh}\n");
         std::fs::write(&path, text).expect("a file");
-        asked(path, None, None, at)
+        load_with(path, None, None, at)
     };
     let first = |loaded: Loaded| match &loaded.scene.meshes[0].source {
         MeshSource::Inline(data) => data.positions.offsets()[0],
@@ -405,7 +409,8 @@ fn scene_files_name_part_and_moment() {
             .to_string()
             .contains("no time")
     );
-    let native = asked(folder.join("a.scene.toml"), Some("1"), None, None).expect_err("no scenes");
+    let native =
+        load_with(folder.join("a.scene.toml"), Some("1"), None, None).expect_err("no scenes");
     assert_eq!(native.kind(), ErrorKind::Usage);
 }
 
@@ -414,7 +419,7 @@ fn scene_files_name_part_and_moment() {
 fn real_files() {
     let Some(folder) = assets("gltf") else { return };
     let load = |file: &str, scene, variant, at| {
-        asked(folder.join(file), scene, variant, at).unwrap_or_else(|e| panic!("{e}"))
+        load_with(folder.join(file), scene, variant, at).unwrap_or_else(|e| panic!("{e}"))
     };
     // A full turn about y in two seconds, whose direction only rounding decides.
     let cube = |at| {
@@ -429,7 +434,7 @@ fn real_files() {
     assert!(
         (cube(0.5) * DVec3::X).x.abs() < 1e-6 && (cube(0.5) * DVec3::Y - DVec3::Y).length() < 1e-6
     );
-    near(cube(1.0) * DVec3::X, [-1.0, 0.0, 0.0]);
+    expect_near(cube(1.0) * DVec3::X, [-1.0, 0.0, 0.0]);
     let variants = |name| load("bio-18_variants/18_variants.gltf", None, name, None);
     assert_eq!(
         variants(None).contents.variants,

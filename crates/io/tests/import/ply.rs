@@ -4,7 +4,7 @@ use raywright_core::scene::{MeshData, Model};
 use raywright_io::{Error, ErrorKind, Input, Limits, LoadOptions, Loaded};
 
 use crate::shared::{check_sound, mesh_of, triangle_count};
-use crate::written::{ENCODINGS, Written};
+use crate::written::{ENCODINGS, PolygonMesh};
 
 fn with(bytes: &[u8], limits: Limits) -> Result<Loaded, Error> {
     let folder = tempfile::tempdir().expect("a folder");
@@ -46,7 +46,7 @@ const PLACES: [&str; 3] = ["0 0 0", "1 0 0", "0 1 0"];
 #[test]
 fn faces_are_triangles() {
     for (n, triangles) in [(0, 0), (1, 2), (224, 100_352)] {
-        let sheet = Written::sheet(n);
+        let sheet = PolygonMesh::sheet(n);
         for encoding in ENCODINGS {
             let loaded = read(&sheet.ply(encoding, "")).unwrap_or_else(|e| panic!("{e}"));
             assert_eq!(triangle_count(&loaded), triangles);
@@ -88,7 +88,7 @@ fn properties_in_any_order_and_type() {
         weights\nelement camera 1\nproperty list uchar float view\nelement vertex 4\nproperty double z\nproperty list uchar ushort tags\n\
         property uint8 blue\nproperty int16 x\nproperty char y\nproperty float64 nz\nproperty float ny\nproperty float nx\nproperty uint8 \
         green\nproperty uint8 red\nproperty ushort t\nproperty int s\nobj_info end\n";
-    type Row<'a> = &'a [(&'a str, f64)];
+    type PlyRow<'a> = &'a [(&'a str, f64)];
     let face = |corners: [u32; 3]| {
         let [a, b, c] = corners.map(f64::from);
         [
@@ -127,12 +127,12 @@ fn properties_in_any_order_and_type() {
         vertex(0.125, 0.0, -128.0, 0.0),
         vertex(-2.0, 5.0, 5.0, 0.0),
     ];
-    let camera: Row = &[("u8", 2.0), ("f32", 1.0), ("f32", 2.0)];
-    let rows: Vec<Row> = [&faces[0][..], &faces[1], camera]
+    let camera: PlyRow = &[("u8", 2.0), ("f32", 1.0), ("f32", 2.0)];
+    let rows: Vec<PlyRow> = [&faces[0][..], &faces[1], camera]
         .into_iter()
         .chain(vertices.iter().map(|row| &row[..]))
         .collect();
-    let mut found = Vec::new();
+    let mut mesh_datas = Vec::new();
     for encoding in ENCODINGS {
         let mut out = format!("ply\nformat {encoding} 1.0\n{header}end_header\n").into_bytes();
         for row in &rows {
@@ -160,9 +160,9 @@ fn properties_in_any_order_and_type() {
         }
         let loaded = read(&out).unwrap_or_else(|e| panic!("{encoding}: {e}"));
         assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
-        found.push(mesh_of(&loaded, &loaded.scene.objects[0]).clone());
+        mesh_datas.push(mesh_of(&loaded, &loaded.scene.objects[0]).clone());
     }
-    let first = &found[0];
+    let first = &mesh_datas[0];
     assert_eq!(
         *first.positions.offsets(),
         [
@@ -180,7 +180,7 @@ fn properties_in_any_order_and_type() {
     // v counts from the top in a scene.
     assert_eq!(first.uvs, [vec![[-2.0, -2.0]; 4]]);
     assert!((first.normals[2][1] - 0.6).abs() < 1e-6 && (first.normals[2][2] - 0.8).abs() < 1e-6);
-    assert!(found.iter().all(|mesh| mesh == first));
+    assert!(mesh_datas.iter().all(|mesh| mesh == first));
 }
 
 /// Protects: ASCII files with line ends of all three kinds, comments in all allowed places,
@@ -217,10 +217,10 @@ fn polygons_and_strips() {
         ]
     };
     let faces = vec![(0..63).collect(), vec![0, 9, 30], vec![4, 5], vec![]];
-    let ring = Written {
+    let ring = PolygonMesh {
         positions: (0..200).map(corner).collect(),
         faces,
-        ..Written::default()
+        ..PolygonMesh::default()
     };
     for encoding in ENCODINGS {
         let loaded = read(&ring.ply(encoding, "")).expect("a mesh");
@@ -292,7 +292,7 @@ fn strips_beside_faces() {
         property uchar green\nproperty uchar blue\n";
     let strips = "element tristrips 1\nproperty list uchar int vertex_indices\n";
     let (face, strip) = ("3 0 1 2 6 0.5 0.5 0.5 0.5 0.5 0.5 255 0 0\n", "3 0 1 2\n");
-    for (headers, bodies, at) in [
+    for (headers, bodies, position) in [
         ([faces, strips], [face, strip], 0),
         ([strips, faces], [strip, face], 3),
     ] {
@@ -303,11 +303,11 @@ fn strips_beside_faces() {
         ));
         assert_eq!((data.positions.len(), data.indices.len()), (6, 2));
         assert_eq!(
-            (data.colours[at], data.uvs[0][at]),
+            (data.colours[position], data.uvs[0][position]),
             ([1.0, 0.0, 0.0, 1.0], [0.5; 2])
         );
         assert_eq!(
-            (data.colours[3 - at], data.uvs[0][3 - at]),
+            (data.colours[3 - position], data.uvs[0][3 - position]),
             ([1.0; 4], [0.0; 2])
         );
     }
@@ -429,7 +429,7 @@ fn errors_name_place_and_cause() {
 /// bytes; limits hold.
 #[test]
 fn counts_that_lie() {
-    let sheet = Written::sheet(2);
+    let sheet = PolygonMesh::sheet(2);
     for encoding in ENCODINGS {
         let good = sheet.ply(encoding, "");
         let text = String::from_utf8_lossy(&good).into_owned();
@@ -439,8 +439,13 @@ fn counts_that_lie() {
             ("element face 8", "element face 4000000000"),
             ("element face 8", "element face 9"),
         ] {
-            let at = text.find(right).expect("it is there");
-            let bytes = [&good[..at], wrong.as_bytes(), &good[at + right.len()..]].concat();
+            let position = text.find(right).expect("it is there");
+            let bytes = [
+                &good[..position],
+                wrong.as_bytes(),
+                &good[position + right.len()..],
+            ]
+            .concat();
             assert!(read(&bytes).is_err(), "{encoding}: {wrong}");
         }
         let fewer = read(&[&good[..], b" 7 7"].concat()).expect("a mesh");
@@ -484,7 +489,7 @@ fn counts_that_lie() {
 /// warning.
 #[test]
 fn odd_faces() {
-    let mut sheet = Written::sheet(2);
+    let mut sheet = PolygonMesh::sheet(2);
     sheet.faces.extend([vec![0, 0, 0], vec![0, 1, 2]]);
     for bad in [0.0, f32::NAN, f32::INFINITY, -1e38] {
         sheet.positions[0][1] = bad;

@@ -5,16 +5,16 @@ use raywright_core::scene::{Colour, ColourInput, LightKind, Model, Physical, Pro
 use raywright_io::{ErrorKind, Loaded};
 use serde_json::json;
 
-use crate::keyed::Made;
+use crate::keyed::KeyedTriangle;
 
 /// Adds an animation of one channel with a pointer, with keys at 1 and 3 seconds.
 fn pointing(
-    mut made: Made,
+    mut made: KeyedTriangle,
     pointer: &str,
     kind: &str,
     interpolation: &str,
     values: &[f32],
-) -> Made {
+) -> KeyedTriangle {
     let input = made.accessor("SCALAR", &[1.0, 3.0]);
     let output = made.accessor(kind, values);
     let target = json!({ "path": "pointer", "extensions": { "KHR_animation_pointer": { "pointer": pointer } } });
@@ -27,8 +27,9 @@ fn pointing(
     })
 }
 
-fn loaded(made: &Made, at: Option<f64>) -> Loaded {
-    made.asked(None, None, at).unwrap_or_else(|e| panic!("{e}"))
+fn loaded(made: &KeyedTriangle, at: Option<f64>) -> Loaded {
+    made.load_with(None, None, at)
+        .unwrap_or_else(|e| panic!("{e}"))
 }
 
 fn material(loaded: &Loaded) -> &Physical {
@@ -40,8 +41,8 @@ fn material(loaded: &Loaded) -> &Physical {
 
 /// The small model with a light and a camera on the node of its mesh, below a node that may hide
 /// them.
-fn carried(visible: [bool; 2]) -> Made {
-    Made::new().with(|d| {
+fn carried(visible: [bool; 2]) -> KeyedTriangle {
+    KeyedTriangle::new().with(|d| {
         d["extensions"]["KHR_lights_punctual"] =
             json!({ "lights": [{ "type": "spot", "intensity": 5, "spot": { "outerConeAngle": 0.5 } }] });
         d["cameras"] = json!([{ "type": "perspective", "perspective": { "yfov": 0.5, "znear": 0.1 } },
@@ -72,8 +73,8 @@ fn hidden_nodes_hide_what_hangs_on_them() {
             "{visible:?}"
         );
     }
-    let silent =
-        Made::new().with(|d| d["nodes"][0]["extensions"] = json!({ "KHR_node_visibility": {} }));
+    let silent = KeyedTriangle::new()
+        .with(|d| d["nodes"][0]["extensions"] = json!({ "KHR_node_visibility": {} }));
     assert_eq!(
         loaded(&silent, None).scene.objects.len(),
         1,
@@ -111,18 +112,18 @@ fn properties_have_their_value_at_a_time() {
         let made = pointing(carried([true; 2]), pointer, "SCALAR", "LINEAR", &values);
         let rest = read(&loaded(&carried([true; 2]), None));
         assert_eq!(read(&loaded(&made, None)), rest, "{pointer} at rest");
-        let found = loaded(&made, Some(2.0));
+        let found_loaded = loaded(&made, Some(2.0));
         assert!(
-            found
+            found_loaded
                 .warnings
                 .iter()
                 .all(|warning| !warning.message.contains("ignored")),
             "{:?}",
-            found.warnings
+            found_loaded.warnings
         );
         let [first, mean] = [values[0], 0.5 * (values[0] + values[1])].map(f64::from);
         assert!(
-            (read(&found) - mean).abs() < 1e-6
+            (read(&found_loaded) - mean).abs() < 1e-6
                 && (read(&loaded(&made, Some(0.0))) - first).abs() < 1e-6,
             "{pointer}"
         );
@@ -161,7 +162,7 @@ fn properties_have_their_value_at_a_time() {
     );
     let colours = [1.0, 0.5, 0.25, 1.0, 0.0, 0.5, 0.75, 1.0];
     let painted = pointing(
-        Made::new(),
+        KeyedTriangle::new(),
         "/materials/0/pbrMetallicRoughness/baseColorFactor",
         "VEC4",
         "LINEAR",
@@ -175,7 +176,7 @@ fn properties_have_their_value_at_a_time() {
     // seconds times the difference of the tangents is added.
     let spline = [0.0, 0.25, 0.5, 0.0, 0.75, 0.0].map(|x| [x; 3]).concat();
     let glowing = pointing(
-        Made::new(),
+        KeyedTriangle::new(),
         "/materials/0/emissiveFactor",
         "VEC3",
         "CUBICSPLINE",
@@ -186,16 +187,26 @@ fn properties_have_their_value_at_a_time() {
         Colour([0.5 + 2.0 / 8.0 * 0.5; 3]).into()
     );
     let moved = pointing(
-        Made::new(),
+        KeyedTriangle::new(),
         "/nodes/1/translation",
         "VEC3",
         "LINEAR",
         &[2.0, 0.0, 0.0, 4.0, 0.0, 0.0],
     );
-    assert_eq!(moved.at(2.0).translation.to_array(), [3.0, 0.0, 5.0]);
+    assert_eq!(
+        moved.transform_at(2.0).translation.to_array(),
+        [3.0, 0.0, 5.0]
+    );
     let offset = "/materials/0/pbrMetallicRoughness/baseColorTexture/extensions/KHR_texture_transform/offset";
     let dot = "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAAAA6fptVAAAACklEQVR4nGNoAAAAggCBd81ytgAAAABJRU5ErkJggg==";
-    let slid = pointing(Made::new(), offset, "VEC2", "LINEAR", &[0.0, 0.5, 1.0, 0.0]).with(|d| {
+    let slid = pointing(
+        KeyedTriangle::new(),
+        offset,
+        "VEC2",
+        "LINEAR",
+        &[0.0, 0.5, 1.0, 0.0],
+    )
+    .with(|d| {
         d["images"] = json!([{ "uri": dot }]);
         d["textures"] = json!([{ "source": 0 }]);
         d["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"] =
@@ -246,47 +257,56 @@ fn other_pointers_are_named() {
         } else {
             vec![0.0; 2]
         };
-        let found = loaded(
+        let found_loaded = loaded(
             &pointing(carried([true; 2]), pointer, kind, "LINEAR", &values),
             Some(2.0),
         );
         assert!(
-            found
+            found_loaded
                 .warnings
                 .iter()
                 .any(|warning| warning.message.contains(words)),
             "{words}: {:?}",
-            found.warnings
+            found_loaded.warnings
         );
         assert_eq!(
-            (found.scene.objects.len(), found.scene.lights.len()),
+            (
+                found_loaded.scene.objects.len(),
+                found_loaded.scene.lights.len()
+            ),
             (1, 1)
         );
     }
     let metallic = "/materials/0/pbrMetallicRoughness/metallicFactor";
     let twice = pointing(
-        pointing(Made::new(), metallic, "SCALAR", "LINEAR", &[0.5, 0.5]),
+        pointing(
+            KeyedTriangle::new(),
+            metallic,
+            "SCALAR",
+            "LINEAR",
+            &[0.5, 0.5],
+        ),
         metallic,
         "SCALAR",
         "LINEAR",
         &[0.0, 0.0],
     );
-    let found = loaded(&twice, Some(2.0));
-    assert_eq!(material(&found).metallic, 0.5.into());
+    let found_loaded = loaded(&twice, Some(2.0));
+    assert_eq!(material(&found_loaded).metallic, 0.5.into());
     assert!(
-        found.warnings.iter().any(|warning| warning
+        found_loaded.warnings.iter().any(|warning| warning
             .message
             .contains("several animations move `/materials")),
         "{:?}",
-        found.warnings
+        found_loaded.warnings
     );
     for (values, kind) in [
         (vec![0.0; 3], "SCALAR"),
         (vec![0.0; 6], "VEC3"),
         (vec![0.0, f32::NAN], "SCALAR"),
     ] {
-        let error = pointing(Made::new(), metallic, kind, "LINEAR", &values)
-            .asked(None, None, Some(2.0))
+        let error = pointing(KeyedTriangle::new(), metallic, kind, "LINEAR", &values)
+            .load_with(None, None, Some(2.0))
             .expect_err("no such keys");
         assert!(
             error.kind() == ErrorKind::Input

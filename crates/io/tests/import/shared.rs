@@ -96,7 +96,7 @@ pub fn world_triangles(loaded: &Loaded, object: &Object) -> (Vec<[DVec3; 3]>, Ve
     let data = mesh_of(loaded, object);
     let (m, t) = transform(object);
     let cofactors = m.inverse().transpose();
-    let point = |i: u32| m * data.positions.at(i as usize) + t;
+    let point = |i: u32| m * data.positions.position(i as usize) + t;
     let normal =
         |i: u32| (cofactors * Vec3::from_array(data.normals[i as usize]).as_dvec3()).normalize();
     let points = data

@@ -4,7 +4,7 @@ use raywright_core::scene::{MeshData, Model};
 use raywright_io::{Error, ErrorKind, Input, Limits, LoadOptions, Loaded};
 
 use crate::shared::{check_sound, mesh_of, triangle_count};
-use crate::written::Written;
+use crate::written::PolygonMesh;
 
 fn with(bytes: &[u8], limits: Limits) -> Result<Loaded, Error> {
     let folder = tempfile::tempdir().expect("a folder");
@@ -34,7 +34,7 @@ fn mesh(loaded: &Loaded) -> &MeshData {
 #[test]
 fn facets_are_triangles() {
     for (n, triangles) in [(0, 0), (1, 2), (224, 100_352)] {
-        let sheet = Written::sheet(n);
+        let sheet = PolygonMesh::sheet(n);
         let solid = sheet.stl(
             &format!("{:80}", "solid of words, and binary all the same"),
             |_| 0,
@@ -112,7 +112,7 @@ fn words_are_read_as_they_are_written() {
 /// Protects: an invalid file is refused with line or number and cause.
 #[test]
 fn errors_name_place_and_cause() {
-    let cut = Written::sheet(2).stl("", |_| 0);
+    let cut = PolygonMesh::sheet(2).stl("", |_| 0);
     let cases: [(&[u8], &str); 10] = [
         (
             b"solid\nfacet normal 0 0 1\nouter loop\nvertex 0 zero 0\n",
@@ -157,7 +157,7 @@ fn errors_name_place_and_cause() {
 /// truncated file, a smaller one as excess bytes.
 #[test]
 fn counts_that_lie() {
-    let mut bytes = Written::sheet(2).stl("", |_| 0);
+    let mut bytes = PolygonMesh::sheet(2).stl("", |_| 0);
     for (count, refused) in [
         (u32::MAX, true),
         (9, true),
@@ -182,7 +182,7 @@ fn counts_that_lie() {
             }
         }
     }
-    let whole = Written::sheet(2).stl("", |_| 0);
+    let whole = PolygonMesh::sheet(2).stl("", |_| 0);
     for limits in [
         Limits {
             triangles: 7,
@@ -193,7 +193,7 @@ fn counts_that_lie() {
             ..Limits::default()
         },
     ] {
-        for bytes in [&whole, &Written::sheet(2).stl_text()] {
+        for bytes in [&whole, &PolygonMesh::sheet(2).stl_text()] {
             assert_eq!(
                 with(bytes, limits).expect_err("too many").kind(),
                 ErrorKind::Limit
@@ -229,7 +229,7 @@ fn huge_loops_are_counted() {
 /// warning, in both kinds.
 #[test]
 fn odd_facets() {
-    let mut sheet = Written::sheet(2);
+    let mut sheet = PolygonMesh::sheet(2);
     sheet.faces.push(vec![0, 0, 0]);
     sheet.faces.push(vec![0, 1, 2]);
     for bytes in [sheet.stl("", |_| 0), sheet.stl_text()] {
@@ -257,12 +257,12 @@ fn odd_facets() {
 #[test]
 fn colours_of_both_dialects() {
     let facets = vec![[31, 0, 8], [0, 31, 0]];
-    let sheet = Written {
+    let sheet = PolygonMesh {
         facets,
-        ..Written::sheet(1)
+        ..PolygonMesh::sheet(1)
     };
     let red = |colour: [u16; 3]| colour[0] == 31;
-    let of = |header: &str, attribute: &dyn Fn([u16; 3]) -> u16| {
+    let value_of = |header: &str, attribute: &dyn Fn([u16; 3]) -> u16| {
         let loaded = read(&sheet.stl(header, attribute)).expect("a mesh");
         mesh(&loaded)
             .colours
@@ -273,11 +273,11 @@ fn colours_of_both_dialects() {
     };
     // 8/31 in sRGB is 0.0542; codes 64 and 255 are 0.0513 and 1.
     assert_eq!(
-        of("", &|c| if red(c) { 0x8000 | 31 << 10 | 8 } else { 77 }),
+        value_of("", &|c| if red(c) { 0x8000 | 31 << 10 | 8 } else { 77 }),
         [[10_000, 0, 542, 10_000], [10_000; 4]]
     );
     assert_eq!(
-        of("COLOR=\u{0}@\u{7f}\u{0}", &|c| if red(c) {
+        value_of("COLOR=\u{0}@\u{7f}\u{0}", &|c| if red(c) {
             8 << 10 | 31
         } else {
             0x8000
@@ -285,12 +285,12 @@ fn colours_of_both_dialects() {
         [10_000, 0, 542, 10_000]
     );
     assert_eq!(
-        of("x COLOR=\u{0}@\u{0}\u{0}", &|c| if red(c) {
+        value_of("x COLOR=\u{0}@\u{0}\u{0}", &|c| if red(c) {
             0
         } else {
             0x8000
         })[1],
         [0, 513, 0, 10_000]
     );
-    assert!(of("", &|_| 0x7fff).is_empty());
+    assert!(value_of("", &|_| 0x7fff).is_empty());
 }

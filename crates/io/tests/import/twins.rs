@@ -4,7 +4,7 @@ use raywright_core::settings::Sampling;
 use raywright_core::{Settings, prepare};
 use raywright_io::{Error, Input, Limits, LoadOptions, Loaded, ModelOptions, Resolver, UpAxis};
 
-use crate::written::{ENCODINGS, Written};
+use crate::written::{ENCODINGS, PolygonMesh};
 
 /// Bits of a loaded file's picture.
 fn picture(loaded: &Loaded) -> Vec<[u32; 3]> {
@@ -12,7 +12,7 @@ fn picture(loaded: &Loaded) -> Vec<[u32; 3]> {
     let settings = Settings {
         size: [40, 30],
         sampling: Sampling::resolve(scene, Some(4)),
-        ..Settings::of(scene)
+        ..Settings::from_scene(scene)
     };
     let picture = prepare(scene, &settings, &())
         .expect("it can be rendered")
@@ -65,7 +65,7 @@ fn piped(bytes: &[u8]) -> Result<Loaded, Error> {
 }
 
 /// Asserts that all files have the same picture, and another file a different one.
-fn same(files: Vec<(&'static str, Vec<u8>)>, other: Option<&Written>) {
+fn same(files: Vec<(&'static str, Vec<u8>)>, other: Option<&PolygonMesh>) {
     let seen = |(name, bytes): &(&'static str, Vec<u8>)| {
         // STL has another default up axis.
         let loaded = from_turned_file(name, bytes, Some(UpAxis::Y));
@@ -87,7 +87,7 @@ fn same(files: Vec<(&'static str, Vec<u8>)>, other: Option<&Written>) {
 }
 
 /// The same mesh in OBJ and all three encodings of PLY.
-fn obj_and_ply(mesh: &Written, obj: &str, comment: &str) -> Vec<(&'static str, Vec<u8>)> {
+fn obj_and_ply(mesh: &PolygonMesh, obj: &str, comment: &str) -> Vec<(&'static str, Vec<u8>)> {
     let mut files = vec![("a.obj", [obj.as_bytes(), &mesh.obj()].concat())];
     files.extend(
         ENCODINGS
@@ -101,7 +101,7 @@ fn obj_and_ply(mesh: &Written, obj: &str, comment: &str) -> Vec<(&'static str, V
 /// concave and large, in OBJ and PLY.
 #[test]
 fn one_mesh_in_every_format() {
-    let sheet = Written::sheet(6);
+    let sheet = PolygonMesh::sheet(6);
     let mut files = obj_and_ply(&sheet, "", "");
     files.extend([
         ("a.stl", sheet.stl("", |_| 0)),
@@ -125,10 +125,10 @@ fn one_mesh_in_every_format() {
         ][i as usize];
         [x * out, y * out, 0.25 * x]
     };
-    let star = Written {
+    let star = PolygonMesh {
         positions: (0..8).map(corner).collect(),
         faces: vec![(0..8).collect(), vec![0, 2, 4, 6]],
-        ..Written::default()
+        ..PolygonMesh::default()
     };
     let mut files = obj_and_ply(&star, "", "");
     files.push(("words.stl", star.stl_text()));
@@ -139,14 +139,14 @@ fn one_mesh_in_every_format() {
 /// OBJ and PLY.
 #[test]
 fn attributes_in_both_formats() {
-    let sheet = Written::sheet(6);
+    let sheet = PolygonMesh::sheet(6);
     same(obj_and_ply(&sheet.clone().coloured(), "", ""), Some(&sheet));
     let normals = sheet
         .positions
         .iter()
         .map(|p| [p[0] - 0.75, 0.5, 1.0 - p[2]])
         .collect();
-    let shaded = Written {
+    let shaded = PolygonMesh {
         normals,
         ..sheet.clone()
     };
@@ -156,7 +156,7 @@ fn attributes_in_both_formats() {
         .iter()
         .map(|p| [p[0] * 2.0 + 0.125, p[1]])
         .collect();
-    let mapped = Written {
+    let mapped = PolygonMesh {
         uvs,
         ..sheet.clone()
     };
@@ -174,11 +174,11 @@ fn attributes_in_both_formats() {
 /// of PLY.
 #[test]
 fn facets_have_colours_of_their_own() {
-    let sheet = Written::sheet(4);
+    let sheet = PolygonMesh::sheet(4);
     let facets = (0..sheet.faces.len() as u16)
         .map(|i| [i * 7 % 32, i * 11 % 32, 31 - i % 32])
         .collect();
-    let coloured = Written {
+    let coloured = PolygonMesh {
         facets,
         ..sheet.clone()
     };
@@ -203,15 +203,15 @@ fn facets_have_colours_of_their_own() {
 /// files that it names are not read, with a message.
 #[test]
 fn pipes_bring_what_files_bring() {
-    let sheet = Written::sheet(3).coloured();
-    let plain = Written {
+    let sheet = PolygonMesh::sheet(3).coloured();
+    let plain = PolygonMesh {
         colours: Vec::new(),
         ..sheet.clone()
     };
     let folder = tempfile::tempdir().expect("a folder");
-    let [_, glb, _] = crate::made::models(folder.path());
+    let [_, glb, _] = crate::built::models(folder.path());
     let glb = std::fs::read(glb).expect("just written");
-    let gltf = std::fs::read(crate::keyed::Made::new().write()).expect("just written");
+    let gltf = std::fs::read(crate::keyed::KeyedTriangle::new().write()).expect("just written");
     let toml = "# a scene\n\nformat = 1\n[[materials]]\nname = \"m\"\nmodel.physical = {}\n[[objects]]\nshape.sphere = { centre = [0, 0, 0], \
         radius = 1 }\nmaterial = \"m\"\n";
     let json = r#" { "format": 1, "materials": [{ "name": "m", "model": { "physical": {} } }],
@@ -281,9 +281,9 @@ fn pipes_bring_what_files_bring() {
 /// requested, and oversized files are refused.
 #[test]
 fn files_in_memory_are_files() {
-    let plain = Written {
+    let plain = PolygonMesh {
         colours: Vec::new(),
-        ..Written::sheet(3).coloured()
+        ..PolygonMesh::sheet(3).coloured()
     };
     let of_library = |library: &str| {
         [
@@ -317,11 +317,11 @@ fn files_in_memory_are_files() {
     }
     let on_disk = crate::shared::load(&folder.path().join("a.scene.json"));
 
-    let wanted = std::sync::Arc::new(std::sync::Mutex::new(Vec::new()));
+    let expected = std::sync::Arc::new(std::sync::Mutex::new(Vec::new()));
     let load = |name: &str, bytes: &[u8], limits: Limits| {
-        let (files, wanted) = (files.clone(), wanted.clone());
+        let (files, expected) = (files.clone(), expected.clone());
         let resolver = Resolver::new(move |name| {
-            wanted.lock().expect("no panic").push(name.to_owned());
+            expected.lock().expect("no panic").push(name.to_owned());
             let found = files.iter().find(|(known, _)| *known == name);
             found
                 .map(|(_, bytes)| bytes.clone())
@@ -350,7 +350,7 @@ fn files_in_memory_are_files() {
     assert!(picture(&on_disk) == picture(&in_memory));
     assert_eq!(on_disk.hash, in_memory.hash);
     assert_eq!(
-        wanted.lock().expect("no panic").split_off(0),
+        expected.lock().expect("no panic").split_off(0),
         ["sub/a.obj", "sub/lib/m.mtl", "sub/maps/x.png"]
     );
 
@@ -364,7 +364,10 @@ fn files_in_memory_are_files() {
             .warnings;
         assert!(warnings[0].message.contains(words), "{warnings:?}");
     }
-    assert!(wanted.lock().expect("no panic").is_empty(), "{wanted:?}");
+    assert!(
+        expected.lock().expect("no panic").is_empty(),
+        "{expected:?}"
+    );
     let warnings = load("a.obj", &of_library("n.mtl"), Limits::default())
         .expect("a model")
         .warnings;

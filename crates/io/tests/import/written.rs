@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 /// A mesh of polygons.
 #[derive(Clone, Default)]
-pub struct Written {
+pub struct PolygonMesh {
     pub positions: Vec<[f32; 3]>,
     pub faces: Vec<Vec<u32>>,
     /// Normals of vertices; empty: not written.
@@ -18,7 +18,7 @@ pub struct Written {
 /// Encodings of PLY.
 pub const ENCODINGS: [&str; 3] = ["ascii", "binary_little_endian", "binary_big_endian"];
 
-impl Written {
+impl PolygonMesh {
     /// A bumpy sheet of n × n squares, each of two triangles, with coordinates that few decimal
     /// digits represent exactly.
     pub fn sheet(n: u32) -> Self {
@@ -225,11 +225,11 @@ pub fn models(folder: &Path) -> Vec<PathBuf> {
         [0, 31, 0],
         [5, 5, 5],
     ];
-    let sheet = Written {
+    let sheet = PolygonMesh {
         facets,
-        ..Written::sheet(2).coloured()
+        ..PolygonMesh::sheet(2).coloured()
     };
-    let plain = Written {
+    let plain = PolygonMesh {
         facets: Vec::new(),
         ..sheet.clone()
     };

@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 
 use super::{PATIENCE, SCENE, Viewer, hash_of};
 use crate::cli::page::{CONTRAST, browser};
-use crate::support::{Desk, shared};
+use crate::support::{Sandbox, shared};
 
 /// A browser with one page.
 struct Browser {
@@ -19,19 +19,19 @@ struct Browser {
     input: ChildStdin,
     output: BufReader<ChildStdout>,
     session: Value,
-    asked: u64,
+    requested: u64,
 }
 
 impl Browser {
     /// Opens a URL; `None` without a browser.
-    fn open(desk: &Desk, address: &str) -> Option<Self> {
+    fn open(sandbox: &Sandbox, address: &str) -> Option<Self> {
         let Some(program) = browser() else {
             eprintln!("skipped: no Chromium");
             return None;
         };
         let flags = "--headless --no-sandbox --disable-gpu --disable-quic --no-first-run --disable-background-networking --disable-sync \
                      --disable-component-update --remote-debugging-pipe";
-        let profile = desk.path("profile");
+        let profile = sandbox.path("profile");
         // The browser reads commands from file descriptor 3 and writes results to 4.
         let line = format!(
             "exec \"$0\" {flags} \"--user-data-dir=$1\" 3<&0 4>&1 </dev/null >/dev/null 2>&1"
@@ -56,7 +56,7 @@ impl Browser {
             input,
             output,
             session: Value::Null,
-            asked: 0,
+            requested: 0,
         };
         let target =
             browser.call("Target.createTarget", json!({ "url": address }))["targetId"].clone();
@@ -71,15 +71,15 @@ impl Browser {
 
     /// Calls a method and returns its result.
     fn call(&mut self, method: &str, parameters: Value) -> Value {
-        let answer = self.ask(method, parameters);
-        assert_eq!(answer["error"], Value::Null, "{method}");
-        answer["result"].clone()
+        let response = self.ask(method, parameters);
+        assert_eq!(response["error"], Value::Null, "{method}");
+        response["result"].clone()
     }
 
     /// Calls a method and returns its response, a result or an error.
     fn ask(&mut self, method: &str, parameters: Value) -> Value {
-        self.asked += 1;
-        let mut message = json!({ "id": self.asked, "method": method, "params": parameters });
+        self.requested += 1;
+        let mut message = json!({ "id": self.requested, "method": method, "params": parameters });
         if self.session != Value::Null {
             message["sessionId"] = self.session.clone();
         }
@@ -87,26 +87,26 @@ impl Browser {
             .write_all(format!("{message}\0").as_bytes())
             .expect("the browser listens");
         loop {
-            let mut answer = Vec::new();
+            let mut response = Vec::new();
             self.output
-                .read_until(0, &mut answer)
+                .read_until(0, &mut response)
                 .expect("the browser answers");
-            let answer: Value =
-                serde_json::from_slice(answer.strip_suffix(b"\0").unwrap_or(&answer))
+            let response: Value =
+                serde_json::from_slice(response.strip_suffix(b"\0").unwrap_or(&response))
                     .expect("JSON");
-            if answer["id"] == self.asked {
-                return answer;
+            if response["id"] == self.requested {
+                return response;
             }
         }
     }
 
     /// Evaluates an expression in the page.
     fn eval(&mut self, expression: &str) -> Value {
-        let asked =
+        let requested =
             json!({ "expression": expression, "awaitPromise": true, "returnByValue": true });
-        let answer = self.call("Runtime.evaluate", asked);
-        assert_eq!(answer["exceptionDetails"], Value::Null, "{expression}");
-        answer["result"]["value"].clone()
+        let response = self.call("Runtime.evaluate", requested);
+        assert_eq!(response["exceptionDetails"], Value::Null, "{expression}");
+        response["result"]["value"].clone()
     }
 
     /// Waits until an expression in the page is true, and until a page exists at all.
@@ -196,8 +196,8 @@ impl Drop for Browser {
 /// the program.
 #[test]
 fn the_page_shows_and_turns() {
-    let desk = Desk::new();
-    desk.write("room.scene.toml", SCENE);
+    let sandbox = Sandbox::new();
+    sandbox.write("room.scene.toml", SCENE);
     let words = [
         "room.scene.toml",
         "--spp",
@@ -207,8 +207,8 @@ fn the_page_shows_and_turns() {
         "--linger",
         "1s",
     ];
-    let mut viewer = Viewer::start(&desk, &words);
-    let Some(mut page) = Browser::open(&desk, &viewer.address()) else {
+    let mut viewer = Viewer::start(&sandbox, &words);
+    let Some(mut page) = Browser::open(&sandbox, &viewer.address()) else {
         return;
     };
     page.until("document.body?.dataset.picture > 0");
@@ -238,7 +238,7 @@ fn the_page_shows_and_turns() {
             .to_owned()
     };
     let own = command(&mut page);
-    assert_eq!(hash(&mut page), hash_of(&desk, &own));
+    assert_eq!(hash(&mut page), hash_of(&sandbox, &own));
 
     page.mouse("mousePressed", [300.0, 300.0]);
     for step in 1..=8 {
@@ -254,7 +254,7 @@ fn the_page_shows_and_turns() {
     page.until("document.getElementById('command').textContent.includes('--eye')");
     page.until("document.body.dataset.phase === 'done'");
     let turned = command(&mut page);
-    assert_eq!(hash(&mut page), hash_of(&desk, &turned));
+    assert_eq!(hash(&mut page), hash_of(&sandbox, &turned));
     page.key("ArrowLeft");
     let command_is_not = |other: &str| {
         format!(
@@ -301,10 +301,10 @@ const QUESTIONS: &str = r"(() => {
 /// of the file is shown over the picture, as escaped text.
 #[test]
 fn the_page_fits_everyone() {
-    let desk = Desk::new();
-    desk.write("room.scene.toml", SCENE);
-    let viewer = Viewer::start(&desk, &["room.scene.toml", "--spp", "64", "--watch"]);
-    let Some(mut page) = Browser::open(&desk, &viewer.address()) else {
+    let sandbox = Sandbox::new();
+    sandbox.write("room.scene.toml", SCENE);
+    let viewer = Viewer::start(&sandbox, &["room.scene.toml", "--spp", "64", "--watch"]);
+    let Some(mut page) = Browser::open(&sandbox, &viewer.address()) else {
         return;
     };
     page.until("document.body?.dataset.phase === 'done'");
@@ -324,7 +324,7 @@ fn the_page_fits_everyone() {
         );
         page.shoot(&format!("{scheme}-{width}"));
     }
-    desk.write(
+    sandbox.write(
         "room.scene.toml",
         SCENE.replace(
             "name = \"own\"",
@@ -351,7 +351,7 @@ fn each_view_has_a_picture() {
     let Some(duck) = shared("assets/gltf/Duck/Duck.glb") else {
         return;
     };
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     let name = duck.to_string_lossy().into_owned();
     for (scene, size) in [
         (name.as_str(), "1280x720"),
@@ -362,9 +362,9 @@ fn each_view_has_a_picture() {
             continue;
         }
         let began = Instant::now();
-        let viewer = Viewer::start(&desk, &[scene, "--size", size]);
+        let viewer = Viewer::start(&sandbox, &[scene, "--size", size]);
         let sketched = began.elapsed().as_millis();
-        let Some(mut page) = Browser::open(&desk, &viewer.address()) else {
+        let Some(mut page) = Browser::open(&sandbox, &viewer.address()) else {
             return;
         };
         page.until("document.body?.dataset.picture > 0");

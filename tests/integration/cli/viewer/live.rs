@@ -3,17 +3,17 @@
 use serde_json::{Value, json};
 
 use super::{SCENE, Viewer, hash_of};
-use crate::support::Desk;
+use crate::support::Sandbox;
 
 /// Protects: the finished picture is that of the displayed command, to the bit, after any sequence
 /// of rotations, switches and settings; another view gives another picture, and the return gives
 /// the first.
 #[test]
 fn what_is_seen_is_a_command() {
-    let desk = Desk::new();
-    desk.write("a room.scene.toml", SCENE);
+    let sandbox = Sandbox::new();
+    sandbox.write("a room.scene.toml", SCENE);
     let viewer = Viewer::start(
-        &desk,
+        &sandbox,
         &["a room.scene.toml", "--spp", "32", "--set", "height=0.1"],
     );
     let of = |status: &Value| {
@@ -30,7 +30,7 @@ fn what_is_seen_is_a_command() {
     );
     let mut hashes = vec![of(&first)];
     let turned = json!(["eye", "-2,1.5,2.5"]);
-    for (added, said) in [
+    for (added, message) in [
         (
             json!([["eye", "-2,1.5,2.5"], ["target", "0,0.4,0"]]),
             "turned",
@@ -57,13 +57,13 @@ fn what_is_seen_is_a_command() {
         assert!(
             status["said"]
                 .as_str()
-                .is_some_and(|text| text.contains(said)),
-            "{said}: {}",
+                .is_some_and(|text| text.contains(message)),
+            "{message}: {}",
             status["said"]
         );
         assert_eq!(
             of(&status),
-            hash_of(&desk, status["command"].as_str().expect("a command")),
+            hash_of(&sandbox, status["command"].as_str().expect("a command")),
             "{}",
             status["command"]
         );
@@ -73,7 +73,7 @@ fn what_is_seen_is_a_command() {
     assert_eq!(of(&back), hashes[0]);
     assert_eq!(
         of(&back),
-        hash_of(&desk, back["command"].as_str().expect("a command"))
+        hash_of(&sandbox, back["command"].as_str().expect("a command"))
     );
     let count = hashes.len();
     hashes.sort();
@@ -86,9 +86,9 @@ fn what_is_seen_is_a_command() {
 /// without further samples.
 #[test]
 fn the_interval_closes() {
-    let desk = Desk::new();
-    desk.write("room.scene.toml", SCENE);
-    let viewer = Viewer::start(&desk, &["room.scene.toml", "--spp", "1024"]);
+    let sandbox = Sandbox::new();
+    sandbox.write("room.scene.toml", SCENE);
+    let viewer = Viewer::start(&sandbox, &["room.scene.toml", "--spp", "1024"]);
     let status = viewer.until("the end", |status| status["phase"] == "done");
     let history: Vec<Vec<f64>> =
         serde_json::from_value(status["progress"]["history"].clone()).expect("stages");
@@ -149,12 +149,12 @@ fn the_interval_closes() {
 /// file is shown with its position over the last picture, and disappears once the file is valid.
 #[test]
 fn changes_on_disk_are_seen() {
-    let desk = Desk::new();
-    desk.write("room.scene.toml", SCENE);
-    let viewer = Viewer::start(&desk, &["room.scene.toml", "--watch", "--spp", "8"]);
+    let sandbox = Sandbox::new();
+    sandbox.write("room.scene.toml", SCENE);
+    let viewer = Viewer::start(&sandbox, &["room.scene.toml", "--watch", "--spp", "8"]);
     let flags = json!([["spp", "8"], ["eye", "1,2,3"], ["target", "0,0,0"]]);
     let first = viewer.finished(&flags);
-    desk.write(
+    sandbox.write(
         "room.scene.toml",
         SCENE.replace("radius = 0.5", "radius = 0.55"),
     );
@@ -166,9 +166,9 @@ fn changes_on_disk_are_seen() {
     assert_eq!(second["flags"], flags);
     assert_eq!(
         second["progress"]["hash"],
-        hash_of(&desk, second["command"].as_str().expect("a command"))
+        hash_of(&sandbox, second["command"].as_str().expect("a command"))
     );
-    desk.write(
+    sandbox.write(
         "room.scene.toml",
         SCENE.replace("radius = 0.5", "radios = 0.5"),
     );
@@ -183,7 +183,7 @@ fn changes_on_disk_are_seen() {
         64 * 48 * 4,
         "the last picture stays"
     );
-    desk.write("room.scene.toml", SCENE);
+    sandbox.write("room.scene.toml", SCENE);
     let right = viewer.until("the first picture", |status| status["phase"] == "done");
     assert_eq!(right["progress"]["hash"], first["progress"]["hash"]);
 }
@@ -192,9 +192,12 @@ fn changes_on_disk_are_seen() {
 /// any page waits.
 #[test]
 fn closing_ends_the_program() {
-    let desk = Desk::new();
-    desk.write("room.scene.toml", SCENE);
-    let mut viewer = Viewer::start(&desk, &["room.scene.toml", "--spp", "4", "--linger", "1s"]);
+    let sandbox = Sandbox::new();
+    sandbox.write("room.scene.toml", SCENE);
+    let mut viewer = Viewer::start(
+        &sandbox,
+        &["room.scene.toml", "--spp", "4", "--linger", "1s"],
+    );
     std::thread::sleep(std::time::Duration::from_millis(1500));
     assert!(
         viewer.child.try_wait().expect("a child").is_none(),
@@ -202,5 +205,5 @@ fn closing_ends_the_program() {
     );
     assert_eq!(viewer.get("status?after=0").status, 200);
     assert!(viewer.end().success());
-    assert_eq!(desk.names(), ["room.scene.toml"]);
+    assert_eq!(sandbox.names(), ["room.scene.toml"]);
 }

@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
 
-use crate::support::Desk;
+use crate::support::Sandbox;
 
 /// A room with a lamp, whose light is sampled randomly, and a ball that a parameter lifts and time
 /// rotates.
@@ -60,13 +60,13 @@ struct Viewer {
 }
 
 /// A response.
-struct Answer {
+struct HttpAnswer {
     status: u16,
     head: String,
     body: Vec<u8>,
 }
 
-impl Answer {
+impl HttpAnswer {
     fn text(&self) -> String {
         String::from_utf8_lossy(&self.body).into_owned()
     }
@@ -79,9 +79,9 @@ impl Answer {
 
 impl Viewer {
     /// Starts the program with these flags, and waits for its address.
-    fn start(desk: &Desk, words: &[&str]) -> Self {
+    fn start(sandbox: &Sandbox, words: &[&str]) -> Self {
         let words = [&["view", "--no-open", "-q"], words].concat();
-        let mut child = desk
+        let mut child = sandbox
             .command(&words)
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
@@ -96,14 +96,14 @@ impl Viewer {
             .strip_prefix("http://")
             .and_then(|rest| rest.split_once('/'))
         else {
-            let mut said = String::new();
+            let mut message = String::new();
             child
                 .stderr
                 .take()
                 .expect("a pipe")
-                .read_to_string(&mut said)
+                .read_to_string(&mut message)
                 .expect("text");
-            panic!("no address: {address:?}\n{said}")
+            panic!("no address: {address:?}\n{message}")
         };
         Self {
             host: host.to_owned(),
@@ -117,27 +117,27 @@ impl Viewer {
     }
 
     /// Sends arbitrary bytes and returns the response.
-    fn send(&self, bytes: &[u8]) -> Option<Answer> {
+    fn send(&self, bytes: &[u8]) -> Option<HttpAnswer> {
         let mut stream = TcpStream::connect(&self.host).expect("the program listens");
         stream.set_read_timeout(Some(PATIENCE)).expect("a time");
         // A refusing server may close the connection before it has read everything.
         let _ = stream
             .write_all(bytes)
             .and_then(|()| stream.shutdown(Shutdown::Write));
-        let mut answer = Vec::new();
-        let _ = stream.read_to_end(&mut answer);
-        let end = answer.windows(4).position(|four| four == b"\r\n\r\n")?;
-        let head = String::from_utf8_lossy(&answer[..end]).into_owned();
+        let mut response = Vec::new();
+        let _ = stream.read_to_end(&mut response);
+        let end = response.windows(4).position(|four| four == b"\r\n\r\n")?;
+        let head = String::from_utf8_lossy(&response[..end]).into_owned();
         let status = head.split_whitespace().nth(1)?.parse().ok()?;
-        Some(Answer {
+        Some(HttpAnswer {
             status,
             head,
-            body: answer[end + 4..].to_vec(),
+            body: response[end + 4..].to_vec(),
         })
     }
 
     /// Sends a request with these headers and returns the response.
-    fn ask(&self, method: &str, path: &str, headers: &[(&str, &str)], body: &str) -> Answer {
+    fn ask(&self, method: &str, path: &str, headers: &[(&str, &str)], body: &str) -> HttpAnswer {
         let host = ("Host", self.host.as_str());
         let own = if headers.iter().any(|(name, _)| *name == "Host") {
             None
@@ -156,38 +156,38 @@ impl Viewer {
         self.send(request.as_bytes()).expect("an answer")
     }
 
-    fn get(&self, what: &str) -> Answer {
-        self.ask("GET", &format!("/{}/{what}", self.token), &[], "")
+    fn get(&self, label: &str) -> HttpAnswer {
+        self.ask("GET", &format!("/{}/{label}", self.token), &[], "")
     }
 
-    fn post(&self, what: &str, body: &Value) -> Answer {
+    fn post(&self, label: &str, body: &Value) -> HttpAnswer {
         let origin = format!("http://{}", self.host);
         self.ask(
             "POST",
-            &format!("/{}/{what}", self.token),
+            &format!("/{}/{label}", self.token),
             &[("Origin", &origin)],
             &body.to_string(),
         )
     }
 
     /// Waits for the first status that satisfies a condition.
-    fn until(&self, what: &str, is_wanted: impl Fn(&Value) -> bool) -> Value {
-        let (began, mut told) = (Instant::now(), 0);
+    fn until(&self, label: &str, is_wanted: impl Fn(&Value) -> bool) -> Value {
+        let (began, mut reported) = (Instant::now(), 0);
         loop {
-            let status = self.get(&format!("status?after={told}")).json();
+            let status = self.get(&format!("status?after={reported}")).json();
             if is_wanted(&status) {
                 return status;
             }
-            told = status["told"].as_u64().expect("a number");
-            assert!(began.elapsed() < PATIENCE, "{what} did not come: {status}");
+            reported = status["told"].as_u64().expect("a number");
+            assert!(began.elapsed() < PATIENCE, "{label} did not come: {status}");
         }
     }
 
     /// Requests flags, and waits until their picture is finished.
     fn finished(&self, flags: &Value) -> Value {
-        let answer = self.post("wish", &json!({ "flags": flags }));
-        assert_eq!(answer.status, 200, "{}", answer.text());
-        let wish = answer.json()["wish"].clone();
+        let response = self.post("wish", &json!({ "flags": flags }));
+        assert_eq!(response.status, 200, "{}", response.text());
+        let wish = response.json()["wish"].clone();
         self.until("the picture", |status| {
             status["wish"] == wish && status["phase"] != "rendering"
         })
@@ -215,7 +215,7 @@ impl Drop for Viewer {
 }
 
 /// Output of `--hash` for a command, run by a shell as copied from the page.
-fn hash_of(desk: &Desk, command: &str) -> String {
+fn hash_of(sandbox: &Sandbox, command: &str) -> String {
     let rest = command.strip_prefix("raywright ").expect("a command");
     let line = format!(
         "'{}' {rest} --hash -q -o copied.exr",
@@ -223,7 +223,7 @@ fn hash_of(desk: &Desk, command: &str) -> String {
     );
     let run = Command::new("sh")
         .args(["-c", &line])
-        .current_dir(desk.path(""))
+        .current_dir(sandbox.path(""))
         .output()
         .expect("a shell");
     let text = String::from_utf8_lossy(&run.stdout);

@@ -5,19 +5,19 @@ use std::io::Read;
 use serde_json::json;
 
 use super::{SCENE, Viewer};
-use crate::support::Desk;
+use crate::support::Sandbox;
 
 /// Protects: only requests with the page's address on this machine are served: another token,
 /// another host and pages of other sites get nothing, and the page loads nothing from elsewhere.
 #[test]
 fn only_the_page_is_answered() {
-    let desk = Desk::new();
-    desk.write("room.scene.toml", SCENE);
-    let viewer = Viewer::start(&desk, &["room.scene.toml", "--spp", "4"]);
+    let sandbox = Sandbox::new();
+    sandbox.write("room.scene.toml", SCENE);
+    let viewer = Viewer::start(&sandbox, &["room.scene.toml", "--spp", "4"]);
     let (host, token) = (viewer.host.clone(), viewer.token.clone());
     assert!(host.starts_with("127.0.0.1:"), "{host}");
     let port = host.split_once(':').expect("a port").1;
-    let path = |what: &str| format!("/{token}/{what}");
+    let path = |label: &str| format!("/{token}/{label}");
     let ask = |method: &str, path: &str, headers: &[(&str, &str)], body: &str| {
         viewer.ask(method, path, headers, body).status
     };
@@ -133,17 +133,17 @@ fn only_the_page_is_answered() {
     assert_eq!(wish(json!([["output", "a.png"]])), 400);
     assert_eq!(wish(json!([["env", "/etc/passwd"]])), 400);
     assert_eq!(wish(json!([["spp", "4", "5"]])), 400);
-    assert_eq!(desk.names(), ["room.scene.toml"]);
+    assert_eq!(sandbox.names(), ["room.scene.toml"]);
 }
 
 /// Protects: a saved picture is that of the command, with its metadata, and replaces nothing
 /// without consent: neither another file, nor the scene, nor any file in another folder.
 #[test]
 fn saving_replaces_nothing() {
-    let desk = Desk::new();
-    desk.write("room.scene.toml", SCENE);
-    desk.write("mine.png", "mine");
-    let viewer = Viewer::start(&desk, &["room.scene.toml", "--spp", "16"]);
+    let sandbox = Sandbox::new();
+    sandbox.write("room.scene.toml", SCENE);
+    sandbox.write("mine.png", "mine");
+    let viewer = Viewer::start(&sandbox, &["room.scene.toml", "--spp", "16"]);
     let status = viewer.until("the end", |status| status["phase"] == "done");
     let save = |name: &str, replace: bool| {
         viewer.post("save", &json!({ "name": name, "replace": replace }))
@@ -170,38 +170,39 @@ fn saving_replaces_nothing() {
         assert_eq!(refused.status, 400, "{name}: {}", refused.text());
     }
     assert_eq!(
-        std::fs::read(desk.path("mine.png")).expect("a file"),
+        std::fs::read(sandbox.path("mine.png")).expect("a file"),
         b"mine"
     );
-    assert_eq!(desk.names(), ["mine.png", "room.scene.toml"]);
+    assert_eq!(sandbox.names(), ["mine.png", "room.scene.toml"]);
     assert_eq!(save("own.png", false).status, 200);
     assert_eq!(save("own.png", false).status, 409);
     assert_eq!(save("mine.png", true).status, 200);
     assert_eq!(save("own.exr", false).status, 200);
-    desk.run(&[
-        "render",
-        "room.scene.toml",
-        "--spp",
-        "16",
-        "-o",
-        "r.png",
-        "-o",
-        "r.exr",
-        "-q",
-    ])
-    .exits_with(0);
+    sandbox
+        .run(&[
+            "render",
+            "room.scene.toml",
+            "--spp",
+            "16",
+            "-o",
+            "r.png",
+            "-o",
+            "r.exr",
+            "-q",
+        ])
+        .exits_with(0);
     for (own, other) in [
         ("own.png", "r.png"),
         ("mine.png", "r.png"),
         ("own.exr", "r.exr"),
     ] {
-        assert_eq!(desk.picture(own), desk.picture(other), "{own}");
+        assert_eq!(sandbox.picture(own), sandbox.picture(other), "{own}");
     }
     let command = status["command"].as_str().expect("a command");
-    assert_eq!(desk.stored("own.png").metadata().command, command);
+    assert_eq!(sandbox.stored("own.png").metadata().command, command);
     #[cfg(unix)]
     {
-        std::os::unix::fs::symlink("mine.png", desk.path("link.png")).expect("a link");
+        std::os::unix::fs::symlink("mine.png", sandbox.path("link.png")).expect("a link");
         assert_eq!(save("link.png", true).status, 400);
     }
 }
@@ -211,16 +212,16 @@ fn saving_replaces_nothing() {
 /// insertion.
 #[test]
 fn what_is_no_request_does_nothing() {
-    let desk = Desk::new();
-    desk.write("room.scene.toml", SCENE);
-    let mut viewer = Viewer::start(&desk, &["room.scene.toml", "--spp", "4"]);
+    let sandbox = Sandbox::new();
+    sandbox.write("room.scene.toml", SCENE);
+    let mut viewer = Viewer::start(&sandbox, &["room.scene.toml", "--spp", "4"]);
     viewer.until("the end", |status| status["phase"] == "done");
     let mut state = 7_u64;
-    let mut draw = |most: usize| {
+    let mut draw = |maximum: usize| {
         state = state
             .wrapping_mul(6_364_136_223_846_793_005)
             .wrapping_add(1_442_695_040_888_963_407);
-        (state >> 33) as usize % most
+        (state >> 33) as usize % maximum
     };
     let body = r#"{ "name": "x.png", "replace": true }"#;
     let right = format!(
@@ -253,25 +254,25 @@ fn what_is_no_request_does_nothing() {
         // The server would wait for the claimed length of a longer request.
         let mut whole = bytes.clone();
         whole.extend_from_slice(b"\r\n\r\n");
-        if let Some(answer) = viewer.send(&whole) {
+        if let Some(response) = viewer.send(&whole) {
             assert!(
-                answer.status >= 400,
+                response.status >= 400,
                 "{}: {:?}",
-                answer.status,
+                response.status,
                 String::from_utf8_lossy(&bytes)
             );
         }
     }
     assert_eq!(viewer.get("page.js").status, 200);
-    assert_eq!(desk.names(), ["room.scene.toml"]);
+    assert_eq!(sandbox.names(), ["room.scene.toml"]);
     viewer.child.kill().expect("it runs");
-    let mut said = String::new();
+    let mut message = String::new();
     viewer
         .child
         .stderr
         .take()
         .expect("a pipe")
-        .read_to_string(&mut said)
+        .read_to_string(&mut message)
         .expect("text");
-    assert_eq!(said, "");
+    assert_eq!(message, "");
 }

@@ -9,7 +9,7 @@ use crate::aabb::half_area;
 use crate::binary::{Binary, BinaryNode};
 use crate::build::{LeafKind, LeafKindOf};
 use crate::bvh8::WIDTH;
-use crate::memory::filled;
+use crate::memory::huge_page_vec_of;
 
 /// Cost of testing a block, relative to a node. Measured: `../../../../benches/README.md`.
 const BLOCK: f32 = 1.1;
@@ -35,7 +35,7 @@ pub(super) struct Costs {
     /// Number of primitives of one leaf kind, up to `WIDTH`; greater if there are more, or if kinds
     /// are mixed.
     pub alike: u8,
-    pub company: LeafKind,
+    pub leaf_kind: LeafKind,
 }
 
 impl Costs {
@@ -44,7 +44,7 @@ impl Costs {
         pick: [AS_LEAF; WIDTH],
         leaves: 1,
         alike: u8::MAX,
-        company: LeafKind::None,
+        leaf_kind: LeafKind::None,
     };
 }
 
@@ -61,7 +61,7 @@ pub(super) fn shares(
 fn costs(
     binary: &Binary,
     node: &BinaryNode,
-    company: LeafKindOf<'_>,
+    leaf_kind: LeafKindOf<'_>,
     below: impl Fn(usize) -> Costs,
 ) -> Costs {
     let area = half_area(&node.bounds);
@@ -72,11 +72,11 @@ fn costs(
             area,
         );
     }
-    let company = company(binary.order[node.first as usize]);
+    let leaf_kind = leaf_kind(binary.order[node.first as usize]);
     leaf(
         area,
-        company,
-        if company == LeafKind::None {
+        leaf_kind,
+        if leaf_kind == LeafKind::None {
             u8::MAX
         } else {
             node.count as u8
@@ -84,21 +84,21 @@ fn costs(
     )
 }
 
-fn leaf(area: f32, company: LeafKind, alike: u8) -> Costs {
+fn leaf(area: f32, leaf_kind: LeafKind, alike: u8) -> Costs {
     let mut pick = [FEWER; WIDTH];
     pick[0] = AS_LEAF;
     Costs {
-        cost: [area * weight(company, alike); WIDTH],
+        cost: [area * weight(leaf_kind, alike); WIDTH],
         pick,
         leaves: 1,
         alike,
-        company,
+        leaf_kind,
     }
 }
 
 /// Cost of testing a leaf.
-pub(super) fn weight(company: LeafKind, count: u8) -> f32 {
-    match company {
+pub(super) fn weight(leaf_kind: LeafKind, count: u8) -> f32 {
+    match leaf_kind {
         LeafKind::Triangles => BLOCK,
         LeafKind::Spheres => ROW.min(SPHERE * f32::from(count)),
         LeafKind::None => OTHER,
@@ -106,13 +106,13 @@ pub(super) fn weight(company: LeafKind, count: u8) -> f32 {
 }
 
 fn inner(l: &Costs, r: &Costs, area: f32) -> Costs {
-    let alike = if l.company == r.company {
+    let alike = if l.leaf_kind == r.leaf_kind {
         l.alike.saturating_add(r.alike)
     } else {
         u8::MAX
     };
-    if usize::from(alike) <= l.company.shared() {
-        return leaf(area, l.company, alike);
+    if usize::from(alike) <= l.leaf_kind.shared() {
+        return leaf(area, l.leaf_kind, alike);
     }
     // The least cost of both children for each number of lanes, and the left child's part of these
     // lanes.
@@ -132,7 +132,7 @@ fn inner(l: &Costs, r: &Costs, area: f32) -> Costs {
         }
     }
     let (leaf, inner) = (
-        area * weight(l.company, alike),
+        area * weight(l.leaf_kind, alike),
         area + both[usize::from(leaves)].0,
     );
     let (mut cost, mut pick) = ([inner; WIDTH], [AS_INNER; WIDTH]);
@@ -154,13 +154,13 @@ fn inner(l: &Costs, r: &Costs, area: f32) -> Costs {
         pick,
         leaves,
         alike,
-        company: l.company,
+        leaf_kind: l.leaf_kind,
     }
 }
 
 /// Computes costs from the leaves up: each part in a thread of its own, then the nodes above.
-pub(super) fn solve(binary: &Binary, company: LeafKindOf<'_>) -> Vec<Costs> {
-    let mut all = filled(binary.nodes.len(), Costs::NONE);
+pub(super) fn solve(binary: &Binary, leaf_kind: LeafKindOf<'_>) -> Vec<Costs> {
+    let mut all = huge_page_vec_of(binary.nodes.len(), Costs::NONE);
     let (_, mut rest) = all.split_at_mut(binary.tops());
     let mut parts = Vec::with_capacity(binary.parts.len());
     for part in &binary.parts {
@@ -169,14 +169,14 @@ pub(super) fn solve(binary: &Binary, company: LeafKindOf<'_>) -> Vec<Costs> {
         rest = after;
     }
     parts.into_par_iter().for_each(|(base, own)| {
-        for at in (0..own.len()).rev() {
-            own[at] = costs(binary, &binary.nodes[base + at], company, |node| {
+        for position in (0..own.len()).rev() {
+            own[position] = costs(binary, &binary.nodes[base + position], leaf_kind, |node| {
                 own[node - base]
             });
         }
     });
-    for at in (0..binary.tops()).rev() {
-        all[at] = costs(binary, &binary.nodes[at], company, |node| all[node]);
+    for position in (0..binary.tops()).rev() {
+        all[position] = costs(binary, &binary.nodes[position], leaf_kind, |node| all[node]);
     }
     all
 }

@@ -1,13 +1,13 @@
 //! The interval of a packet's directions, for box tests and the filter.
 
 use super::PacketState;
-use crate::bvh8::filter::spread;
+use crate::bvh8::filter::splat_vector;
 use crate::bvh8::traversal_ray::{LeafRay, TraversalRay};
-use crate::bvh8::{Node, WIDTH};
+use crate::bvh8::{Bvh8Node, WIDTH};
 use crate::math::simd::Simd;
 
 /// Rays with the least and with the greatest components of the packet.
-pub(super) struct Bundle<S: Simd> {
+pub(super) struct RayBundle<S: Simd> {
     pub origin: [S::Floats; 3],
     inverse: [[S::Floats; 2]; 3],
     widened: [[S::Floats; 2]; 3],
@@ -29,28 +29,28 @@ fn both<S: Simd>(s: S, a: [f32; 3], b: [f32; 3]) -> [[S::Floats; 2]; 3] {
     ]
 }
 
-impl<S: Simd> Bundle<S> {
+impl<S: Simd> RayBundle<S> {
     #[inline(always)]
-    pub fn new(s: S, pencil: &PacketState) -> Option<Self> {
-        let [least, most] = pencil.spans()?;
+    pub fn new(s: S, packet_state: &PacketState) -> Option<Self> {
+        let [least, most] = packet_state.spans()?;
         let (short, long) = (
-            TraversalRay::new(pencil.origin, least, pencil.near),
-            TraversalRay::new(pencil.origin, most, pencil.near),
+            TraversalRay::new(packet_state.origin, least, packet_state.near),
+            TraversalRay::new(packet_state.origin, most, packet_state.near),
         );
         Some(Self {
-            origin: spread(s, pencil.origin),
-            inverse: both(s, short.slopes.inverse, long.slopes.inverse),
-            widened: both(s, short.slopes.widened, long.slopes.widened),
-            late: s.splat(long.slopes.late[0]),
-            near: s.splat(pencil.near),
-            side: long.slopes.side,
+            origin: splat_vector(s, packet_state.origin),
+            inverse: both(s, short.box_ray.inverse, long.box_ray.inverse),
+            widened: both(s, short.box_ray.widened, long.box_ray.widened),
+            late: s.splat(long.box_ray.late[0]),
+            near: s.splat(packet_state.near),
+            side: long.box_ray.side,
             spans: both(s, least, most),
             // The longest direction's e_T holds for all rays. The term 12 u E² R contains no
             // direction. The other term, 14 u E² |d|² · 2R/|d|, or 14 u E² · 2R/|d| if |d| is below
             // one, is at least twice as large for any |d|.
             bounds: LeafRay {
-                reach: short.aim.reach.max(long.aim.reach),
-                ..long.aim
+                reach: short.leaf_ray.reach.max(long.leaf_ray.reach),
+                ..long.leaf_ray
             },
         })
     }
@@ -58,7 +58,7 @@ impl<S: Simd> Bundle<S> {
     /// Mask of the children that some ray may enter before `far`, and lower bounds of the entry
     /// distances.
     #[inline(always)]
-    pub fn enter(&self, s: S, node: &Node, far: S::Floats) -> (u32, S::Floats) {
+    pub fn enter(&self, s: S, node: &Bvh8Node, far: S::Floats) -> (u32, S::Floats) {
         let (mut entry, mut exit) = (self.near, far);
         for axis in 0..3 {
             let (planes, side) = (&node.planes[axis], (self.side[axis] & 1) * WIDTH);

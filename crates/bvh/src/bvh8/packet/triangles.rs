@@ -2,9 +2,9 @@
 
 use glam::{DVec3, Vec3};
 
-use super::bundle::Bundle;
+use super::bundle::RayBundle;
 use super::{GROUPS, PacketState, PacketVisitor, RAYS, greatest_far};
-use crate::bvh8::filter::{Bounds, corner, cross, dot, spread, sub3, undecided};
+use crate::bvh8::filter::{ErrorBounds, corner, cross, dot, splat_vector, sub3, undecided};
 use crate::bvh8::triangle8::Triangle8;
 use crate::bvh8::{Bvh8, Lanes, WIDTH};
 use crate::math::simd::{Simd, dot_f64, splat3_f64};
@@ -20,23 +20,23 @@ pub(super) struct Rays8 {
 
 /// Prepares the rays; called for the first triangle that needs the exact test.
 #[inline(never)]
-fn rays(pencil: &PacketState) -> [Rays8; GROUPS] {
+fn rays(packet_state: &PacketState) -> [Rays8; GROUPS] {
     let mut rays = <[Rays8; GROUPS]>::default();
     for ray in 0..RAYS {
-        let probe = PreparedRay::new(pencil.ray(ray));
+        let prepared_ray = PreparedRay::new(packet_state.ray(ray));
         let (to, lane) = (&mut rays[ray / WIDTH], ray % WIDTH);
         for axis in 0..3 {
-            to.across[0][axis][lane] = probe.across[0][axis];
-            to.across[1][axis][lane] = probe.across[1][axis];
-            to.direction[axis][lane] = probe.direction[axis];
+            to.across[0][axis][lane] = prepared_ray.across[0][axis];
+            to.across[1][axis][lane] = prepared_ray.across[1][axis];
+            to.direction[axis][lane] = prepared_ray.direction[axis];
         }
-        to.inverse_length_squared[lane] = probe.inverse_length_squared;
+        to.inverse_length_squared[lane] = prepared_ray.inverse_length_squared;
     }
     rays
 }
 
 /// Result of the exact test of a triangle for eight rays.
-struct Crossed<S: Simd> {
+struct TriangleHits8<S: Simd> {
     hits: u32,
     outside: u32,
     unsure: u32,
@@ -53,7 +53,7 @@ fn load3_f64<S: Simd>(s: S, [x, y, z]: &[[f64; WIDTH]; 3]) -> [S::Doubles; 3] {
 /// which rounding could change the sign of an edge function, or that see the triangle edge-on, are
 /// marked `unsure` and need that test itself.
 #[inline(always)]
-fn crossed<S: Simd>(s: S, origin: DVec3, corners: &[Vec3; 3], rays: &Rays8) -> Crossed<S> {
+fn crossed<S: Simd>(s: S, origin: DVec3, corners: &[Vec3; 3], rays: &Rays8) -> TriangleHits8<S> {
     let zero = s.splat_f64(0.0);
     let [across, beside] = [load3_f64(s, &rays.across[0]), load3_f64(s, &rays.across[1])];
     let direction = load3_f64(s, &rays.direction);
@@ -102,7 +102,7 @@ fn crossed<S: Simd>(s: S, origin: DVec3, corners: &[Vec3; 3], rays: &Rays8) -> C
         s.add_f64(s.mul_f64(z[0], u), s.mul_f64(z[1], v)),
         s.mul_f64(z[2], w),
     );
-    Crossed {
+    TriangleHits8 {
         hits,
         outside: s.greater_f64(determinant, zero),
         unsure: !(sure & told) & 0xff,
@@ -126,7 +126,7 @@ struct TriangleOrigin8 {
 
 #[inline(always)]
 fn lane_of<S: Simd>(s: S, v: &[[f32; WIDTH]; 3], lane: usize) -> [S::Floats; 3] {
-    spread(s, [v[0][lane], v[1][lane], v[2][lane]])
+    splat_vector(s, [v[0][lane], v[1][lane], v[2][lane]])
 }
 
 #[inline(always)]
@@ -137,7 +137,7 @@ fn rows<S: Simd>(s: S, v: [S::Floats; 3]) -> [[f32; WIDTH]; 3] {
 impl TriangleOrigin8 {
     /// Computes the terms of a block, for hits up to `far`.
     #[inline(always)]
-    fn new<S: Simd>(s: S, bundle: &Bundle<S>, block: &Triangle8, far: f32) -> Self {
+    fn new<S: Simd>(s: S, bundle: &RayBundle<S>, block: &Triangle8, far: f32) -> Self {
         let a = corner(s, block, 0);
         let (ab, ac) = (
             sub3(s, corner(s, block, 1), a),
@@ -146,13 +146,13 @@ impl TriangleOrigin8 {
         let from = sub3(s, a, bundle.origin);
         let (u, v, normal) = (cross(s, ac, from), cross(s, from, ab), cross(s, ab, ac));
         let w = sub3(s, sub3(s, normal, u), v);
-        let Bounds {
+        let ErrorBounds {
             weight,
             determinant,
             before,
             beyond,
             ..
-        } = Bounds::new(s, &bundle.bounds, from, &block.longest, far);
+        } = ErrorBounds::new(s, &bundle.bounds, from, &block.longest, far);
         let ([ul, ug], [vl, vg], [wl, wg]) = (
             bundle.products(s, u),
             bundle.products(s, v),
@@ -188,7 +188,7 @@ impl TriangleOrigin8 {
         let v = dot(s, directions, lane_of(s, &self.v, lane));
         let along = dot(s, directions, lane_of(s, &self.normal, lane));
         let [weight, determinant, before, beyond] = &self.errors;
-        let bounds = Bounds {
+        let bounds = ErrorBounds {
             weight: s.splat(weight[lane]),
             determinant: s.splat(determinant[lane]),
             // Unused: a packet needs no certain hits.
@@ -213,31 +213,31 @@ pub(super) fn block<S: Simd>(
     s: S,
     bvh: &Bvh8,
     number: usize,
-    bundle: &Bundle<S>,
-    pencil: &mut PacketState,
+    bundle: &RayBundle<S>,
+    packet_state: &mut PacketState,
     exact: &mut Option<[Rays8; GROUPS]>,
     meets: &mut dyn PacketVisitor,
 ) {
-    let seen = TriangleOrigin8::new(s, bundle, &bvh.blocks[number], greatest_far(pencil));
+    let seen = TriangleOrigin8::new(s, bundle, &bvh.blocks[number], greatest_far(packet_state));
     for lane in Lanes(seen.lanes) {
         for group in 0..GROUPS {
-            let (first, [x, y, z]) = (group * WIDTH, &pencil.directions);
+            let (first, [x, y, z]) = (group * WIDTH, &packet_state.directions);
             let directions = [
                 s.load_from(x, first),
                 s.load_from(y, first),
                 s.load_from(z, first),
             ];
-            let range = [bundle.near, s.load_from(&pencil.far, first)];
-            let left = seen.undecided(s, lane, directions, range) & pencil.asked(group);
+            let range = [bundle.near, s.load_from(&packet_state.far, first)];
+            let left = seen.undecided(s, lane, directions, range) & packet_state.asked(group);
             if left != 0 {
-                let rays = exact.get_or_insert_with(|| rays(pencil));
+                let rays = exact.get_or_insert_with(|| rays(packet_state));
                 settle(
                     s,
                     bvh,
                     [number, lane, group],
                     left,
                     &rays[group],
-                    pencil,
+                    packet_state,
                     meets,
                 );
             }
@@ -253,27 +253,30 @@ fn settle<S: Simd>(
     [number, lane, group]: [usize; 3],
     left: u32,
     rays: &Rays8,
-    pencil: &mut PacketState,
+    packet_state: &mut PacketState,
     meets: &dyn PacketVisitor,
 ) {
     let triangle: Triangle<f32> = bvh.blocks[number].triangle(lane);
-    let facts = &bvh.facts[number];
-    let found = crossed(
+    let leaf_header = &bvh.leaf_headers[number];
+    let crossings = crossed(
         s,
-        Vec3::from(pencil.origin).as_dvec3(),
+        Vec3::from(packet_state.origin).as_dvec3(),
         &triangle.vertices,
         rays,
     );
-    let (mut outside, mut hits) = (found.outside, found.hits & left);
+    let (mut outside, mut hits) = (crossings.outside, crossings.hits & left);
     let (mut t, [mut u, mut v]) = (
-        s.to_array(found.t),
-        [s.to_array(found.weights[0]), s.to_array(found.weights[1])],
+        s.to_array(crossings.t),
+        [
+            s.to_array(crossings.weights[0]),
+            s.to_array(crossings.weights[1]),
+        ],
     );
-    for ray in Lanes(found.unsure & left) {
+    for ray in Lanes(crossings.unsure & left) {
         let bit = 1 << ray;
         (hits, outside) = (hits & !bit, outside & !bit);
         if let Some(crossing) =
-            triangle.crossing(&PreparedRay::new(pencil.ray(group * WIDTH + ray)))
+            triangle.crossing(&PreparedRay::new(packet_state.ray(group * WIDTH + ray)))
         {
             hits |= bit;
             outside |= if crossing.from_outside { bit } else { 0 };
@@ -285,16 +288,16 @@ fn settle<S: Simd>(
         }
     }
     let bit = 1 << lane;
-    if facts.outside_alone(pencil.culls) & bit != 0 {
+    if leaf_header.outside_alone(packet_state.culls) & bit != 0 {
         hits &= outside;
     }
-    if facts.inside & bit != 0 {
+    if leaf_header.inside & bit != 0 {
         hits &= !outside;
     }
     for ray in Lanes(hits) {
-        if pencil.near < t[ray] {
-            let slots = [facts.first + lane as u32, u32::MAX];
-            pencil.consider(
+        if packet_state.near < t[ray] {
+            let slots = [leaf_header.first + lane as u32, u32::MAX];
+            packet_state.consider(
                 group * WIDTH + ray,
                 [t[ray], u[ray], v[ray]],
                 slots,

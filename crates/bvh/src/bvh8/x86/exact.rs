@@ -3,7 +3,7 @@
 use core::arch::x86_64::*;
 
 use super::super::WIDTH;
-use super::super::projected_ray::{ProjectedRay, Unsure, rotated_axes};
+use super::super::projected_ray::{ProjectedRay, UncertainSign, rotated_axes};
 use super::super::triangle8::Triangle8;
 use crate::shapes::{EDGE_ON, TriangleHit};
 
@@ -50,19 +50,21 @@ fn greatest([a, b, c]: [f64; 3]) -> f64 {
 pub(super) unsafe fn crossing(
     block: &Triangle8,
     lane: usize,
-    sight: &ProjectedRay,
-) -> Result<Option<TriangleHit>, Unsure> {
+    projected_ray: &ProjectedRay,
+) -> Result<Option<TriangleHit>, UncertainSign> {
     let lane = lane & (WIDTH - 1);
     // SAFETY: the caller guarantees that the processor has AVX2. No pointer is read.
     unsafe {
         let mut offset = [_mm256_setzero_pd(); 3];
-        for ((offset, [a, b, c]), &origin) in
-            offset.iter_mut().zip(&block.corners).zip(&sight.origin)
+        for ((offset, [a, b, c]), &origin) in offset
+            .iter_mut()
+            .zip(&block.corners)
+            .zip(&projected_ray.origin)
         {
             let corners = _mm256_cvtps_pd(_mm_set_ps(0.0, c[lane], b[lane], a[lane]));
             *offset = _mm256_sub_pd(corners, _mm256_set1_pd(origin));
         }
-        let [dx, dy, dz] = sight.direction;
+        let [dx, dy, dz] = projected_ray.direction;
         let z = _mm256_add_pd(
             _mm256_add_pd(
                 _mm256_mul_pd(offset[0], _mm256_set1_pd(dx)),
@@ -70,8 +72,8 @@ pub(super) unsafe fn crossing(
             ),
             _mm256_mul_pd(offset[2], _mm256_set1_pd(dz)),
         );
-        let (p, q, r) = rotated_axes(offset, sight.major);
-        let [a, b, c, d] = sight.across;
+        let (p, q, r) = rotated_axes(offset, projected_ray.major);
+        let [a, b, c, d] = projected_ray.across;
         let x = _mm256_add_pd(
             _mm256_mul_pd(q, _mm256_set1_pd(a)),
             _mm256_mul_pd(p, _mm256_set1_pd(b)),
@@ -112,12 +114,12 @@ pub(super) unsafe fn crossing(
         let depth = greatest([za, zb, zc]) + greatest([-za, -zb, -zc]);
         let told = determinant.abs() > (sa + sb + sc) * depth * (EDGE_ON * SLACK);
         if sure != CORNERS || !told {
-            return Err(Unsure);
+            return Err(UncertainSign);
         }
         let inverse = 1.0 / determinant;
         let (u, v, w) = (u * inverse, v * inverse, w * inverse);
         let along = za * u + zb * v + zc * w;
-        let t = (along * sight.inverse_length_squared) as f32;
+        let t = (along * projected_ray.inverse_length_squared) as f32;
         Ok(Some(TriangleHit {
             t,
             weights: [v as f32, w as f32],

@@ -7,15 +7,15 @@ use crate::math::simd::Portable;
 
 /// The stack after the children of a mask were pushed onto two entries, from the bottom up.
 fn waiting<S: TraversalSimd>(s: S, entries: [f32; WIDTH], mask: u32) -> Vec<(u32, f32)> {
-    let children = core::array::from_fn(|lane| Child(100 + lane as u32));
+    let children = core::array::from_fn(|lane| ChildRef(100 + lane as u32));
     let mut stack = Stack::new();
     [7, 8]
         .into_iter()
-        .for_each(|place| stack.set(place - 7, Waiting::new(Child(place as u32), 0.5)));
+        .for_each(|index| stack.set(index - 7, StackEntry::new(ChildRef(index as u32), 0.5)));
     let top = s.push_sorted(&mut stack, 2, &children, s.load(&entries), mask);
     // SAFETY: every entry below the top was written.
     (0..top)
-        .map(|place| unsafe { stack.eight(place)[0].assume_init() })
+        .map(|index| unsafe { stack.eight(index)[0].assume_init() })
         .map(|one| (one.child().0, one.entry()))
         .collect()
 }

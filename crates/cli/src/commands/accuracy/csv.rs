@@ -2,7 +2,8 @@
 //! each rung, effect and combination. Columns that do not apply to a kind of line are empty.
 
 use raywright_core::accuracy::{
-    Candidate, EffectCost, Interval, Measured, OutputReport, Price, Report,
+    AccuracyReport, ConfidenceInterval, EffectCost, FrontierCandidate, MeasuredSetting,
+    OutputReport, RungPrice,
 };
 use raywright_core::bench::Spread;
 
@@ -46,108 +47,109 @@ const COLUMNS: [&str; 33] = [
 ];
 
 /// One line.
-struct Line([String; COLUMNS.len()]);
+struct CsvLine([String; COLUMNS.len()]);
 
-impl Line {
+impl CsvLine {
     fn new(ladder: &str, rung: &str, in_use: bool) -> Self {
         let line = Self(std::array::from_fn(|_| String::new()));
-        line.with("ladder", ladder)
-            .with("rung", rung)
-            .with("in_use", in_use)
+        line.with_column("ladder", ladder)
+            .with_column("rung", rung)
+            .with_column("in_use", in_use)
     }
 
     /// Sets a column.
-    fn with(mut self, column: &str, value: impl ToString) -> Self {
-        let at = COLUMNS
+    fn with_column(mut self, column: &str, value: impl ToString) -> Self {
+        let position = COLUMNS
             .iter()
             .position(|&name| name == column)
             .expect("columns are named here alone");
-        self.0[at] = value.to_string();
+        self.0[position] = value.to_string();
         self
     }
 
     /// Sets the columns of median and quartiles.
-    fn seconds(self, of: &Spread) -> Self {
-        self.with("seconds", of.median)
-            .with("seconds_low", of.lower_quartile)
-            .with("seconds_high", of.upper_quartile)
+    fn seconds(self, spread: &Spread) -> Self {
+        self.with_column("seconds", spread.median)
+            .with_column("seconds_low", spread.lower_quartile)
+            .with_column("seconds_high", spread.upper_quartile)
     }
 
-    fn interval(self, column: &str, of: &Interval) -> Self {
-        self.with(column, of.value)
-            .with(&format!("{column}_low"), of.low)
-            .with(&format!("{column}_high"), of.high)
+    fn interval(self, column: &str, interval: &ConfidenceInterval) -> Self {
+        self.with_column(column, interval.value)
+            .with_column(&format!("{column}_low"), interval.low)
+            .with_column(&format!("{column}_high"), interval.high)
     }
 
-    fn measured(self, of: &Measured) -> Self {
-        let e = &of.errors;
+    fn measured(self, measured: &MeasuredSetting) -> Self {
+        let e = &measured.errors;
         let line = self
-            .with("renders", of.renders)
-            .with("tiles", of.tiles)
-            .with("rays", of.rays)
-            .with("flip", of.flip.value);
+            .with_column("renders", measured.renders)
+            .with_column("tiles", measured.tiles)
+            .with_column("rays", measured.rays)
+            .with_column("flip", measured.flip.value);
         let all = [
-            ("seconds", &of.seconds),
-            ("ratio", &of.ratio),
+            ("seconds", &measured.seconds),
+            ("ratio", &measured.ratio),
             ("rmse", &e.rmse),
             ("relmse", &e.relmse),
             ("light", &e.light),
         ];
-        let line = all
-            .into_iter()
-            .fold(line, |line, (column, of)| line.interval(column, of));
+        let line = all.into_iter().fold(line, |line, (column, interval)| {
+            line.interval(column, interval)
+        });
         e.bias
             .iter()
             .fold(line, |line, bias| line.interval("bias", bias))
     }
 
-    fn priced(self, of: &Price) -> Self {
-        of.paid.iter().fold(self, |line, paid| {
-            line.seconds(&paid.seconds)
-                .with("ratio", paid.ratio.median)
-                .with("preparing_seconds", paid.preparing.median)
-                .with("geometry_bytes", paid.geometry)
-                .with("same_bits", paid.same_bits)
+    fn priced(self, of: &RungPrice) -> Self {
+        of.rung_cost.iter().fold(self, |line, rung_cost| {
+            line.seconds(&rung_cost.seconds)
+                .with_column("ratio", rung_cost.ratio.median)
+                .with_column("preparing_seconds", rung_cost.preparing.median)
+                .with_column("geometry_bytes", rung_cost.geometry)
+                .with_column("same_bits", rung_cost.same_bits)
         })
     }
 
-    fn of_file(of: &OutputReport) -> Self {
-        let line =
-            Self::new("output", of.rung, of.in_use).with("bytes_per_pixel", of.bytes_per_pixel);
+    fn of_file(output: &OutputReport) -> Self {
+        let line = Self::new("output", output.rung, output.in_use)
+            .with_column("bytes_per_pixel", output.bytes_per_pixel);
         let figures = [
-            ("rmse", of.rmse),
-            ("greatest", of.greatest),
-            ("flip", of.flip),
-            ("clipped", of.clipped),
+            ("rmse", output.rmse),
+            ("greatest", output.greatest),
+            ("flip", output.flip),
+            ("clipped", output.clipped),
         ];
-        let line = figures
-            .into_iter()
-            .fold(line, |line, (column, value)| line.with(column, value));
-        of.seconds.iter().fold(line, Self::seconds)
+        let line = figures.into_iter().fold(line, |line, (column, value)| {
+            line.with_column(column, value)
+        });
+        output.seconds.iter().fold(line, Self::seconds)
     }
 
     /// Line of an effect: the time without the effect, and the ratio of the time with it.
-    fn of_effect(of: &EffectCost) -> Self {
-        let line = Self::new("effect", of.effect, true).seconds(&of.seconds_without);
-        line.with("ratio", of.ratio.median)
-            .with("rmse", of.rmse)
-            .with("flip", of.flip)
+    fn of_effect(effect_cost: &EffectCost) -> Self {
+        let line =
+            Self::new("effect", effect_cost.effect, true).seconds(&effect_cost.seconds_without);
+        line.with_column("ratio", effect_cost.ratio.median)
+            .with_column("rmse", effect_cost.rmse)
+            .with_column("flip", effect_cost.flip)
     }
 }
 
 /// Returns the table: the scene's own setting, each rung of each ladder, settings of several rungs
 /// (`together`), those on the frontier (`frontier`), file contents (`output`), and effects
 /// (`effect`).
-pub fn csv(report: &Report) -> String {
-    let mut lines = vec![Line::new("own", "", true).measured(&report.own)];
+pub fn csv(report: &AccuracyReport) -> String {
+    let mut lines = vec![CsvLine::new("own", "", true).measured(&report.own)];
     for ladder in &report.ladders {
         lines.extend(ladder.rungs.iter().map(|rung| {
-            let line = Line::new(ladder.ladder, &rung.rung, rung.in_use)
-                .with("flags", rung.flag.as_deref().unwrap_or_default());
-            let line = rung.measured.iter().fold(line, Line::measured);
-            rung.own_error
-                .iter()
-                .fold(line, |line, own| line.with("own_error", own.value))
+            let line = CsvLine::new(ladder.ladder, &rung.rung, rung.in_use)
+                .with_column("flags", rung.flag.as_deref().unwrap_or_default());
+            let line = rung.measured.iter().fold(line, CsvLine::measured);
+            rung.own_error.iter().fold(line, |line, interval| {
+                line.with_column("own_error", interval.value)
+            })
         }));
     }
     for ladder in &report.prices {
@@ -155,28 +157,34 @@ pub fn csv(report: &Report) -> String {
             ladder
                 .rungs
                 .iter()
-                .map(|price| Line::new(ladder.ladder, &price.rung, price.in_use).priced(price)),
+                .map(|price| CsvLine::new(ladder.ladder, &price.rung, price.in_use).priced(price)),
         );
     }
-    lines.extend(report.outputs.iter().map(Line::of_file));
+    lines.extend(report.outputs.iter().map(CsvLine::of_file));
     lines.extend(
         report
             .costs
             .iter()
             .flat_map(|costs| &costs.effects)
-            .map(Line::of_effect),
+            .map(CsvLine::of_effect),
     );
-    let candidate = |kind: &str, of: &Candidate| {
-        let line = Line::new(kind, "", of.flags.is_empty()).with("flags", of.flags.join(" "));
-        line.measured(&of.measured)
+    let candidate = |kind: &str, each_candidate: &FrontierCandidate| {
+        let line = CsvLine::new(kind, "", each_candidate.flags.is_empty())
+            .with_column("flags", each_candidate.flags.join(" "));
+        line.measured(&each_candidate.measured)
     };
     lines.extend(
         report
             .combinations
             .iter()
-            .map(|of| candidate("together", of)),
+            .map(|each_candidate| candidate("together", each_candidate)),
     );
-    lines.extend(report.frontier.iter().map(|of| candidate("frontier", of)));
+    lines.extend(
+        report
+            .frontier
+            .iter()
+            .map(|each_candidate| candidate("frontier", each_candidate)),
+    );
     Table::new(
         [Align::Left; COLUMNS.len()],
         COLUMNS,

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use raywright_core::Settings;
-use raywright_core::accuracy::Report;
+use raywright_core::accuracy::AccuracyReport;
 use raywright_core::bench::clock::CLOCK;
 use raywright_core::display::Display;
 use raywright_core::effects::{EffectReport, detect};
@@ -11,22 +11,22 @@ use raywright_io::report::{Page, accuracy_plot};
 use raywright_io::{Error, Loaded};
 use serde::Serialize;
 
-use super::answer::{RenderCommand, answer};
 use super::csv::csv;
-use crate::clock::spoken;
+use super::recommendation::{RenderCommand, recommendation_text};
+use crate::clock::format_duration;
 use crate::console;
 use crate::failure::Failure;
 use crate::machine::processor;
 use crate::origin::command_line;
-use crate::table::significant;
+use crate::table::format_significant;
 
-/// Version of [`Document`]. 3: all figures apply to the picture at its own size, estimated from
+/// Version of [`AccuracyDocument`]. 3: all figures apply to the picture at its own size, estimated from
 /// tiles, with intervals.
 const FORMAT: u32 = 3;
 
 /// Content of a file, by its extension.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum AccuracyFileKind {
     /// The whole report.
     Json,
     /// A line for each rung, effect and combination.
@@ -37,7 +37,7 @@ pub enum Kind {
     Svg,
 }
 
-impl Kind {
+impl AccuracyFileKind {
     /// Selects the content by the extension of a file name.
     pub fn of(path: &Path) -> Result<Self, Failure> {
         let ending = path
@@ -60,7 +60,7 @@ impl Kind {
 
 /// Report with scene and machine.
 #[derive(Debug, Serialize)]
-pub struct Document<'a> {
+pub struct AccuracyDocument<'a> {
     /// Version of this structure.
     format: u32,
     /// Program version.
@@ -83,7 +83,7 @@ pub struct Document<'a> {
     pub commands: Vec<String>,
     /// Summary in sentences, for the first lines of the report.
     #[serde(skip)]
-    pub answer: String,
+    pub recommendation: String,
     /// Command for the scene as it is, without the rungs of the command line.
     #[serde(skip)]
     pub own_command: String,
@@ -96,17 +96,17 @@ pub struct Document<'a> {
     display: Display,
     /// The measured figures.
     #[serde(flatten)]
-    pub report: &'a Report,
+    pub report: &'a AccuracyReport,
 }
 
-impl<'a> Document<'a> {
+impl<'a> AccuracyDocument<'a> {
     /// Adds scene and machine to a report.
     pub fn new(
         loaded: &'a Loaded,
-        asked: &[String],
+        requested: &[String],
         settings: &Settings,
         threads: usize,
-        report: &'a Report,
+        report: &'a AccuracyReport,
     ) -> Self {
         let (processor, clock) = (
             processor(),
@@ -116,7 +116,7 @@ impl<'a> Document<'a> {
                 CLOCK
             },
         );
-        let command = RenderCommand::new(&loaded.source.name, asked);
+        let command = RenderCommand::new(&loaded.source.name, requested);
         let flags: Vec<String> = report
             .frontier
             .iter()
@@ -124,7 +124,7 @@ impl<'a> Document<'a> {
             .collect();
         Self {
             circumstances: circumstances(processor.as_deref(), threads, clock, report),
-            answer: answer(report, &command),
+            recommendation: recommendation_text(report, &command),
             commands: flags
                 .iter()
                 .map(|flags| format!("{} {flags}", command.own).trim_end().to_owned())
@@ -141,7 +141,7 @@ impl<'a> Document<'a> {
                 .collect(),
             own_command: command.own,
             effects: detect(&loaded.scene, settings),
-            display: Display::of(&loaded.scene.render),
+            display: Display::from_render(&loaded.scene.render),
             format: FORMAT,
             version: env!("CARGO_PKG_VERSION"),
             scene: &loaded.source.name,
@@ -159,7 +159,7 @@ impl<'a> Document<'a> {
             scene,
             circumstances,
             command,
-            answer,
+            recommendation,
             own_command,
             flags,
             report,
@@ -171,7 +171,7 @@ impl<'a> Document<'a> {
             scene,
             circumstances,
             command,
-            answer,
+            recommendation,
             own_command,
             flags,
             report,
@@ -181,12 +181,12 @@ impl<'a> Document<'a> {
     }
 
     /// Returns the text of a file of this kind.
-    pub fn text(&self, kind: Kind) -> String {
+    pub fn text(&self, kind: AccuracyFileKind) -> String {
         match kind {
-            Kind::Json => console::json(self),
-            Kind::Csv => csv(self.report),
-            Kind::Html => self.page().html(),
-            Kind::Svg => {
+            AccuracyFileKind::Json => console::json(self),
+            AccuracyFileKind::Csv => csv(self.report),
+            AccuracyFileKind::Html => self.page().html(),
+            AccuracyFileKind::Svg => {
                 accuracy_plot(self.scene, &self.circumstances[0], self.report, &self.flags).svg()
             }
         }
@@ -198,7 +198,7 @@ fn circumstances(
     processor: Option<&str>,
     threads: usize,
     clock: &str,
-    report: &Report,
+    report: &AccuracyReport,
 ) -> Vec<String> {
     let ([width, height], tiles) = (report.size, &report.tiles);
     let machine = processor
@@ -206,9 +206,9 @@ fn circumstances(
         .unwrap_or_default();
     let reference = &report.reference;
     let measured = match (tiles.measured, reference.tiles) {
-        (of, _) if of >= tiles.all => "all of it".to_owned(),
-        (of, _) => format!(
-            "{of} of {} tiles of {edge}x{edge} pixels, and some settings fewer",
+        (total, _) if total >= tiles.all => "all of it".to_owned(),
+        (total, _) => format!(
+            "{total} of {} tiles of {edge}x{edge} pixels, and some settings fewer",
             tiles.all,
             edge = tiles.edge
         ),
@@ -233,8 +233,8 @@ fn circumstances(
                 ""
             },
             reference.samples,
-            significant(reference.standard_error, 2),
+            format_significant(reference.standard_error, 2),
         ),
-        format!("measured in {}{cut}", spoken(report.seconds)),
+        format!("measured in {}{cut}", format_duration(report.seconds)),
     ]
 }

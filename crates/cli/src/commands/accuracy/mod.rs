@@ -1,16 +1,17 @@
 //! `accuracy`: cost and error of each rung of each ladder on a scene, and the combinations worth
 //! their time.
 
-mod answer;
 mod csv;
 mod file;
+mod recommendation;
 mod reference;
 mod text;
 
 use std::path::Path;
 
 use raywright_core::accuracy::{
-    Effort, KeptReference, Listener, MeasureError, Report, Start, measure,
+    AccuracyEffort, AccuracyReport, KeptReference, MeasureError, MeasurementStart,
+    ProgressListener, measure,
 };
 use raywright_core::{Observer, Settings};
 use raywright_io::{EnvironmentSource, Error, GroundRule, LoadOptions, Loaded, output};
@@ -21,21 +22,21 @@ use crate::console::{self, Verbosity};
 use crate::failure::{Exit, Failure};
 use crate::notes::Notes;
 use crate::origin::quoted;
-use crate::plan::{self, Choices};
-use crate::progress::Steps;
-use crate::ready::failed;
-use crate::targets::Outputs;
+use crate::plan::{self, RungChoices};
+use crate::preparation::failed;
+use crate::progress::StepProgress;
+use crate::targets::OutputFiles;
 use crate::threads::Threads;
 use crate::watch::Watch;
 use crate::{interrupt, origin, scene_input};
-use file::{Document, Kind};
+use file::{AccuracyDocument, AccuracyFileKind};
 
 /// Measures, writes the requested files, and prints a table or JSON.
 pub fn run(args: &AccuracyArgs, verbosity: Verbosity) -> Result<(), Failure> {
-    let mut outputs = Outputs::default();
+    let mut outputs = OutputFiles::default();
     let mut files = Vec::new();
     for path in &args.output {
-        files.push((path, Kind::of(path)?));
+        files.push((path, AccuracyFileKind::of(path)?));
         outputs.add(path, "-o")?;
     }
     let name = args.scene.clone().map_or_else(scene_input::unnamed, Ok)?;
@@ -44,39 +45,39 @@ pub fn run(args: &AccuracyArgs, verbosity: Verbosity) -> Result<(), Failure> {
     }
     let mut notes = Notes::new(verbosity);
     let options = plan::options(&args.changes, args.max_memory);
-    let (limits, choices) = (options.limits, Choices::from(&args.choices));
+    let (limits, choices) = (options.limits, RungChoices::from(&args.choices));
     let threads = Threads::new(args.threads)?;
     let mut loaded = threads.run(|| scene_input::read(&name, &options, &mut notes))?;
     outputs.keep_clear_of(&loaded.inputs)?;
     scene_input::note_completed(&loaded, &mut notes);
     notes.finish();
     let settings = settled(args, &mut loaded, &options)?;
-    let kept = args
+    let reference = args
         .reference
         .as_deref()
         .map(|path| reference::read(path, &limits))
         .transpose()?
         .flatten();
     let identity = origin::identity(&loaded, &options, &choices);
-    let start = Start {
+    let start = MeasurementStart {
         scene: &identity,
-        reference: kept,
+        reference,
     };
     let watch = Watch::until(interrupt::flag()?);
-    let mut steps = Steps::start(verbosity);
-    let (report, kept) =
+    let mut steps = StepProgress::start(verbosity);
+    let (report, reference) =
         threads.run(|| measured(args, (&loaded, &settings), start, &watch, &mut steps))?;
     drop(steps);
     // If the reference cannot be written, the measurement is still worth reporting.
-    let wanted = args
+    let requested = args
         .reference
         .as_deref()
         .filter(|_| !report.reference.kept && !watch.was_stopped());
-    let referred = wanted.map_or(Ok(()), |path| reference::write(path, kept, &loaded));
-    if let Some(path) = wanted.filter(|_| referred.is_ok()) {
+    let referred = requested.map_or(Ok(()), |path| reference::write(path, reference, &loaded));
+    if let Some(path) = requested.filter(|_| referred.is_ok()) {
         verbosity.say(path.display());
     }
-    let document = Document::new(
+    let document = AccuracyDocument::new(
         &loaded,
         &asked(args),
         &settings,
@@ -125,8 +126,8 @@ pub fn embedded(
     }
     let options = plan::options(&args.changes, args.max_memory);
     let settings = settled(args, &mut loaded, &options)?;
-    let identity = origin::identity(&loaded, &options, &Choices::from(&args.choices));
-    let start = Start {
+    let identity = origin::identity(&loaded, &options, &RungChoices::from(&args.choices));
+    let start = MeasurementStart {
         scene: &identity,
         reference: None,
     };
@@ -135,9 +136,9 @@ pub fn embedded(
         (&loaded, &settings),
         start,
         observer,
-        &mut Steps::start(Verbosity::Quiet),
+        &mut StepProgress::start(Verbosity::Quiet),
     )?;
-    let mut document = Document::new(
+    let mut document = AccuracyDocument::new(
         &loaded,
         &asked(args),
         &settings,
@@ -154,9 +155,9 @@ fn settled(
     loaded: &mut Loaded,
     options: &LoadOptions,
 ) -> Result<Settings, Failure> {
-    let mut settings = Settings::of(&loaded.scene);
+    let mut settings = Settings::from_scene(&loaded.scene);
     settings.integrator = args.integrator.unwrap_or(settings.integrator);
-    Choices::from(&args.choices).apply(&mut loaded.scene, &mut settings)?;
+    RungChoices::from(&args.choices).apply(&mut loaded.scene, &mut settings)?;
     settings.max_memory = Some(options.limits.memory_bytes);
     Ok(settings)
 }
@@ -164,11 +165,11 @@ fn settled(
 fn measured(
     args: &AccuracyArgs,
     (loaded, settings): (&Loaded, &Settings),
-    start: Start<'_>,
+    start: MeasurementStart<'_>,
     observer: &dyn Observer,
-    steps: &mut Steps,
-) -> Result<(Report, KeptReference), Failure> {
-    let effort = Effort {
+    steps: &mut StepProgress,
+) -> Result<(AccuracyReport, KeptReference), Failure> {
+    let effort = AccuracyEffort {
         budget: args.budget,
         size: args.size,
         rounds: args.rounds,
@@ -254,12 +255,12 @@ fn asked(args: &AccuracyArgs) -> Vec<String> {
         args.size
             .map(|[width, height]| format!("--size {width}x{height}")),
     );
-    flags.extend(Choices::from(&args.choices).words("--rung ", "--without "));
+    flags.extend(RungChoices::from(&args.choices).words("--rung ", "--without "));
     flags
 }
 
-impl Listener for Steps {
-    fn step(&mut self, what: &str, share: f64) {
-        self.show(what, share);
+impl ProgressListener for StepProgress {
+    fn step(&mut self, label: &str, share: f64) {
+        self.show(label, share);
     }
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 use raywright_core::accuracy::KeptReference;
 use raywright_core::display::Display;
 use raywright_core::film::PartError;
-use raywright_core::ladder::Choice;
+use raywright_core::ladder::RungChoice;
 use raywright_io::output::{KeptFilm, Metadata, read_film, write_film};
 use raywright_io::{Error, Limits, Loaded};
 
@@ -25,7 +25,12 @@ pub fn read(path: &Path, limits: &Limits) -> Result<Option<KeptReference>, Failu
     refuse_other_program(path, &metadata)?;
     let mut words = metadata.settings.split(' ');
     let rungs = (words.next() == Some(MARK))
-        .then(|| words.map(Choice::parse).collect::<Result<Vec<_>, _>>().ok())
+        .then(|| {
+            words
+                .map(RungChoice::parse)
+                .collect::<Result<Vec<_>, _>>()
+                .ok()
+        })
         .flatten();
     let rungs = rungs.ok_or_else(|| {
         Error::input(path.display(), "it is no reference of `raywright accuracy`")
@@ -38,7 +43,7 @@ pub fn read(path: &Path, limits: &Limits) -> Result<Option<KeptReference>, Failu
 pub fn write(path: &Path, reference: KeptReference, loaded: &Loaded) -> Result<(), Failure> {
     let words = [MARK.to_owned()]
         .into_iter()
-        .chain(reference.rungs.iter().map(Choice::to_string));
+        .chain(reference.rungs.iter().map(RungChoice::to_string));
     let metadata = Metadata {
         software: SOFTWARE.to_owned(),
         scene_hash: loaded.hash.to_string(),
@@ -52,20 +57,20 @@ pub fn write(path: &Path, reference: KeptReference, loaded: &Loaded) -> Result<(
         &mut KeptFilm {
             film: reference.film,
             metadata,
-            display: Display::of(&loaded.scene.render),
+            display: Display::from_render(&loaded.scene.render),
         },
     )?)
 }
 
 /// Failure for a reference that belongs to another scene.
 pub fn foreign(path: &Path, error: &PartError) -> Failure {
-    let what = match error {
-        PartError::Foreign { what, .. } => {
-            format!("it is the reference of something else: the {what} differs")
+    let label = match error {
+        PartError::Foreign { label, .. } => {
+            format!("it is the reference of something else: the {label} differs")
         }
         other => other.to_string(),
     };
-    Error::input(path.display(), what)
+    Error::input(path.display(), label)
         .with_hint("give the scene and flags that it was made with, or name another file")
         .into()
 }

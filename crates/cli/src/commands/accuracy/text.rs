@@ -1,26 +1,30 @@
 //! Measurement tables for the terminal, with a small plot of the frontier.
 
 use raywright_core::accuracy::{
-    Candidate, Interval, LadderReport, Measured, OutputReport, Price, PriceReport, Report,
-    RungReport,
+    AccuracyReport, ConfidenceInterval, FrontierCandidate, LadderReport, MeasuredSetting,
+    OutputReport, PriceReport, RungPrice, RungReport,
 };
 use raywright_core::bench::Spread;
 use raywright_io::human_bytes;
-use raywright_io::report::{light_change, uncertain};
+use raywright_io::report::{format_uncertain, light_change};
 
-use super::file::Document;
-use crate::clock::spoken;
+use super::file::AccuracyDocument;
+use crate::clock::format_duration;
 use crate::commands::explain::dear;
 use crate::scatter::scatter;
-use crate::table::{Align, lay_out_aligned, paragraph, significant};
+use crate::table::{Align, format_significant, lay_out_aligned, paragraph};
 
 const RIGHT: Align = Align::Right;
 const COLUMNS: [Align; 8] = [Align::Left, RIGHT, RIGHT, RIGHT, RIGHT, RIGHT, RIGHT, RIGHT];
 
 /// Formats the whole report, summary first.
-pub fn table(document: &Document<'_>) -> String {
+pub fn table(document: &AccuracyDocument<'_>) -> String {
     let report = document.report;
-    let mut text = format!("{}\n{}\n", document.scene, paragraph(&document.answer));
+    let mut text = format!(
+        "{}\n{}\n",
+        document.scene,
+        paragraph(&document.recommendation)
+    );
     text += &frontier(document);
     text += "\n";
     document
@@ -54,7 +58,7 @@ fn listed<T: AsRef<str>>(words: &str, names: impl Iterator<Item = T>) -> String 
 
 /// Lists every rung under its ladder, except rungs that are slower and worse than the current one,
 /// and rungs that had no time.
-fn rungs(report: &Report) -> String {
+fn rungs(report: &AccuracyReport) -> String {
     let heads = [
         "", "time", "x in use", "error", "bias", "light", "FLIP", "alone",
     ];
@@ -122,7 +126,7 @@ fn late<'a>(ladder: &str, rungs: impl Iterator<Item = (&'a str, bool)>) -> Optio
 
 /// Lists settings of several rungs beside the scene's own; their flags, which may be long, come
 /// last.
-fn together(all: &[Candidate]) -> String {
+fn together(all: &[FrontierCandidate]) -> String {
     if all.is_empty() {
         return String::new();
     }
@@ -130,9 +134,18 @@ fn together(all: &[Candidate]) -> String {
         "time", "x in use", "error", "bias", "light", "FLIP", "together",
     ]
     .map(str::to_owned);
-    let figures = |of: &Candidate| {
-        let [_, time, ratio, error, bias, light, flip, _] = row(String::new(), &of.measured, None);
-        [time, ratio, error, bias, light, flip, of.flags.join(" ")]
+    let figures = |candidate: &FrontierCandidate| {
+        let [_, time, ratio, error, bias, light, flip, _] =
+            row(String::new(), &candidate.measured, None);
+        [
+            time,
+            ratio,
+            error,
+            bias,
+            light,
+            flip,
+            candidate.flags.join(" "),
+        ]
     };
     let rows: Vec<[String; 7]> = [heads].into_iter().chain(all.iter().map(figures)).collect();
     format!(
@@ -146,12 +159,12 @@ fn together(all: &[Candidate]) -> String {
 
 /// Formats a ladder's title and its rungs, unless only the current rung was measured.
 fn rows_of(ladder: &LadderReport) -> Vec<[String; 8]> {
-    let shown: Vec<&RungReport> = ladder
+    let rung_reports: Vec<&RungReport> = ladder
         .rungs
         .iter()
         .filter(|rung| rung.measured.is_some() && !ladder.beats(rung))
         .collect();
-    if shown.iter().all(|rung| rung.in_use) {
+    if rung_reports.iter().all(|rung| rung.in_use) {
         return Vec::new();
     }
     let stands = ladder.rungs.iter().any(|rung| rung.in_use);
@@ -160,12 +173,12 @@ fn rows_of(ladder: &LadderReport) -> Vec<[String; 8]> {
     } else {
         format!("{} (in use: {})", ladder.ladder, ladder.in_use)
     };
-    let rows = shown.into_iter().filter_map(|of| {
-        let mark = if of.in_use { " *" } else { "" };
+    let rows = rung_reports.into_iter().filter_map(|rung_report| {
+        let mark = if rung_report.in_use { " *" } else { "" };
         Some(row(
-            format!("  {}{mark}", of.rung),
-            of.measured.as_ref()?,
-            of.own_error.as_ref(),
+            format!("  {}{mark}", rung_report.rung),
+            rung_report.measured.as_ref()?,
+            rung_report.own_error.as_ref(),
         ))
     });
     [title_row(title)].into_iter().chain(rows).collect()
@@ -178,39 +191,43 @@ fn title_row<const N: usize>(title: String) -> [String; N] {
     row
 }
 
-fn row(name: String, of: &Measured, own_error: Option<&Interval>) -> [String; 8] {
-    let errors = &of.errors;
+fn row(
+    name: String,
+    measured: &MeasuredSetting,
+    own_error: Option<&ConfidenceInterval>,
+) -> [String; 8] {
+    let errors = &measured.errors;
     [
         name,
-        uncertain(&of.seconds, spoken_finely),
-        uncertain(&of.ratio, |value| significant(value, 3)),
+        format_uncertain(&measured.seconds, spoken_finely),
+        format_uncertain(&measured.ratio, |value| format_significant(value, 3)),
         root(&errors.relmse),
         errors.bias.as_ref().map(root).unwrap_or_default(),
         light_change(&errors.light),
-        short(&of.flip),
+        short(&measured.flip),
         own_error.map(short).unwrap_or_default(),
     ]
 }
 
-fn short(of: &Interval) -> String {
-    uncertain(of, |value| significant(value, 2))
+fn short(interval: &ConfidenceInterval) -> String {
+    format_uncertain(interval, |value| format_significant(value, 2))
 }
 
 /// Formats a time with three digits if shorter than a second.
 fn spoken_finely(seconds: f64) -> String {
     if seconds < 0.9995 {
-        format!("{} ms", significant(seconds * 1e3, 3))
+        format!("{} ms", format_significant(seconds * 1e3, 3))
     } else {
-        spoken(seconds)
+        format_duration(seconds)
     }
 }
 
-fn spread(of: &Spread) -> String {
-    format!("±{:.0} %", 100.0 * of.relative())
+fn spread(spread: &Spread) -> String {
+    format!("±{:.0} %", 100.0 * spread.relative())
 }
 
 /// Table of the ladders that change no picture.
-fn prices(report: &Report) -> String {
+fn prices(report: &AccuracyReport) -> String {
     let mut rows = vec![
         [
             "no picture changes",
@@ -226,11 +243,12 @@ fn prices(report: &Report) -> String {
         ladder,
         rungs,
         in_use,
-    } in report
-        .prices
-        .iter()
-        .filter(|of| of.rungs.iter().any(|rung| rung.paid.is_some()))
-    {
+    } in report.prices.iter().filter(|price_report| {
+        price_report
+            .rungs
+            .iter()
+            .any(|rung| rung.rung_cost.is_some())
+    }) {
         let stands = rungs.iter().any(|rung| rung.in_use);
         let title = if stands {
             (*ladder).to_owned()
@@ -246,37 +264,38 @@ fn prices(report: &Report) -> String {
     } else {
         String::new()
     };
-    let rungs = |of: &PriceReport| {
+    let rungs = |price_report: &PriceReport| {
         late(
-            of.ladder,
-            of.rungs
+            price_report.ladder,
+            price_report
+                .rungs
                 .iter()
-                .map(|rung| (rung.rung.as_str(), rung.paid.is_none())),
+                .map(|rung| (rung.rung.as_str(), rung.rung_cost.is_none())),
         )
     };
     table + &listed("no time for", report.prices.iter().filter_map(rungs))
 }
 
-fn price(of: &Price) -> Option<[String; 6]> {
-    let paid = of.paid.as_ref()?;
+fn price(of: &RungPrice) -> Option<[String; 6]> {
+    let rung_cost = of.rung_cost.as_ref()?;
     let name = format!("  {}{}", of.rung, if of.in_use { " *" } else { "" });
-    let bits = if paid.same_bits {
+    let bits = if rung_cost.same_bits {
         ""
     } else {
         "; OTHER PICTURE"
     };
     Some([
         name,
-        spoken_finely(paid.seconds.median),
-        spread(&paid.seconds),
-        significant(paid.ratio.median, 3),
-        spoken_finely(paid.preparing.median),
-        format!("{}{bits}", human_bytes(paid.geometry)),
+        spoken_finely(rung_cost.seconds.median),
+        spread(&rung_cost.seconds),
+        format_significant(rung_cost.ratio.median, 3),
+        spoken_finely(rung_cost.preparing.median),
+        format!("{}{bits}", human_bytes(rung_cost.geometry)),
     ])
 }
 
 /// Table of the picture data that each file format keeps.
-fn files(report: &Report) -> String {
+fn files(report: &AccuracyReport) -> String {
     let heads = [
         "what a file keeps",
         "bytes a pixel",
@@ -287,23 +306,24 @@ fn files(report: &Report) -> String {
         "clipped",
     ]
     .map(str::to_owned);
-    let row = |of: &OutputReport| {
-        let name = format!("  {}{}", of.rung, if of.in_use { " *" } else { "" });
-        let coding = of
+    let row = |output: &OutputReport| {
+        let name = format!("  {}{}", output.rung, if output.in_use { " *" } else { "" });
+        let coding = output
             .seconds
             .as_ref()
-            .map(|of| spoken_finely(of.median))
+            .map(|spread| spoken_finely(spread.median))
             .unwrap_or_default();
-        let errors = [of.rmse, of.greatest, of.flip].map(|error| significant(error, 2));
+        let errors =
+            [output.rmse, output.greatest, output.flip].map(|error| format_significant(error, 2));
         let [rmse, greatest, flip] = errors;
         [
             name,
-            of.bytes_per_pixel.to_string(),
+            output.bytes_per_pixel.to_string(),
             coding,
             rmse,
             greatest,
             flip,
-            format!("{:.1} %", 100.0 * of.clipped),
+            format!("{:.1} %", 100.0 * output.clipped),
         ]
     };
     let rows: Vec<[String; 7]> = [heads]
@@ -316,8 +336,8 @@ fn files(report: &Report) -> String {
 }
 
 /// Lists the settings on the frontier, as commands and as a plot.
-fn frontier(document: &Document<'_>) -> String {
-    let points: Vec<&Measured> = document
+fn frontier(document: &AccuracyDocument<'_>) -> String {
+    let points: Vec<&MeasuredSetting> = document
         .report
         .frontier
         .iter()
@@ -332,18 +352,19 @@ fn frontier(document: &Document<'_>) -> String {
         .iter()
         .zip(&document.flags)
         .map(|(candidate, flags)| {
-            let of = &candidate.measured;
-            let time = uncertain(&of.seconds, spoken_finely);
+            let measured = &candidate.measured;
+            let time = format_uncertain(&measured.seconds, spoken_finely);
             [
                 time,
-                uncertain(&of.ratio, |value| significant(value, 3)),
-                root(&of.errors.relmse),
+                format_uncertain(&measured.ratio, |value| format_significant(value, 3)),
+                root(&measured.errors.relmse),
                 flags.clone(),
             ]
         });
     let heads = ["time", "x in use", "error", "flags"].map(str::to_owned);
     let rows: Vec<[String; 4]> = [heads].into_iter().chain(rows).collect();
-    let place = |of: &&Measured| (of.seconds.value, of.errors.relmse.value.sqrt());
+    let place =
+        |measured: &&MeasuredSetting| (measured.seconds.value, measured.errors.relmse.value.sqrt());
     let words = "worth their time: no setting measured is both faster and nearer to the reference; the flags stand behind";
     let table = lay_out_aligned([RIGHT, RIGHT, RIGHT, Align::Left], &rows);
     let plot = scatter(
@@ -364,8 +385,8 @@ fn frontier(document: &Document<'_>) -> String {
 }
 
 /// Formats the square root of a mean square and of its interval.
-fn root(of: &Interval) -> String {
-    short(&of.map(f64::sqrt))
+fn root(interval: &ConfidenceInterval) -> String {
+    short(&interval.map(f64::sqrt))
 }
 
 #[cfg(test)]

@@ -1,18 +1,18 @@
 //! Plot of `bench`: time per ray against N, scan and tree, and the crossover of both.
 
-use raywright_core::bench::{Cost, Crossover, Kind, PowerLaw, Row, Series};
+use raywright_core::bench::{Crossover, GeneratedKind, PowerLaw, QueryCost, Series, SeriesRow};
 
-use super::report::Report;
+use super::report::BenchReport;
 use super::text::rounded;
-use raywright_io::report::{Axis, Colour, Line, Mark, Plot, Point};
+use raywright_io::report::{Axis, Plot, PlotLine, PlotMark, PlotPoint, ThemeColour};
 
 /// Draws all series in one plot.
-pub fn draw(series: &[Series], report: &Report) -> String {
+pub fn draw(series: &[Series], report: &BenchReport) -> String {
     let scans = series
         .iter()
-        .map(|s| line(s, "scan", Colour::First, s.scan_growth, |row| row.scan));
+        .map(|s| line(s, "scan", ThemeColour::First, s.scan_growth, |row| row.scan));
     let trees = series.iter().map(|s| {
-        line(s, "tree", Colour::Second, s.tree_growth, |row| {
+        line(s, "tree", ThemeColour::Second, s.tree_growth, |row| {
             Some(row.tree)
         })
     });
@@ -44,34 +44,34 @@ pub fn draw(series: &[Series], report: &Report) -> String {
 fn line(
     series: &Series,
     name: &str,
-    colour: Colour,
+    colour: ThemeColour,
     growth: Option<PowerLaw>,
-    cost: fn(&Row) -> Option<Cost>,
-) -> Line {
+    cost: fn(&SeriesRow) -> Option<QueryCost>,
+) -> PlotLine {
     let exponent = growth
         .map(|law| format!(": grows as N to the {:.2}", law.exponent))
         .unwrap_or_default();
-    let point = |row: &Row| {
+    let point = |row: &SeriesRow| {
         let time = cost(row)?.nanoseconds;
-        Some(Point {
+        Some(PlotPoint {
             x: row.primitives as f64,
             y: time.median,
             spread: [time.min, time.max],
-            ..Point::default()
+            ..PlotPoint::default()
         })
     };
-    Line {
+    PlotLine {
         name: format!("{name}, {}{exponent}", series.kind.name()),
         colour,
-        dashed: series.kind == Kind::Triangles,
+        dashed: series.kind == GeneratedKind::Triangles,
         apart: false,
         points: series.rows.iter().filter_map(point).collect(),
     }
 }
 
-fn mark(series: &Series) -> Option<Mark> {
+fn mark(series: &Series) -> Option<PlotMark> {
     match series.crossover? {
-        Crossover::At(n) => Some(Mark {
+        Crossover::At(n) => Some(PlotMark {
             x: n,
             label: format!(
                 "dotted: {}, tree ahead of scan from N = {}",

@@ -7,7 +7,7 @@ mod text;
 
 use std::path::Path;
 
-use raywright_core::bench::{BenchError, BenchOptions, Row, generated, given, sizes};
+use raywright_core::bench::{BenchError, BenchOptions, SeriesRow, generated, given, sizes};
 use raywright_core::settings::Settings;
 use raywright_io::{Error, output};
 
@@ -15,11 +15,11 @@ use crate::args::BenchArgs;
 use crate::console::{self, Verbosity};
 use crate::failure::{Exit, Failure};
 use crate::notes::Notes;
-use crate::progress::Steps;
-use crate::targets::Outputs;
+use crate::progress::StepProgress;
+use crate::targets::OutputFiles;
 use crate::threads::Threads;
 use crate::{plan, scene_input};
-use report::{Measured, Report, THREADS};
+use report::{BenchFigures, BenchReport, THREADS};
 
 /// Longest useful sample in seconds: beyond it, the spread has other causes than the sample's
 /// length.
@@ -31,14 +31,14 @@ const GIVEN_ROWS: usize = 2;
 pub fn run(args: &BenchArgs, verbosity: Verbosity) -> Result<(), Failure> {
     if let Some(path) = &args.plot {
         refuse_other_formats(path)?;
-        Outputs::default().add(path, "-o")?;
+        OutputFiles::default().add(path, "-o")?;
     }
     // Builds are timed too, independent of the machine's other processors.
     let report = Threads::new(Some(THREADS))?.run(|| match &args.scene {
         Some(_) => of_scene(args, verbosity),
         None => of_generated(args, verbosity),
     })?;
-    if let (Some(path), Measured::Generated(series)) = (&args.plot, &report.measured) {
+    if let (Some(path), BenchFigures::Generated(series)) = (&args.plot, &report.measured) {
         output::write_atomically(path, chart::draw(series, &report).as_bytes())?;
         verbosity.say(path.display());
     }
@@ -65,7 +65,7 @@ fn refuse_other_formats(path: &Path) -> Result<(), Failure> {
 }
 
 /// Sample length at which `rows` rows, each of two scans and the tree, fit the requested time.
-fn care(args: &BenchArgs, rows: usize) -> BenchOptions {
+fn bench_options(args: &BenchArgs, rows: usize) -> BenchOptions {
     let samples = f64::from(args.repeats) * 3.0 * rows as f64;
     BenchOptions {
         repeats: args.repeats as usize,
@@ -74,42 +74,45 @@ fn care(args: &BenchArgs, rows: usize) -> BenchOptions {
     }
 }
 
-fn of_generated(args: &BenchArgs, verbosity: Verbosity) -> Result<Report, Failure> {
+fn of_generated(args: &BenchArgs, verbosity: Verbosity) -> Result<BenchReport, Failure> {
     let (kinds, sizes) = (args.shape.kinds(), sizes(args.max_n));
-    let care = care(args, kinds.len() * sizes.len());
-    let (mut steps, mut rows) = (Steps::start(verbosity), 0.0);
+    let bench_options = bench_options(args, kinds.len() * sizes.len());
+    let (mut steps, mut rows) = (StepProgress::start(verbosity), 0.0);
     let all = (kinds.len() * sizes.len()) as f64;
     let mut series = Vec::with_capacity(kinds.len());
     for kind in kinds {
-        let mut done = |row: &Row| {
+        let mut done = |row: &SeriesRow| {
             rows += 1.0;
             steps.show(&format!("{} {}", row.primitives, kind.name()), rows / all);
         };
         series.push(
-            generated(kind, &sizes, &care, &mut done)
+            generated(kind, &sizes, &bench_options, &mut done)
                 .map_err(|error| failed(error, "generated scene"))?,
         );
     }
-    Ok(Report::new(care, Measured::Generated(series)))
+    Ok(BenchReport::new(
+        bench_options,
+        BenchFigures::Generated(series),
+    ))
 }
 
-fn of_scene(args: &BenchArgs, verbosity: Verbosity) -> Result<Report, Failure> {
+fn of_scene(args: &BenchArgs, verbosity: Verbosity) -> Result<BenchReport, Failure> {
     let name = args.scene.clone().unwrap_or_default();
     let mut notes = Notes::new(verbosity);
     let loaded = scene_input::read(&name, &plan::options(&args.changes, None), &mut notes)?;
     notes.finish();
-    let care = care(args, GIVEN_ROWS);
-    let settings = Settings::of(&loaded.scene);
-    let (mut steps, mut rows) = (Steps::start(verbosity), 0.0);
-    let mut done = |_: &Row| {
+    let bench_options = bench_options(args, GIVEN_ROWS);
+    let settings = Settings::from_scene(&loaded.scene);
+    let (mut steps, mut rows) = (StepProgress::start(verbosity), 0.0);
+    let mut done = |_: &SeriesRow| {
         rows += 1.0;
         steps.show("rays measured", rows / GIVEN_ROWS as f64);
     };
-    let rows = given(&loaded.scene, &settings, &care, &mut done)
+    let rows = given(&loaded.scene, &settings, &bench_options, &mut done)
         .map_err(|error| failed(error, &loaded.source.name))?;
-    Ok(Report::new(
-        care,
-        Measured::Given {
+    Ok(BenchReport::new(
+        bench_options,
+        BenchFigures::Given {
             scene: loaded.source.name,
             hash: loaded.hash.to_string(),
             rows: Box::new(rows),
@@ -139,7 +142,7 @@ mod tests {
     /// they last the requested time, and no sample is longer than useful.
     #[test]
     fn the_samples_share_the_time() {
-        let care = |seconds: &str, rows| {
+        let bench_options = |seconds: &str, rows| {
             let words = ["raywright", "bench", "--seconds", seconds, "--repeats", "4"];
             let Ok(Arguments {
                 command: Some(Command::Bench(args)),
@@ -148,11 +151,11 @@ mod tests {
             else {
                 panic!("a right command line")
             };
-            care(&args, rows)
+            bench_options(&args, rows)
         };
         // 0.75 s / (4 repeats · 3 samples · 2 rows)
         assert_eq!(
-            care("0.75", 2),
+            bench_options("0.75", 2),
             BenchOptions {
                 repeats: 4,
                 sample_seconds: 0.03125,
@@ -160,14 +163,14 @@ mod tests {
             }
         );
         assert_eq!(
-            care("0.75", 5),
+            bench_options("0.75", 5),
             BenchOptions {
                 repeats: 4,
                 sample_seconds: 0.0125,
                 build: BuildQuality::Fast
             }
         );
-        assert_eq!(care("1000", 2).sample_seconds, 0.05);
+        assert_eq!(bench_options("1000", 2).sample_seconds, 0.05);
     }
 
     /// Protects: a disagreement of scan and tree is a failure of the program, with its own exit

@@ -3,7 +3,7 @@
 use std::thread::available_parallelism;
 
 use raywright_core::bench::clock::CLOCK;
-use raywright_core::bench::{BenchOptions, FILL, Given, Series};
+use raywright_core::bench::{BenchOptions, FILL, SceneComparison, Series};
 use raywright_core::ladder::build_rung;
 use serde::Serialize;
 
@@ -14,7 +14,7 @@ pub const THREADS: u32 = 1;
 
 /// Everything needed to judge the figures.
 #[derive(Debug, Serialize)]
-pub struct Report {
+pub struct BenchReport {
     /// Version of this structure.
     format: u32,
     /// Program version.
@@ -35,13 +35,13 @@ pub struct Report {
     pub sample_seconds: f64,
     /// The measured figures.
     #[serde(flatten)]
-    pub measured: Measured,
+    pub measured: BenchFigures,
 }
 
 /// The measured figures.
 #[derive(Debug, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Measured {
+pub enum BenchFigures {
     /// Time against the number of primitives.
     Generated(Vec<Series>),
     /// Time on a given scene.
@@ -52,13 +52,13 @@ pub enum Measured {
         hash: String,
         /// Rows of the table.
         #[serde(flatten)]
-        rows: Box<Given>,
+        rows: Box<SceneComparison>,
     },
 }
 
-impl Report {
+impl BenchReport {
     /// Adds the description of the machine.
-    pub fn new(care: BenchOptions, measured: Measured) -> Self {
+    pub fn new(options: BenchOptions, measured: BenchFigures) -> Self {
         Self {
             format: 1,
             version: env!("CARGO_PKG_VERSION"),
@@ -67,23 +67,23 @@ impl Report {
             threads: THREADS,
             clock: CLOCK,
             precision: "robust",
-            builder: build_rung(care.build),
-            repeats: care.repeats,
-            sample_seconds: care.sample_seconds,
+            builder: build_rung(options.build),
+            repeats: options.repeats,
+            sample_seconds: options.sample_seconds,
             measured,
         }
     }
 
     /// Describes the measurement in sentences.
     pub fn preamble(&self) -> Vec<String> {
-        let what = match &self.measured {
-            Measured::Generated(_) => {
+        let label = match &self.measured {
+            BenchFigures::Generated(_) => {
                 format!(
                     "Random rays through N primitives of constant fill ({} % of a unit cube, size ∝ N^(−1/3)).",
                     FILL * 100.0
                 )
             }
-            Measured::Given { scene, .. } => {
+            BenchFigures::Given { scene, .. } => {
                 format!("{scene}: rays of its camera, and one cosine-weighted bounce of each.")
             }
         };
@@ -93,7 +93,7 @@ impl Report {
             .map(|name| format!("{name}, "))
             .unwrap_or_default();
         vec![
-            what,
+            label,
             "Closest hit: every primitive tested (scan), or a bounding-volume hierarchy (tree); the same hits, checked."
                 .to_owned(),
             format!(

@@ -1,52 +1,54 @@
 //! Tables of `bench`, as plain text and as Markdown.
 
-use raywright_core::bench::{Cost, Crossover, Given, PowerLaw, Row, Series, Spread};
+use raywright_core::bench::{
+    Crossover, PowerLaw, QueryCost, SceneComparison, Series, SeriesRow, Spread,
+};
 use raywright_io::human_bytes;
 
-use super::report::{Measured, Report};
+use super::report::{BenchFigures, BenchReport};
 use crate::console;
 use crate::table::{Align, Table, paragraph};
 
 /// A table with notes below it.
-struct Sheet {
+struct TextSheet {
     heading: String,
     table: Table,
     notes: Vec<String>,
 }
 
 /// Formats the report for a terminal.
-pub fn plain(report: &Report) -> String {
+pub fn plain(report: &BenchReport) -> String {
     let preamble = report
         .preamble()
         .into_iter()
         .map(|line| paragraph(&line) + "\n");
     preamble
-        .chain(sheets(report).iter().map(Sheet::plain))
+        .chain(sheets(report).iter().map(TextSheet::plain))
         .collect()
 }
 
 /// Formats the report as Markdown.
-pub fn markdown(report: &Report) -> String {
+pub fn markdown(report: &BenchReport) -> String {
     let preamble = report.preamble().into_iter().map(|line| line + "\n");
     preamble
-        .chain(sheets(report).iter().map(Sheet::markdown))
+        .chain(sheets(report).iter().map(TextSheet::markdown))
         .collect()
 }
 
-fn sheets(report: &Report) -> Vec<Sheet> {
+fn sheets(report: &BenchReport) -> Vec<TextSheet> {
     match &report.measured {
-        Measured::Generated(series) => series
+        BenchFigures::Generated(series) => series
             .iter()
             .flat_map(|s| [of_series(s, report), upkeep_of_series(s)])
             .collect(),
-        Measured::Given { rows, .. } => vec![of_given(rows, report), upkeep_of_given(rows)],
+        BenchFigures::Given { rows, .. } => vec![of_given(rows, report), upkeep_of_given(rows)],
     }
 }
 
 /// Headings of the time columns.
 const TIMES: [&str; 3] = ["scan, ns/ray", "tree, ns/ray", "scan : tree"];
 
-fn of_series(series: &Series, report: &Report) -> Sheet {
+fn of_series(series: &Series, report: &BenchReport) -> TextSheet {
     let [scan, tree, ratio] = TIMES;
     let names = [
         "N",
@@ -57,7 +59,7 @@ fn of_series(series: &Series, report: &Report) -> Sheet {
         "nodes/ray",
         "tests/ray",
     ];
-    let cells = |row: &Row| {
+    let cells = |row: &SeriesRow| {
         let [scan, tree, ratio] = times(row);
         let [hits, nodes, tests] = visits(row);
         [
@@ -77,7 +79,7 @@ fn of_series(series: &Series, report: &Report) -> Sheet {
     notes.extend(series.tree_growth.map(|law| growth("tree", &law)));
     notes.extend(series.scan_growth.map(|law| growth("scan", &law)));
     notes.extend(left_out(series.rows.iter(), report));
-    Sheet {
+    TextSheet {
         heading: capitalised(series.kind.name()),
         table: Table::new([Align::Right; 7], names, series.rows.iter().map(cells)),
         notes,
@@ -99,7 +101,7 @@ fn lead(crossover: Option<Crossover>) -> String {
 }
 
 /// Table of build times and memory.
-fn upkeep_of_series(series: &Series) -> Sheet {
+fn upkeep_of_series(series: &Series) -> TextSheet {
     let names = [
         "N",
         "scan: build, ms",
@@ -107,8 +109,8 @@ fn upkeep_of_series(series: &Series) -> Sheet {
         "tree: build, ms",
         "bytes/N",
     ];
-    let cells = |row: &Row| {
-        let per_primitive = |cost: Option<Cost>| {
+    let cells = |row: &SeriesRow| {
+        let per_primitive = |cost: Option<QueryCost>| {
             upkeep(cost, |bytes| rounded(bytes as f64 / row.primitives as f64))
         };
         let ([a, b], [c, d]) = (per_primitive(row.scan), per_primitive(Some(row.tree)));
@@ -116,14 +118,14 @@ fn upkeep_of_series(series: &Series) -> Sheet {
             .into_iter()
             .collect()
     };
-    Sheet {
+    TextSheet {
         heading: format!("{}: build and memory", capitalised(series.kind.name())),
         table: Table::new([Align::Right; 5], names, series.rows.iter().map(cells)),
         notes: vec![],
     }
 }
 
-fn of_given(given: &Given, report: &Report) -> Sheet {
+fn of_given(comparison: &SceneComparison, report: &BenchReport) -> TextSheet {
     let [scan, tree, ratio] = TIMES;
     let names = [
         "rays",
@@ -135,7 +137,7 @@ fn of_given(given: &Given, report: &Report) -> Sheet {
         "nodes/ray",
         "tests/ray",
     ];
-    let cells = |name: &str, row: &Row| {
+    let cells = |name: &str, row: &SeriesRow| {
         let [scan, tree, ratio] = times(row);
         let [hits, nodes, tests] = visits(row);
         [
@@ -152,36 +154,36 @@ fn of_given(given: &Given, report: &Report) -> Sheet {
         .collect()
     };
     let mut notes = vec![];
-    if given.bounce.is_none() {
+    if comparison.bounce.is_none() {
         notes.push("The camera sees nothing, so there are no bounces.".to_owned());
     }
     notes.extend(left_out(
-        [Some(&given.camera), given.bounce.as_ref()]
+        [Some(&comparison.camera), comparison.bounce.as_ref()]
             .into_iter()
             .flatten(),
         report,
     ));
     let mut columns = [Align::Right; 8];
     columns[0] = Align::Left;
-    let rows = [cells("camera", &given.camera)]
+    let rows = [cells("camera", &comparison.camera)]
         .into_iter()
-        .chain(given.bounce.iter().map(|row| cells("bounce", row)));
-    Sheet {
+        .chain(comparison.bounce.iter().map(|row| cells("bounce", row)));
+    TextSheet {
         heading: "Scan against tree".to_owned(),
         table: Table::new(columns, names, rows),
         notes,
     }
 }
 
-fn upkeep_of_given(given: &Given) -> Sheet {
-    let row = &given.camera;
-    let cells = |(name, cost): (&str, Option<Cost>)| {
+fn upkeep_of_given(comparison: &SceneComparison) -> TextSheet {
+    let row = &comparison.camera;
+    let cells = |(name, cost): (&str, Option<QueryCost>)| {
         let [build, bytes] = upkeep(cost, |bytes| human_bytes(bytes as u64));
         [name.to_owned(), build, bytes].into_iter().collect()
     };
     let structures = [("scan", row.scan), ("tree", Some(row.tree))];
     let names = ["structure", "objects to structure, ms", "memory"];
-    Sheet {
+    TextSheet {
         heading: format!("Build and memory, {} primitives", row.primitives),
         table: Table::new(
             [Align::Left, Align::Right, Align::Right],
@@ -193,8 +195,8 @@ fn upkeep_of_given(given: &Given) -> Sheet {
 }
 
 /// Cells of the columns [`TIMES`].
-fn times(row: &Row) -> [String; 3] {
-    let time = |cost: Option<Cost>| {
+fn times(row: &SeriesRow) -> [String; 3] {
+    let time = |cost: Option<QueryCost>| {
         cost.map_or_else(
             || "not run".to_owned(),
             |cost| {
@@ -216,7 +218,7 @@ fn times(row: &Row) -> [String; 3] {
 }
 
 /// Cells for the share of rays that hit, and the tree's visits per ray.
-fn visits(row: &Row) -> [String; 3] {
+fn visits(row: &SeriesRow) -> [String; 3] {
     [
         format!("{:.1} %", row.hit_share * 100.0),
         format!("{:.1}", row.tree.nodes_per_ray),
@@ -225,7 +227,7 @@ fn visits(row: &Row) -> [String; 3] {
 }
 
 /// Cells for build time with its spread, and memory.
-fn upkeep(cost: Option<Cost>, memory: impl Fn(usize) -> String) -> [String; 2] {
+fn upkeep(cost: Option<QueryCost>, memory: impl Fn(usize) -> String) -> [String; 2] {
     cost.map_or_else(
         || ["not run".to_owned(), "-".to_owned()],
         |cost| {
@@ -238,14 +240,17 @@ fn upkeep(cost: Option<Cost>, memory: impl Fn(usize) -> String) -> [String; 2] {
     )
 }
 
-fn growth(what: &str, law: &PowerLaw) -> String {
+fn growth(label: &str, law: &PowerLaw) -> String {
     format!(
-        "The {what}'s time grows as N to the {:.3} ± {:.3} (standard error; R² {:.4}; {} points from {} to {}).",
+        "The {label}'s time grows as N to the {:.3} ± {:.3} (standard error; R² {:.4}; {} points from {} to {}).",
         law.exponent, law.standard_error, law.r_squared, law.points, law.from, law.to
     )
 }
 
-fn left_out<'a>(mut rows: impl Iterator<Item = &'a Row>, report: &Report) -> Option<String> {
+fn left_out<'a>(
+    mut rows: impl Iterator<Item = &'a SeriesRow>,
+    report: &BenchReport,
+) -> Option<String> {
     rows.any(|row| row.scan.is_none()).then(|| {
         format!(
             "Not run: a sample of it would take much longer than {} ms.",
@@ -255,8 +260,8 @@ fn left_out<'a>(mut rows: impl Iterator<Item = &'a Row>, report: &Report) -> Opt
 }
 
 /// Formats half the interquartile range in percent.
-fn spread(of: &Spread) -> String {
-    format!(" ±{:>4.1} %", of.relative() * 100.0)
+fn spread(spread: &Spread) -> String {
+    format!(" ±{:>4.1} %", spread.relative() * 100.0)
 }
 
 /// Rounds to three significant digits.
@@ -289,7 +294,7 @@ fn capitalised(word: &str) -> String {
         .unwrap_or_default()
 }
 
-impl Sheet {
+impl TextSheet {
     fn plain(&self) -> String {
         let notes: String = self
             .notes
@@ -349,9 +354,9 @@ mod tests {
         }
     }
 
-    fn cost(nanoseconds: f64, build_milliseconds: f64, bytes: usize) -> Cost {
+    fn cost(nanoseconds: f64, build_milliseconds: f64, bytes: usize) -> QueryCost {
         let (nanoseconds, build_milliseconds) = (spread(nanoseconds), spread(build_milliseconds));
-        Cost {
+        QueryCost {
             nanoseconds,
             rays: 400,
             nodes_per_ray: 7.25,
@@ -365,7 +370,7 @@ mod tests {
     /// percent, and for a whole scene's structures time and memory.
     #[test]
     fn figures_are_in_their_columns() {
-        let row = Row {
+        let row = SeriesRow {
             primitives: 1000,
             hit_share: 0.625,
             scan: Some(cost(800.0, 1.0, 2000)),
@@ -374,11 +379,11 @@ mod tests {
         };
         assert_eq!(times(&row), ["800 ± 5.0 %", "50.0 ± 5.0 %", "16.0 ± 5.0 %"]);
         assert_eq!(visits(&row), ["62.5 %", "7.2", "2.5"]);
-        let given = Given {
+        let comparison = SceneComparison {
             camera: row,
             bounce: None,
         };
-        let sheet = upkeep_of_given(&given);
+        let sheet = upkeep_of_given(&comparison);
         assert_eq!(sheet.heading, "Build and memory, 1000 primitives");
         let rows: Vec<String> = sheet
             .table
@@ -390,7 +395,7 @@ mod tests {
             rows[1..],
             ["scan | 1.00 ± 5.0 % | 2 KiB", "tree | 5.00 ± 5.0 % | 6 MiB"]
         );
-        let untimed = Row {
+        let untimed = SeriesRow {
             scan: None,
             ratio: None,
             ..row

@@ -5,7 +5,7 @@ use raywright_core::display::Display;
 use raywright_core::picture::Encoding;
 use serde::Serialize;
 
-use super::noise::Judged;
+use super::noise::JudgedPicture;
 use crate::origin;
 
 /// The display of linear pictures.
@@ -44,14 +44,14 @@ impl ChosenDisplay {
     /// settings by those of the flags; `all_given` says that the flags give all of them.
     pub fn of(
         (with_flags, all_given): (impl FnOnce(Display) -> Display, bool),
-        picture: &Judged,
-        reference: &Judged,
+        picture: &JudgedPicture,
+        reference: &JudgedPicture,
     ) -> Option<Self> {
         let sides = [
             (reference, DisplaySource::Reference),
             (picture, DisplaySource::Picture),
         ];
-        let is_linear = |judged: &Judged| judged.stored.encoding == Encoding::Linear;
+        let is_linear = |judged: &JudgedPicture| judged.stored_picture.encoding == Encoding::Linear;
         if !sides.iter().any(|(judged, _)| is_linear(judged)) {
             return None;
         }
@@ -61,13 +61,13 @@ impl ChosenDisplay {
             .into_iter()
             .chain(linear)
             .find_map(|(judged, source)| Some((judged.display?, source)));
-        let (own, source) = own.unwrap_or((Display::default(), DisplaySource::Default));
+        let (own_display, source) = own.unwrap_or((Display::default(), DisplaySource::Default));
         let Display {
             tone_map,
             curve,
             exposure_stops,
             ..
-        } = with_flags(own);
+        } = with_flags(own_display);
         let display = Display {
             tone_map,
             curve,

@@ -8,20 +8,20 @@ use std::path::{Path, PathBuf};
 
 use raywright_core::display::Display;
 use raywright_core::metrics::{
-    Comparison, CoverageErrors, Errors, NoiseVerdict, Side, compare, heat_map,
+    ComparedPicture, Comparison, CoverageErrors, NoiseVerdict, PictureErrors, compare, heat_map,
 };
 use raywright_core::picture::{DataWindow, Encoding, Picture};
-use raywright_io::output::{Format, Metadata, StoredPicture, write_png};
-use raywright_io::{Error, Inputs};
+use raywright_io::output::{Metadata, PictureFormat, StoredPicture, write_png};
+use raywright_io::{Error, InputFiles};
 use serde::Serialize;
 
 use self::display::{ChosenDisplay, DisplayReport};
-pub use self::noise::Judged;
+pub use self::noise::JudgedPicture;
 use crate::args::{CompareArgs, DisplayArgs, Exposure};
 use crate::console;
 use crate::failure::{Exit, Failure};
-use crate::table::{lay_out, short};
-use crate::targets::Outputs;
+use crate::table::{format_short, lay_out};
+use crate::targets::OutputFiles;
 use crate::{origin, plan};
 
 /// Compares two pictures, prints the result, and applies the thresholds.
@@ -58,7 +58,7 @@ pub fn run(args: &CompareArgs) -> Result<(), Failure> {
 pub fn embedded(
     args: &CompareArgs,
     [picture, reference]: [PathBuf; 2],
-    pair: &[Judged; 2],
+    pair: &[JudgedPicture; 2],
 ) -> Result<String, Failure> {
     if args.diff.is_some() {
         return Err(Error::usage(
@@ -84,10 +84,14 @@ struct Judgement {
 }
 
 impl Judgement {
-    fn of(args: &CompareArgs, pair: &[Judged; 2]) -> Result<Self, Failure> {
+    fn of(args: &CompareArgs, pair: &[JudgedPicture; 2]) -> Result<Self, Failure> {
         let ([picture, reference], names) =
             (pair, [args.picture.as_path(), args.reference.as_path()]);
-        refuse_other_places(&picture.stored.picture, &reference.stored.picture, names)?;
+        refuse_other_places(
+            &picture.stored_picture.picture,
+            &reference.stored_picture.picture,
+            names,
+        )?;
         let exposure = args.exposure.map(Exposure::Stops);
         let flags = DisplayArgs {
             exposure,
@@ -97,7 +101,7 @@ impl Judgement {
         };
         let all_given = args.exposure.is_some() && args.tonemap.is_some() && args.gamma.is_some();
         let shown = ChosenDisplay::of(
-            (|own| plan::shown(&flags, own), all_given),
+            (|own_display| plan::shown(&flags, own_display), all_given),
             picture,
             reference,
         );
@@ -106,13 +110,17 @@ impl Judgement {
             .noise
             .then(|| noise::judge(picture, reference, names, args.level))
             .transpose()?;
-        let comparison =
-            compare(side(&picture.stored), side(&reference.stored), display).map_err(|cause| {
-                Error::input(
-                    format_args!("{} and {}", names[0].display(), names[1].display()),
-                    cause,
-                )
-            })?;
+        let comparison = compare(
+            side(&picture.stored_picture),
+            side(&reference.stored_picture),
+            display,
+        )
+        .map_err(|cause| {
+            Error::input(
+                format_args!("{} and {}", names[0].display(), names[1].display()),
+                cause,
+            )
+        })?;
         let mut beyond = beyond(args, &comparison);
         beyond.extend(
             verdict
@@ -128,7 +136,7 @@ impl Judgement {
         })
     }
 
-    fn json(&self, pair: &[Judged; 2]) -> String {
+    fn json(&self, pair: &[JudgedPicture; 2]) -> String {
         console::json(&ComparisonReport {
             format: FORMAT,
             comparison: &self.comparison,
@@ -139,7 +147,7 @@ impl Judgement {
         })
     }
 
-    fn text(&self, args: &CompareArgs, pair: &[Judged; 2]) -> String {
+    fn text(&self, args: &CompareArgs, pair: &[JudgedPicture; 2]) -> String {
         let names = [&args.picture, &args.reference].map(|name| name.display().to_string());
         let shown = self
             .shown
@@ -153,19 +161,20 @@ impl Judgement {
     }
 }
 
-fn windows(pair: &[Judged; 2]) -> [Option<DataWindow>; 2] {
-    pair.each_ref().map(|judged| judged.stored.picture.window)
+fn windows(pair: &[JudgedPicture; 2]) -> [Option<DataWindow>; 2] {
+    pair.each_ref()
+        .map(|judged| judged.stored_picture.picture.window)
 }
 
 fn check_difference_target(path: &Path, args: &CompareArgs) -> Result<(), Failure> {
-    if Format::of(path)? != Format::Png {
+    if PictureFormat::from_path(path)? != PictureFormat::Png {
         return Err(Error::usage(format_args!(
             "{}: the difference picture is a .png",
             path.display()
         ))
         .into());
     }
-    let (mut outputs, mut inputs) = (Outputs::default(), Inputs::default());
+    let (mut outputs, mut inputs) = (OutputFiles::default(), InputFiles::default());
     outputs.add(path, "--diff")?;
     inputs.read(&args.picture);
     inputs.read(&args.reference);
@@ -184,7 +193,7 @@ fn refuse_other_places(
     if one == other {
         return Ok(());
     }
-    let [one, other] = [one, other].map(located);
+    let [one, other] = [one, other].map(window_text);
     let names = names.map(|name| name.display().to_string());
     let error = Error::input(
         names.join(" and "),
@@ -197,13 +206,19 @@ fn refuse_other_places(
 fn place(windows: [Option<DataWindow>; 2]) -> Option<String> {
     match windows {
         [None, None] => None,
-        [Some(one), Some(_)] => Some(located(one)),
-        [Some(one), None] => Some(format!("{} against one that says no place", located(one))),
-        [None, Some(other)] => Some(format!("one that says no place against {}", located(other))),
+        [Some(one), Some(_)] => Some(window_text(one)),
+        [Some(one), None] => Some(format!(
+            "{} against one that says no place",
+            window_text(one)
+        )),
+        [None, Some(other)] => Some(format!(
+            "one that says no place against {}",
+            window_text(other)
+        )),
     }
 }
 
-fn located(
+fn window_text(
     DataWindow {
         origin: [x, y],
         full: [width, height],
@@ -212,10 +227,10 @@ fn located(
     format!("{x}, {y} of {width}x{height}")
 }
 
-fn side(stored: &StoredPicture) -> Side<'_> {
-    Side {
-        picture: &stored.picture,
-        encoding: stored.encoding,
+fn side(stored_picture: &StoredPicture) -> ComparedPicture<'_> {
+    ComparedPicture {
+        picture: &stored_picture.picture,
+        encoding: stored_picture.encoding,
     }
 }
 
@@ -237,7 +252,7 @@ fn write_difference(path: &Path, comparison: &Comparison) -> Result<(), Failure>
 
 /// Describes the values beyond the given thresholds. NaN is beyond any threshold.
 fn beyond(args: &CompareArgs, comparison: &Comparison) -> Vec<String> {
-    let Errors {
+    let PictureErrors {
         non_finite,
         rmse,
         relmse,
@@ -278,11 +293,12 @@ fn beyond_in(args: &CompareArgs, of: &str, figures: &CoverageErrors) -> Vec<Stri
     let above = above.into_iter().filter_map(|(name, value, limit)| {
         limit
             .filter(|&limit| value > limit || value.is_nan())
-            .map(|limit| format!("{of}{name} {} is above {limit}", short(value)))
+            .map(|limit| format!("{of}{name} {} is above {limit}", format_short(value)))
     });
     let psnr = figures.psnr.unwrap_or(f64::INFINITY);
     let below = args.min_psnr.filter(|&limit| psnr < limit || psnr.is_nan());
-    let below = below.map(|limit| format!("{of}PSNR {} dB is below {limit} dB", short(psnr)));
+    let below =
+        below.map(|limit| format!("{of}PSNR {} dB is below {limit} dB", format_short(psnr)));
     let lost = figures.non_finite;
     let lost = (lost > 0 && args.has_threshold())
         .then(|| format!("{of}{lost} pixels are not finite numbers"));
@@ -315,9 +331,9 @@ fn coverage(comparison: &Comparison) -> Option<String> {
     );
     Some(format!(
         "differs by up to {}, RMSE {}, mean FLIP {}",
-        short(largest),
-        short(errors.rmse),
-        short(errors.flip)
+        format_short(largest),
+        format_short(errors.rmse),
+        format_short(errors.flip)
     ))
 }
 
@@ -327,7 +343,7 @@ fn text(comparison: &Comparison, [place, shown, noise]: [String; 3]) -> String {
         Encoding::Linear => "linear radiance",
         Encoding::Display => "display values 0 to 1",
     };
-    let colour = |rgb: [f32; 3]| rgb.map(|v| short(f64::from(v))).join(" ");
+    let colour = |rgb: [f32; 3]| rgb.map(|v| format_short(f64::from(v))).join(" ");
     let worst = match &errors.worst {
         Some(w) => format!(
             "{}, {}: {} against {}",
@@ -340,8 +356,11 @@ fn text(comparison: &Comparison, [place, shown, noise]: [String; 3]) -> String {
     };
     let beyond = comparison.beyond.iter().filter(|beyond| beyond.share > 0.0);
     let beyond = beyond.map(|b| match b.codes {
-        0 => format!("{} % of the pixels", short(100.0 * b.share)),
-        codes => format!("{} % by more than {codes}/255", short(100.0 * b.share)),
+        0 => format!("{} % of the pixels", format_short(100.0 * b.share)),
+        codes => format!(
+            "{} % by more than {codes}/255",
+            format_short(100.0 * b.share)
+        ),
     });
     let beyond: Vec<String> = beyond.collect();
     let rows = [
@@ -360,27 +379,27 @@ fn text(comparison: &Comparison, [place, shown, noise]: [String; 3]) -> String {
             }
             .to_owned(),
         ),
-        ("RMSE", short(errors.rmse)),
+        ("RMSE", format_short(errors.rmse)),
         (
             "relMSE",
             format!(
                 "{} ({} without the worst 0.1 %)",
-                short(errors.relmse),
-                short(errors.relmse_trimmed)
+                format_short(errors.relmse),
+                format_short(errors.relmse_trimmed)
             ),
         ),
         (
             "PSNR",
-            errors
-                .psnr
-                .map_or("infinite".to_owned(), |psnr| format!("{} dB", short(psnr))),
+            errors.psnr.map_or("infinite".to_owned(), |psnr| {
+                format!("{} dB", format_short(psnr))
+            }),
         ),
         (
             "FLIP",
             format!(
                 "mean {}, largest {}",
-                short(comparison.flip.mean),
-                short(comparison.flip.maximum)
+                format_short(comparison.flip.mean),
+                format_short(comparison.flip.maximum)
             ),
         ),
         ("differ", beyond.join(", ")),

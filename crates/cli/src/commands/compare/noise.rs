@@ -10,12 +10,12 @@ use raywright_io::{Error, Limits};
 
 use crate::args::names;
 use crate::failure::Failure;
-use crate::table::{short, significant};
+use crate::table::{format_short, format_significant};
 
 /// A picture with its standard errors.
-pub struct Judged {
+pub struct JudgedPicture {
     /// Pixel values.
-    pub stored: StoredPicture,
+    pub stored_picture: StoredPicture,
     /// Display recorded in the picture's file.
     pub display: Option<Display>,
     /// Standard errors, with the degrees of freedom of each.
@@ -27,7 +27,7 @@ const FILM: &str = "film";
 
 /// Reads a picture, or the picture of a film. Its standard errors come from the film or from the
 /// layer `stderr`.
-pub fn read(path: &Path) -> Result<Judged, Failure> {
+pub fn read(path: &Path) -> Result<JudgedPicture, Failure> {
     let limits = Limits::default();
     if path
         .extension()
@@ -37,22 +37,22 @@ pub fn read(path: &Path) -> Result<Judged, Failure> {
         let errors = film
             .standard_errors()
             .map(|(errors, freedom)| (errors, f64::from(freedom)));
-        let stored = StoredPicture {
+        let stored_picture = StoredPicture {
             notation: "film",
             picture: film.picture(),
             encoding: Encoding::Linear,
             has_colour: true,
             texts: Default::default(),
         };
-        return Ok(Judged {
-            stored,
+        return Ok(JudgedPicture {
+            stored_picture,
             display: Some(display),
             errors,
         });
     }
-    let stored = read_picture(path, &limits)?;
-    if !stored.has_colour {
-        let channels = stored
+    let stored_picture = read_picture(path, &limits)?;
+    if !stored_picture.has_colour {
+        let channels = stored_picture
             .picture
             .layers
             .iter()
@@ -62,11 +62,11 @@ pub fn read(path: &Path) -> Result<Judged, Failure> {
         let error = Error::input(path.display(), "it has no colour channels R, G, B");
         return Err(error.with_hint(format!("its channels: {channels}")).into());
     }
-    let metadata = stored.metadata();
-    let errors = errors(&stored.picture, &metadata);
-    Ok(Judged {
+    let metadata = stored_picture.metadata();
+    let errors = errors(&stored_picture.picture, &metadata);
+    Ok(JudgedPicture {
         display: told(&metadata),
-        stored,
+        stored_picture,
         errors,
     })
 }
@@ -114,7 +114,7 @@ fn told(metadata: &Metadata) -> Option<Display> {
     })
 }
 
-impl Judged {
+impl JudgedPicture {
     /// Reads a file by its name.
     pub fn read(path: &Path) -> Result<Self, Failure> {
         read(path)
@@ -122,7 +122,7 @@ impl Judged {
 
     /// Wraps a picture in memory, with the metadata that its file would have.
     pub fn of(picture: &Picture, display: Display, metadata: &Metadata) -> Self {
-        let stored = StoredPicture {
+        let stored_picture = StoredPicture {
             notation: "memory",
             picture: picture.clone(),
             encoding: Encoding::Linear,
@@ -132,14 +132,14 @@ impl Judged {
         Self {
             errors: errors(picture, metadata),
             display: Some(display),
-            stored,
+            stored_picture,
         }
     }
 
     fn noisy(&self) -> NoisyPicture<'_> {
         let Picture {
             width, height, rgb, ..
-        } = &self.stored.picture;
+        } = &self.stored_picture.picture;
         let (standard_errors, freedom) = match &self.errors {
             Some((errors, freedom)) => (Some(errors.clone()), *freedom),
             None => (None, 1.0),
@@ -156,13 +156,13 @@ impl Judged {
 
 /// Tests whether two pictures differ by more than their noise.
 pub fn judge(
-    picture: &Judged,
-    reference: &Judged,
+    picture: &JudgedPicture,
+    reference: &JudgedPicture,
     names: [&Path; 2],
     level: f64,
 ) -> Result<NoiseVerdict, Failure> {
     for (judged, path) in [picture, reference].into_iter().zip(names) {
-        if judged.stored.encoding != Encoding::Linear {
+        if judged.stored_picture.encoding != Encoding::Linear {
             let error = Error::input(
                 path.display(),
                 "--noise is about radiance, and this has codes of display values",
@@ -209,14 +209,17 @@ pub fn described(verdict: &NoiseVerdict) -> String {
             .map(|share| format!(", {:+.2} %", 100.0 * share))
             .unwrap_or_default();
         let deviation = if block.deviation.is_finite() {
-            format!("{} standard errors", significant(block.deviation.abs(), 2))
+            format!(
+                "{} standard errors",
+                format_significant(block.deviation.abs(), 2)
+            )
         } else {
             "where there is no noise".to_owned()
         };
         let (x, y, edge) = (block.x, block.y, block.edge);
         format!(
             "; the clearest at {x}, {y}, {edge} pixels wide: {channel} by {}{share}, {deviation}",
-            short(block.difference)
+            format_short(block.difference)
         )
     });
     let left = if *untested == 0 {
@@ -226,7 +229,7 @@ pub fn described(verdict: &NoiseVerdict) -> String {
     };
     format!(
         "{found} (a false alarm in {} of 100 comparisons){}{left}",
-        significant(100.0 * level, 2),
+        format_significant(100.0 * level, 2),
         clearest.unwrap_or_default()
     )
 }

@@ -1,14 +1,14 @@
 //! `info` as JSON: the content of its table, as numbers and lists for scripts.
 
 use raywright_core::scene::{Image, Shape};
-use raywright_core::{Lookup, Scene, Settings, estimate, extent};
+use raywright_core::{Scene, SceneLookup, Settings, estimate, extent};
 use raywright_io::Loaded;
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
 /// A file and its contents. Lists are empty where the file has no such items.
 #[derive(Serialize)]
-pub struct Facts {
+pub struct FileInfo {
     /// Version of this layout.
     format: u32,
     file: String,
@@ -21,7 +21,7 @@ pub struct Facts {
     /// Counts by kind, of lights and of objects.
     lights: Map<String, Value>,
     objects: Map<String, Value>,
-    triangles: Triangles,
+    triangles: TriangleSummary,
     materials: Vec<String>,
     textures: usize,
     images: Vec<Value>,
@@ -38,7 +38,7 @@ pub struct Facts {
 
 /// Numbers of mesh triangles.
 #[derive(Serialize)]
-struct Triangles {
+struct TriangleSummary {
     /// Triangles of all meshes, each mesh counted once.
     stored: usize,
     /// Triangles of all listed objects, instances included.
@@ -46,11 +46,11 @@ struct Triangles {
     meshes: usize,
 }
 
-impl Facts {
+impl FileInfo {
     /// Collects the facts of a loaded file.
     pub fn of(loaded: &Loaded) -> Self {
         let (scene, contents) = (&loaded.scene, &loaded.contents);
-        let settings = Settings::of(scene);
+        let settings = Settings::from_scene(scene);
         let bounds = extent(scene, settings.precision).bounds;
         let animation = |info: &raywright_io::AnimationInfo| json!({ "name": info.name, "seconds": info.seconds });
         let extension = |info: &raywright_io::ExtensionInfo| json!({ "name": info.name, "required": info.required, "read": info.read });
@@ -109,18 +109,18 @@ fn counted<'a>(kinds: impl Iterator<Item = &'a str>) -> Map<String, Value> {
     counts
 }
 
-fn triangles(scene: &Scene) -> Triangles {
-    let lookup = Lookup::new(scene);
-    let of = |name: &str| lookup.mesh_data(name).map_or(0, |data| data.indices.len());
+fn triangles(scene: &Scene) -> TriangleSummary {
+    let lookup = SceneLookup::new(scene);
+    let value_of = |name: &str| lookup.mesh_data(name).map_or(0, |data| data.indices.len());
     let shown = scene.objects.iter().map(|object| {
         if let Shape::Mesh(name) = &object.shape {
-            of(name)
+            value_of(name)
         } else {
             0
         }
     });
-    let stored = scene.meshes.iter().map(|mesh| of(&mesh.name)).sum();
-    Triangles {
+    let stored = scene.meshes.iter().map(|mesh| value_of(&mesh.name)).sum();
+    TriangleSummary {
         stored,
         shown: shown.sum(),
         meshes: scene.meshes.len(),

@@ -9,8 +9,8 @@ use std::path::Path;
 use glam::DVec3;
 use raywright_core::extent::Extent;
 use raywright_core::scene::{LightKind, Model, Pattern, Shape, Sky};
-use raywright_core::{Lookup, Scene, Settings, estimate, extent, generate};
-use raywright_io::{AnimationInfo, ExtensionInfo, Format, Loaded, Notation};
+use raywright_core::{Scene, SceneLookup, Settings, estimate, extent, generate};
+use raywright_io::{AnimationInfo, ExtensionInfo, Loaded, Notation, SceneFormat};
 
 use crate::args::InfoArgs;
 use crate::console::{self, Verbosity};
@@ -19,7 +19,7 @@ use crate::memory;
 use crate::notes::Notes;
 use crate::plan;
 use crate::scene_input;
-use crate::table::{lay_out, short};
+use crate::table::{format_short, lay_out};
 
 /// Prints the table, or the JSON.
 pub fn run(args: &InfoArgs, verbosity: Verbosity) -> Result<(), Failure> {
@@ -30,7 +30,7 @@ pub fn run(args: &InfoArgs, verbosity: Verbosity) -> Result<(), Failure> {
     let loaded = scene_input::read(&args.scene, &plan::options(&args.changes, None), &mut notes)?;
     notes.finish();
     console::print(if args.json {
-        console::json(&json::Facts::of(&loaded))
+        console::json(&json::FileInfo::of(&loaded))
     } else {
         lay_out(&rows(&loaded))
     })
@@ -102,9 +102,9 @@ fn rows(loaded: &Loaded) -> Vec<[String; 2]> {
 /// scene's data without building any accelerator, which would be slow for models of millions of
 /// triangles.
 fn whole(scene: &Scene) -> [(&'static str, String); 2] {
-    let settings = Settings::of(scene);
+    let settings = Settings::from_scene(scene);
     let Extent { bounds, unbounded } = extent(scene, settings.precision);
-    let corner = |point: DVec3| point.to_array().map(short).join(", ");
+    let corner = |point: DVec3| point.to_array().map(format_short).join(", ");
     let box_around = if bounds.is_empty() {
         String::new()
     } else {
@@ -126,15 +126,15 @@ fn whole(scene: &Scene) -> [(&'static str, String); 2] {
     ]
 }
 
-fn format(format: Format) -> &'static str {
+fn format(format: SceneFormat) -> &'static str {
     match format {
-        Format::Native(Notation::Toml) => "Raywright scene (TOML)",
-        Format::Native(Notation::Json) => "Raywright scene (JSON)",
-        Format::Gltf => "glTF 2.0",
-        Format::Glb => "glTF 2.0 (binary)",
-        Format::Obj => "Wavefront OBJ",
-        Format::Stl => "STL",
-        Format::Ply => "PLY",
+        SceneFormat::Native(Notation::Toml) => "Raywright scene (TOML)",
+        SceneFormat::Native(Notation::Json) => "Raywright scene (JSON)",
+        SceneFormat::Gltf => "glTF 2.0",
+        SceneFormat::Glb => "glTF 2.0 (binary)",
+        SceneFormat::Obj => "Wavefront OBJ",
+        SceneFormat::Stl => "STL",
+        SceneFormat::Ply => "PLY",
     }
 }
 
@@ -180,7 +180,7 @@ fn animation(info: &AnimationInfo) -> String {
     };
     info.seconds.map_or_else(
         || name.to_owned(),
-        |seconds| format!("{name} ({} s)", short(seconds)),
+        |seconds| format!("{name} ({} s)", format_short(seconds)),
     )
 }
 
@@ -297,19 +297,19 @@ fn generated(scene: &Scene) -> String {
 /// Formats the number of mesh triangles, with each mesh counted once, and the number with instances
 /// where that differs.
 fn triangles(scene: &Scene) -> String {
-    let lookup = Lookup::new(scene);
-    let of = |name: &str| lookup.mesh_data(name).map(|data| data.indices.len());
+    let lookup = SceneLookup::new(scene);
+    let value_of = |name: &str| lookup.mesh_data(name).map(|data| data.indices.len());
     let meshes: Vec<usize> = scene
         .meshes
         .iter()
-        .filter_map(|mesh| of(&mesh.name))
+        .filter_map(|mesh| value_of(&mesh.name))
         .collect();
     let stored: usize = meshes.iter().sum();
     let shown = scene
         .objects
         .iter()
         .filter_map(|object| match &object.shape {
-            Shape::Mesh(name) => of(name),
+            Shape::Mesh(name) => value_of(name),
             _ => None,
         });
     match (meshes.len(), shown.sum::<usize>()) {
@@ -411,13 +411,13 @@ mod tests {
                 .extend(parts.as_object().expect("a table").clone());
             serde_json::from_value::<Scene>(whole).expect("a scene")
         };
-        let told = |render: serde_json::Value| render_size(&with(json!({ "render": render })));
+        let describe = |render: serde_json::Value| render_size(&with(json!({ "render": render })));
         assert!(
-            told(json!({ "samples": 9, "size": [4, 3], "max_depth": 5 }))
+            describe(json!({ "samples": 9, "size": [4, 3], "max_depth": 5 }))
                 .eq("4x3 pixels, 9 samples, at most 5 ray segments")
         );
-        assert!(told(json!({ "pattern": "centre" })).contains(", 1 sample (centre), "));
-        assert!(told(json!({ "pattern": "corners" })).contains(", 4 samples (corners), "));
+        assert!(describe(json!({ "pattern": "centre" })).contains(", 1 sample (centre), "));
+        assert!(describe(json!({ "pattern": "corners" })).contains(", 4 samples (corners), "));
         let mesh = |name: &str| {
             let data = json!({ "positions": [[0, 0, 0], [1, 0, 0], [0, 1, 0]], "indices": [[0, 1, 2], [2, 1, 0]] });
             json!({ "name": name, "source": { "inline": data } })

@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use raywright_io::output::{Format, Metadata, StoredPicture, read_picture};
+use raywright_io::output::{Metadata, PictureFormat, StoredPicture, read_picture};
 use serde::Serialize;
 use serde_json::{Value, json};
 
@@ -36,24 +36,24 @@ struct PictureFacts {
 
 /// Whether a file name is that of a picture.
 pub fn is_picture(path: &Path) -> bool {
-    Format::of(path).is_ok()
+    PictureFormat::from_path(path).is_ok()
 }
 
 /// Prints the facts about a picture file, as a table or as JSON.
 pub fn run(path: &Path, as_json: bool) -> Result<(), Failure> {
-    let stored = read_picture(path, &plan::limits(None))?;
-    let facts = PictureFacts::of(path, &stored);
+    let stored_picture = read_picture(path, &plan::limits(None))?;
+    let picture_facts = PictureFacts::of(path, &stored_picture);
     console::print(if as_json {
-        console::json(&facts)
+        console::json(&picture_facts)
     } else {
-        lay_out(&facts.rows())
+        lay_out(&picture_facts.rows())
     })
 }
 
 impl PictureFacts {
-    fn of(path: &Path, stored: &StoredPicture) -> Self {
-        let picture = &stored.picture;
-        let metadata = stored.metadata();
+    fn of(path: &Path, stored_picture: &StoredPicture) -> Self {
+        let picture = &stored_picture.picture;
+        let metadata = stored_picture.metadata();
         let error = error(&metadata);
         let Metadata {
             software,
@@ -66,7 +66,7 @@ impl PictureFacts {
         Self {
             format: FORMAT,
             file: path.display().to_string(),
-            notation: stored.notation,
+            notation: stored_picture.notation,
             size: [picture.width, picture.height],
             window: picture
                 .window
@@ -152,7 +152,7 @@ fn error(metadata: &Metadata) -> Option<Value> {
 
 /// Formats the error in words.
 fn told(error: &Value) -> String {
-    let of = |name: &str| {
+    let value_of = |name: &str| {
         let estimate = &error[name];
         format!(
             "{} ({} to {})",
@@ -171,8 +171,8 @@ fn told(error: &Value) -> String {
     };
     format!(
         "root relMSE {}, RMSE {}; {} samples{denoised}{doubt}",
-        of("root_relmse"),
-        of("rmse"),
+        value_of("root_relmse"),
+        value_of("rmse"),
         text("samples")
     )
 }

@@ -5,25 +5,25 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use raywright_core::Ready;
+use raywright_core::ReadyScene;
 use raywright_core::display::Display;
-use raywright_core::film::{Film, Part, PartError, Uncertainty};
+use raywright_core::film::{Film, FilmPart, PartError, Uncertainty};
 use raywright_io::output::{KeptFilm, Metadata, read_film, write_film};
-use raywright_io::{Error, Inputs};
+use raywright_io::{Error, InputFiles};
 use serde::Serialize;
 
 use super::live::Onlookers;
-use super::write::shown;
-use crate::args::{ProgressStyle, Share};
-use crate::clock::{Clock, spoken};
+use super::write::printable_path;
+use crate::args::{PictureShare, ProgressStyle};
+use crate::clock::{Clock, format_duration};
 use crate::console::{self, Verbosity};
 use crate::failure::Failure;
 use crate::notes::Notes;
 use crate::origin;
-use crate::plan::Task;
+use crate::plan::RenderTask;
 use crate::progress::Progress;
-use crate::targets::{Outputs, Target};
-use crate::watch::{Patience, Watch};
+use crate::targets::{OutputFiles, OutputTarget};
+use crate::watch::{Deadlines, Watch};
 
 /// Interval of checkpoints; longer where writing takes more than a twentieth of the time.
 const KEEP_EVERY: Duration = Duration::from_secs(60);
@@ -64,12 +64,12 @@ fn is_due(passed: Duration, took: Duration) -> bool {
     passed >= took * ESTIMATE_EVERY
 }
 
-/// Version of the layout of [`Pass`].
+/// Version of the layout of [`ProgressLine`].
 const PASS_FORMAT: u32 = 1;
 
 /// A line of `--progress json`.
 #[derive(Serialize)]
-struct Pass {
+struct ProgressLine {
     format: u32,
     /// Number of the picture in the run, counted from one, and number of pictures.
     picture: u64,
@@ -87,7 +87,11 @@ struct Pass {
 }
 
 /// Finds usage errors before the scene is loaded, and adds the checkpoint to the outputs.
-pub fn check(task: &Task, targets: &[Target], outputs: &mut Outputs) -> Result<(), Failure> {
+pub fn check(
+    task: &RenderTask,
+    targets: &[OutputTarget],
+    outputs: &mut OutputFiles,
+) -> Result<(), Failure> {
     if task.part.is_some() {
         if task.max_error.is_some() {
             let error = Error::usage(
@@ -118,7 +122,7 @@ pub fn check(task: &Task, targets: &[Target], outputs: &mut Outputs) -> Result<(
     };
     outputs.add(path, "--checkpoint")?;
     // The resumed file may be the checkpoint itself, whose samples are all kept.
-    let mut inputs = Inputs::default();
+    let mut inputs = InputFiles::default();
     task.resume
         .iter()
         .filter(|earlier| *earlier != path)
@@ -128,10 +132,10 @@ pub fn check(task: &Task, targets: &[Target], outputs: &mut Outputs) -> Result<(
 }
 
 /// This run's share of an unfinished picture.
-pub struct Session<'a> {
-    kept: KeptFilm,
-    part: Part,
-    task: &'a Task,
+pub struct FilmSession<'a> {
+    kept_film: KeptFilm,
+    part: FilmPart,
+    task: &'a RenderTask,
     /// Whether all requested samples were rendered.
     is_done: bool,
     /// Error of the last checkpoint, if its file could not be written.
@@ -140,11 +144,11 @@ pub struct Session<'a> {
     onlookers: Onlookers,
 }
 
-impl<'a> Session<'a> {
+impl<'a> FilmSession<'a> {
     /// Starts with an empty film or the resumed film.
     pub fn start(
-        task: &'a Task,
-        ready: &Ready,
+        task: &'a RenderTask,
+        ready: &ReadyScene,
         identity: String,
         metadata: Metadata,
         display: Display,
@@ -163,25 +167,25 @@ impl<'a> Session<'a> {
             film.replay(&map.film)
                 .map_err(|error| foreign(path, error))?;
         }
-        let whole = film.whole();
+        let whole = film.whole_part();
         let part = match task.part {
-            Some(Share { of, .. }) if of > whole.tiles.end => {
+            Some(PictureShare { of: total, .. }) if total > whole.tiles.end => {
                 let error = Error::usage(format_args!(
-                    "--part divides the picture into {of} shares, and it has {} tiles",
+                    "--part divides the picture into {total} shares, and it has {} tiles",
                     whole.tiles.end
                 ));
                 return Err(error.with_hint("divide it into fewer").into());
             }
-            Some(Share { number, of }) => whole.share(number - 1, of),
+            Some(PictureShare { number, of: total }) => whole.share(number - 1, total),
             None => whole,
         };
-        let kept = KeptFilm {
+        let kept_film = KeptFilm {
             film,
             metadata,
             display,
         };
         Ok(Self {
-            kept,
+            kept_film,
             part,
             task,
             is_done: false,
@@ -199,7 +203,7 @@ impl<'a> Session<'a> {
     /// checkpoint does not end the render.
     pub fn render(
         &mut self,
-        ready: &Ready,
+        ready: &ReadyScene,
         progress: &Progress,
         (clock, stop): (&Clock, &AtomicBool),
     ) -> Result<(), Failure> {
@@ -212,25 +216,25 @@ impl<'a> Session<'a> {
             let keep_at = self.task.checkpoint.is_some().then(|| kept + keep_every);
             let tell_at = tells.then(|| told + TELL_EVERY);
             let pause_at = keep_at.into_iter().chain(tell_at).min();
-            let pause_with = self.onlookers.next(&self.kept.film);
-            let patience = Patience {
+            let pause_with = self.onlookers.next(&self.kept_film.film);
+            let deadlines = Deadlines {
                 deadline,
                 pause_at,
                 pause_with,
             };
             let watch = Watch {
                 progress: Some(progress),
-                patience,
+                deadlines,
                 began: clock.began(),
                 ..Watch::until(stop)
             };
-            let rendered = ready.render_part(&mut self.kept.film, &self.part, &watch);
+            let rendered = ready.render_part(&mut self.kept_film.film, &self.part, &watch);
             rendered.map_err(Error::usage)?;
             self.is_done = !watch.was_stopped() && (self.lacks() == 0 || watch.is_late());
             let ends = self.is_done || watch.was_stopped();
             if tells {
-                let error = error.update(&self.kept.film, ends);
-                console::tell(self.pass(progress, error));
+                let error = error.update(&self.kept_film.film, ends);
+                console::print_message(self.pass(progress, error));
                 told = Instant::now();
             }
             self.show_stage(&watch, ends);
@@ -252,7 +256,7 @@ impl<'a> Session<'a> {
             film,
             metadata,
             display,
-        } = &self.kept;
+        } = &self.kept_film;
         let done = watch.done.load(Ordering::Relaxed);
         if !self
             .onlookers
@@ -280,13 +284,13 @@ impl<'a> Session<'a> {
     /// Formats the progress as a line of JSON.
     fn pass(&self, progress: &Progress, error: Option<Uncertainty>) -> String {
         let ([picture, pictures], (seconds, left)) = (progress.pieces(), progress.seconds());
-        let samples = self.kept.film.samples(&self.part);
-        let pass = Pass {
+        let samples = self.kept_film.film.samples(&self.part);
+        let pass = ProgressLine {
             format: PASS_FORMAT,
             picture: picture + 1,
             pictures,
             samples: [*samples.start(), *samples.end()],
-            of: self.kept.film.asked(),
+            of: self.kept_film.film.requested_samples(),
             error,
             seconds,
             seconds_left: if self.is_done && picture + 1 == pictures {
@@ -303,9 +307,9 @@ impl<'a> Session<'a> {
         let Some(path) = &self.task.checkpoint else {
             return;
         };
-        self.kept.metadata.settings =
-            origin::with_samples(&self.kept.metadata.settings, &self.samples());
-        let failed = write_film(path, &mut self.kept).err();
+        self.kept_film.metadata.settings =
+            origin::with_samples(&self.kept_film.metadata.settings, &self.samples());
+        let failed = write_film(path, &mut self.kept_film).err();
         if let Some(error) = failed
             .as_ref()
             .filter(|_| !self.is_done && self.unkept.is_none())
@@ -330,30 +334,30 @@ impl<'a> Session<'a> {
         {
             notes.hint(format!(
                 "{} is not enough for one pass over the picture, which took until {}; a smaller --size takes less",
-                spoken(budget),
-                spoken(clock.total())
+                format_duration(budget),
+                format_duration(clock.total())
             ));
         }
     }
 
     /// Number of tiles in the part that lack samples.
     fn lacks(&self) -> usize {
-        self.kept.film.lacking(&self.part)
+        self.kept_film.film.lacking(&self.part)
     }
 
     /// The film so far.
     pub fn film(&self) -> &Film {
-        &self.kept.film
+        &self.kept_film.film
     }
 
     /// Sets the display and metadata of the picture.
     pub fn show(&mut self, display: Display, metadata: Metadata) {
-        (self.kept.display, self.kept.metadata) = (display, metadata);
+        (self.kept_film.display, self.kept_film.metadata) = (display, metadata);
     }
 
     /// Metadata of the picture's file.
     pub fn metadata(&self) -> &Metadata {
-        &self.kept.metadata
+        &self.kept_film.metadata
     }
 
     /// Whether all requested samples were rendered, or all that the budget allowed.
@@ -363,7 +367,7 @@ impl<'a> Session<'a> {
 
     /// Samples per pixel, in words.
     pub fn samples(&self) -> String {
-        samples(&self.kept.film, &self.part)
+        samples(&self.kept_film.film, &self.part)
     }
 
     /// Adds this run's film to the list of written files.
@@ -373,7 +377,7 @@ impl<'a> Session<'a> {
             .checkpoint
             .as_ref()
             .filter(|_| self.unkept.is_none());
-        written.extend(kept.map(|path| shown(path)));
+        written.extend(kept.map(|path| printable_path(path)));
         written
     }
 
@@ -394,21 +398,21 @@ impl<'a> Session<'a> {
 }
 
 /// Formats the samples per pixel of a part: `16 samples`, `12 to 16 of 64 samples`.
-pub fn samples(film: &Film, part: &Part) -> String {
-    let (there, all) = (film.samples(part), film.asked());
-    let (least, most) = (*there.start(), *there.end());
+pub fn samples(film: &Film, part: &FilmPart) -> String {
+    let (there, all) = (film.samples(part), film.requested_samples());
+    let (minimum, maximum) = (*there.start(), *there.end());
     let Some(all) = all else {
-        return if least == most {
-            format!("{most} samples")
+        return if minimum == maximum {
+            format!("{maximum} samples")
         } else {
-            format!("{least} to {most} samples")
+            format!("{minimum} to {maximum} samples")
         };
     };
-    match (least == most, most == all) {
+    match (minimum == maximum, maximum == all) {
         (true, true) if all == 1 => "1 sample".to_owned(),
         (true, true) => format!("{all} samples"),
-        (true, false) => format!("{least} of {all} samples"),
-        (false, _) => format!("{least} to {most} of {all} samples"),
+        (true, false) => format!("{minimum} of {all} samples"),
+        (false, _) => format!("{minimum} to {maximum} of {all} samples"),
     }
 }
 
@@ -433,22 +437,26 @@ pub fn refuse_other_program(path: &Path, metadata: &Metadata) -> Result<(), Fail
 /// Failure for a film that cannot be resumed.
 fn foreign(path: &Path, error: PartError) -> Failure {
     match error {
-        PartError::Foreign { what, .. } => {
+        PartError::Foreign { label, .. } => {
             let error = Error::input(
                 path.display(),
-                format_args!("it is of another picture: the {what} differs"),
+                format_args!("it is of another picture: the {label} differs"),
             );
             error
                 .with_hint("give the scene and flags that it was made with; only --spp may grow")
                 .into()
         }
-        PartError::Samples { has, asked, least } => {
+        PartError::Samples {
+            has,
+            requested,
+            least: minimum,
+        } => {
             let message = format!(
-                "{}: its {has} samples a pixel cannot become {asked}",
+                "{}: its {has} samples a pixel cannot become {requested}",
                 path.display()
             );
             Error::usage(message)
-                .with_hint(format!("--spp {least}, or more"))
+                .with_hint(format!("--spp {minimum}, or more"))
                 .into()
         }
         other => Error::input(path.display(), other).into(),
@@ -492,17 +500,17 @@ mod tests {
                 &Settings {
                     crop,
                     sampling,
-                    ..Settings::of(&Scene::default())
+                    ..Settings::from_scene(&Scene::default())
                 },
                 &(),
             )
             .expect("empty");
             let mut film = ready.film("");
-            let whole = film.whole();
+            let whole = film.whole_part();
             ready
                 .render_part(
                     &mut film,
-                    &Part {
+                    &FilmPart {
                         tiles: 0..tiles,
                         ..whole.clone()
                     },

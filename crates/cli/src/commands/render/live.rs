@@ -5,13 +5,13 @@ use std::path::PathBuf;
 use raywright_core::display::Display;
 use raywright_core::film::Film;
 use raywright_core::picture::{Layer, Picture};
-use raywright_core::{Observer, RenderStage, Rendered};
+use raywright_core::{Observer, RenderOutput, RenderStage};
 use raywright_io::Error;
 use raywright_io::output::{Metadata, png_bytes, write_atomically};
 
 use super::tev::Tev;
 use crate::failure::{Exit, Failure};
-use crate::plan::Task;
+use crate::plan::RenderTask;
 
 /// Live previews of a picture, if any.
 #[derive(Default)]
@@ -26,7 +26,7 @@ pub struct Onlookers {
 
 impl Onlookers {
     /// Creates the previews that a task requests, for a picture with this name.
-    pub fn of(task: &Task, name: &str, is_exposed: bool) -> Result<Self, Failure> {
+    pub fn of(task: &RenderTask, name: &str, is_exposed: bool) -> Result<Self, Failure> {
         let refused = |cause: std::io::Error, host: &str, port: u16| {
             let failure = Failure::new(
                 Exit::File,
@@ -70,13 +70,13 @@ impl Onlookers {
             return None;
         }
         let display = if self.is_exposed {
-            display.suited_to(rendered.shown())
+            display.suited_to(rendered.shown_picture())
         } else {
             display
         };
         let mut failed = None;
         if let Some(path) = &self.preview {
-            let bytes = png_bytes(rendered.shown(), display, metadata)
+            let bytes = png_bytes(rendered.shown_picture(), display, metadata)
                 .map_err(|cause| Error::write(path, &cause));
             failed = bytes
                 .and_then(|bytes| write_atomically(path, &bytes))
@@ -94,7 +94,7 @@ impl Onlookers {
 }
 
 /// Returns the picture with all its layers and the standard errors of its pixels.
-fn with_errors(film: &Film, rendered: &Rendered) -> Picture {
+fn with_errors(film: &Film, rendered: &RenderOutput) -> Picture {
     let mut picture = rendered.all_layers().into_owned();
     if let Some((errors, _)) = film
         .standard_errors()

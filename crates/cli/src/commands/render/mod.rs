@@ -2,9 +2,9 @@
 
 pub mod film;
 mod live;
+pub mod messages;
 pub mod picture;
 mod series;
-pub mod tell;
 mod tev;
 pub mod write;
 
@@ -16,8 +16,8 @@ use raywright_core::display::{Display, Output};
 use raywright_core::film::Uncertainty;
 use raywright_core::ladder::RungValue;
 use raywright_core::settings::Settings;
-use raywright_core::{Ready, Rendered};
-use raywright_io::output::{Format, Metadata, pixel_hash};
+use raywright_core::{ReadyScene, RenderOutput};
+use raywright_io::output::{Metadata, PictureFormat, pixel_hash};
 use raywright_io::{Error, LoadOptions, Loaded};
 
 use crate::beginning::Beginning;
@@ -25,10 +25,10 @@ use crate::clock::Clock;
 use crate::console;
 use crate::failure::Failure;
 use crate::notes::Notes;
-use crate::plan::{Plan, Task};
-use crate::targets::{Outputs, Target};
+use crate::plan::{PicturePlan, RenderTask};
+use crate::targets::{OutputFiles, OutputTarget};
 use crate::{origin, scene_input};
-use film::Session;
+use film::FilmSession;
 use live::Onlookers;
 pub use series::run;
 
@@ -38,8 +38,8 @@ const ALLOW_EMPTY: &str = "--allow-empty makes a picture all the same";
 /// Error for a picture's line and its file: for path tracing, for denoised pictures, and where
 /// requested.
 fn claimed<'a>(
-    task: &Task,
-    (ready, rendered): (&Ready, &Rendered),
+    task: &RenderTask,
+    (ready, rendered): (&ReadyScene, &RenderOutput),
     noisy: Option<&'a Uncertainty>,
 ) -> Option<&'a Uncertainty> {
     noisy.filter(|_| {
@@ -49,9 +49,9 @@ fn claimed<'a>(
 
 /// Origin and error for the metadata of a picture's file.
 fn metadata(
-    task: &Task,
-    session: &Session,
-    rendered: &Rendered,
+    task: &RenderTask,
+    session: &FilmSession,
+    rendered: &RenderOutput,
     noisy: Option<&Uncertainty>,
 ) -> Metadata {
     match task.has_metadata {
@@ -66,8 +66,8 @@ fn metadata(
 /// Prints the hash of a picture's pixels, where requested, before the name of each file that holds
 /// them, or before a name where no file does.
 fn print_hash(
-    task: &Task,
-    (rendered, display): (&Rendered, Display),
+    task: &RenderTask,
+    (rendered, display): (&RenderOutput, Display),
     files: &[String],
     name: &str,
 ) -> Result<(), Failure> {
@@ -75,8 +75,8 @@ fn print_hash(
         return Ok(());
     }
     let shown = match display.linear_background() {
-        None => Cow::Borrowed(rendered.shown()),
-        Some(colour) => Cow::Owned(rendered.shown().over(colour)),
+        None => Cow::Borrowed(rendered.shown_picture()),
+        Some(colour) => Cow::Owned(rendered.shown_picture().over(colour)),
     };
     let (hash, name) = (pixel_hash(&shown), [name.to_owned()]);
     let names = if files.is_empty() { &name } else { files };
@@ -89,21 +89,21 @@ fn print_hash(
 }
 
 /// File format of a picture whose name the user did not give.
-fn default_format(task: &Task) -> Format {
+fn default_format(task: &RenderTask) -> PictureFormat {
     if wants_floats(task) {
-        Format::Exr
+        PictureFormat::Exr
     } else {
-        Format::Png
+        PictureFormat::Png
     }
 }
 
 /// Starts the session of one picture of a scene.
 fn start<'a>(
-    task: &'a Task,
+    task: &'a RenderTask,
     options: &LoadOptions,
-    (loaded, ready): (&Loaded, &Ready),
-    (plan, label): (&Plan, &str),
-) -> Result<Session<'a>, Failure> {
+    (loaded, ready): (&Loaded, &ReadyScene),
+    (plan, label): (&PicturePlan, &str),
+) -> Result<FilmSession<'a>, Failure> {
     let stem = &loaded.source.stem;
     let name = if label.is_empty() {
         stem.clone()
@@ -113,36 +113,39 @@ fn start<'a>(
     let identity = origin::identity(loaded, options, &task.choices);
     let metadata = origin::metadata(loaded, plan, &task.choices);
     let onlookers = Onlookers::of(task, &name, plan.is_exposed)?;
-    Ok(Session::start(task, ready, identity, metadata, plan.display)?.with_onlookers(onlookers))
+    Ok(
+        FilmSession::start(task, ready, identity, metadata, plan.display)?
+            .with_onlookers(onlookers),
+    )
 }
 
 /// Records the notes that are known before the render.
-fn note_prepared(loaded: &mut Loaded, ready: &Ready, settings: &Settings, notes: &mut Notes) {
-    tell::note_effects(loaded, ready.effects(), notes);
-    tell::note_lost(loaded, ready, notes);
-    tell::note_unresolved(loaded, ready, notes);
-    tell::note_edges(loaded, settings, notes);
-    tell::note_closed_gaps(loaded, ready, settings, notes);
-    tell::note_light_leaks(loaded, ready, settings, notes);
-    tell::note_clamp(loaded, ready, settings, notes);
+fn note_prepared(loaded: &mut Loaded, ready: &ReadyScene, settings: &Settings, notes: &mut Notes) {
+    messages::note_effects(loaded, ready.effects(), notes);
+    messages::note_lost(loaded, ready, notes);
+    messages::note_unresolved(loaded, ready, notes);
+    messages::note_edges(loaded, settings, notes);
+    messages::note_closed_gaps(loaded, ready, settings, notes);
+    messages::note_light_leaks(loaded, ready, settings, notes);
+    messages::note_clamp(loaded, ready, settings, notes);
 }
 
 /// Records the notes that depend on the rendered picture.
 fn note_rendered(
     loaded: &Loaded,
-    rendered: &Rendered,
-    plan: &Plan,
-    targets: &[Target],
+    rendered: &RenderOutput,
+    plan: &PicturePlan,
+    targets: &[OutputTarget],
     notes: &mut Notes,
 ) {
-    if let Some(why) = scene_input::nothing_met(loaded, rendered, &plan.settings) {
-        notes.warn(why);
+    if let Some(reason) = scene_input::nothing_met(loaded, rendered, &plan.settings) {
+        notes.warn(reason);
     }
-    tell::note_exposure(rendered, plan, targets, notes);
+    messages::note_exposure(rendered, plan, targets, notes);
 }
 
 /// Checks that the output files can hold the requested data.
-fn check(task: &Task, targets: &[Target]) -> Result<(), Failure> {
+fn check(task: &RenderTask, targets: &[OutputTarget]) -> Result<(), Failure> {
     refuse_terminal(task, targets)?;
     refuse_layers_without_place(task, targets)?;
     refuse_transparent_jpegs(task, targets)?;
@@ -150,12 +153,12 @@ fn check(task: &Task, targets: &[Target]) -> Result<(), Failure> {
 }
 
 /// Refuses binary data on a terminal, and text and binary data on the same standard output.
-fn refuse_terminal(task: &Task, targets: &[Target]) -> Result<(), Failure> {
-    if targets.contains(&Target::Stdout) && task.hash {
+fn refuse_terminal(task: &RenderTask, targets: &[OutputTarget]) -> Result<(), Failure> {
+    if targets.contains(&OutputTarget::Stdout) && task.hash {
         let error = Error::usage("-o - and --hash both write to standard output");
         return Err(error.with_hint("name a file with -o").into());
     }
-    if targets.contains(&Target::Stdout) && io::stdout().is_terminal() {
+    if targets.contains(&OutputTarget::Stdout) && io::stdout().is_terminal() {
         let error = Error::usage("standard output is a terminal, which cannot show a PNG");
         return Err(error
             .with_hint("send it to a file or a program: raywright render -o - > picture.png")
@@ -167,9 +170,9 @@ fn refuse_terminal(task: &Task, targets: &[Target]) -> Result<(), Failure> {
 /// Refuses `--denoise` where the picture cannot be denoised. A quick preview then goes without
 /// denoising.
 fn refuse_to_denoise(
-    task: &Task,
+    task: &RenderTask,
     settings: &Settings,
-    ready: &Ready,
+    ready: &ReadyScene,
     notes: &mut Notes,
 ) -> Result<(), Failure> {
     if !settings.denoise || task.is_quick {
@@ -194,8 +197,10 @@ fn refuse_to_denoise(
 }
 
 /// Refuses layers without an EXR or a film to hold them.
-fn refuse_layers_without_place(task: &Task, targets: &[Target]) -> Result<(), Failure> {
-    if task.layers.is_empty() || task.checkpoint.is_some() || targets.iter().any(Target::has_layers)
+fn refuse_layers_without_place(task: &RenderTask, targets: &[OutputTarget]) -> Result<(), Failure> {
+    if task.layers.is_empty()
+        || task.checkpoint.is_some()
+        || targets.iter().any(OutputTarget::has_layers)
     {
         return Ok(());
     }
@@ -204,7 +209,7 @@ fn refuse_layers_without_place(task: &Task, targets: &[Target]) -> Result<(), Fa
 }
 
 /// Whether only linear values are to be written.
-fn wants_floats(task: &Task) -> bool {
+fn wants_floats(task: &RenderTask) -> bool {
     task.choices
         .rungs
         .iter()
@@ -212,8 +217,8 @@ fn wants_floats(task: &Task) -> bool {
 }
 
 /// Refuses transparency in a JPEG.
-fn refuse_transparent_jpegs(task: &Task, targets: &[Target]) -> Result<(), Failure> {
-    if !task.is_transparent() || targets.iter().all(Target::has_coverage) {
+fn refuse_transparent_jpegs(task: &RenderTask, targets: &[OutputTarget]) -> Result<(), Failure> {
+    if !task.is_transparent() || targets.iter().all(OutputTarget::has_coverage) {
         return Ok(());
     }
     let error = Error::usage("--background transparent: a JPEG has no transparency");
@@ -225,8 +230,8 @@ fn refuse_transparent_jpegs(task: &Task, targets: &[Target]) -> Result<(), Failu
 }
 
 /// Refuses linear values in formats that hold codes, which are all but OpenEXR.
-fn refuse_codes_for_floats(task: &Task, targets: &[Target]) -> Result<(), Failure> {
-    if !wants_floats(task) || targets.iter().all(Target::has_layers) {
+fn refuse_codes_for_floats(task: &RenderTask, targets: &[OutputTarget]) -> Result<(), Failure> {
+    if !wants_floats(task) || targets.iter().all(OutputTarget::has_layers) {
         return Ok(());
     }
     let error = Error::usage(
@@ -238,11 +243,11 @@ fn refuse_codes_for_floats(task: &Task, targets: &[Target]) -> Result<(), Failur
 }
 
 /// Checks that the live preview is a PNG in a file of its own.
-fn check_preview_target(task: &Task, outputs: &mut Outputs) -> Result<(), Failure> {
+fn check_preview_target(task: &RenderTask, outputs: &mut OutputFiles) -> Result<(), Failure> {
     let Some(path) = &task.preview else {
         return Ok(());
     };
-    if Format::of(path)? != Format::Png {
+    if PictureFormat::from_path(path)? != PictureFormat::Png {
         let error = Error::usage(format_args!(
             "--preview {}: the name does not end in .png",
             path.display()
@@ -258,7 +263,7 @@ fn check_preview_target(task: &Task, outputs: &mut Outputs) -> Result<(), Failur
 }
 
 /// Checks that the report is JSON in a file of its own.
-fn check_stats_target(task: &Task, outputs: &mut Outputs) -> Result<(), Failure> {
+fn check_stats_target(task: &RenderTask, outputs: &mut OutputFiles) -> Result<(), Failure> {
     let Some(path) = &task.stats else {
         return Ok(());
     };
@@ -279,7 +284,7 @@ fn check_stats_target(task: &Task, outputs: &mut Outputs) -> Result<(), Failure>
 
 /// Starts the early stage of a render. With several scenes the memory limit does not apply, so that
 /// one large scene does not end the others.
-fn begin(task: &Task, clock: &Clock) -> Result<Beginning, Failure> {
+fn begin(task: &RenderTask, clock: &Clock) -> Result<Beginning, Failure> {
     let time = task.budget.map(|budget| (clock.began(), budget));
     let memory = if task.scenes.len() > 1 {
         u64::MAX
@@ -291,19 +296,19 @@ fn begin(task: &Task, clock: &Clock) -> Result<Beginning, Failure> {
 
 /// Formats the picture's size, its samples, and its estimated error.
 fn described(
-    task: &Task,
+    task: &RenderTask,
     settings: &Settings,
-    session: &Session,
-    rendered: &Rendered,
+    session: &FilmSession,
+    rendered: &RenderOutput,
     noisy: Option<&Uncertainty>,
     notes: &mut Notes,
 ) -> String {
-    let error = tell::error(noisy, session.film(), rendered, task.max_error, notes);
+    let error = messages::error(noisy, session.film(), rendered, task.max_error, notes);
     let error = error.map(|error| format!(", {error}")).unwrap_or_default();
     size_and_samples(settings, session) + &error
 }
 
-fn size_and_samples(settings: &Settings, session: &Session) -> String {
+fn size_and_samples(settings: &Settings, session: &FilmSession) -> String {
     let [width, height] = settings
         .crop
         .map_or(settings.size, |crop| [crop.width, crop.height]);

@@ -7,25 +7,25 @@ use std::time::Instant;
 use raywright_core::display::Display;
 use raywright_core::film::Uncertainty;
 use raywright_core::picture::Picture;
-use raywright_core::{Observer, Rendered};
-use raywright_io::output::{self, Format, Metadata};
+use raywright_core::{Observer, RenderOutput};
+use raywright_io::output::{self, Metadata, PictureFormat};
 use raywright_io::{Error, Loaded};
 
-use super::{ALLOW_EMPTY, film, tell, write};
+use super::{ALLOW_EMPTY, film, messages, write};
 use crate::console::Verbosity;
 use crate::failure::{Exit, Failure};
 use crate::notes::Notes;
-use crate::plan::Task;
-use crate::ready::{NOTHING_KEPT, prepared};
+use crate::plan::RenderTask;
+use crate::preparation::{NOTHING_KEPT, prepare_loaded};
 use crate::{origin, scene_input};
 
 /// A picture in memory, with the metadata of its file.
 #[derive(Debug)]
 pub struct FinishedPicture {
     /// The rendered picture, composited over the linear value of a background.
-    pub rendered: Rendered,
+    pub rendered: RenderOutput,
     /// The picture with its coverage, where a background colour is behind it.
-    covered: Option<Rendered>,
+    covered: Option<RenderOutput>,
     /// Display settings.
     pub display: Display,
     /// Origin.
@@ -44,7 +44,7 @@ pub struct FinishedPicture {
 /// command line.
 pub fn render(
     mut loaded: Loaded,
-    task: &Task,
+    task: &RenderTask,
     command: String,
     observer: &dyn Observer,
 ) -> Result<FinishedPicture, Failure> {
@@ -60,35 +60,35 @@ pub fn render(
         deadline: task.budget.map(|budget| Instant::now() + budget),
     };
     let mut plan = task.settle_shot(&mut loaded.scene, &task.shots[0], &OnceCell::new())?;
-    let ready = prepared(&loaded, &plan.settings, &watch)?;
+    let ready = prepare_loaded(&loaded, &plan.settings, &watch)?;
     super::note_prepared(&mut loaded, &ready, &plan.settings, &mut notes);
     super::refuse_to_denoise(task, &plan.settings, &ready, &mut notes)?;
     let mut film = ready.film("");
-    let whole = film.whole();
+    let whole = film.whole_part();
     ready
         .render_part(&mut film, &whole, &watch)
         .map_err(Error::usage)?;
-    let rendered = Rendered::of(&film, observer);
-    if observer.cancelled() {
+    let rendered = RenderOutput::from_film(&film, observer);
+    if observer.is_cancelled() {
         return Err(Failure::new(Exit::Interrupted, NOTHING_KEPT));
     }
-    if let Some(why) = scene_input::nothing_met(&loaded, &rendered, &plan.settings)
+    if let Some(reason) = scene_input::nothing_met(&loaded, &rendered, &plan.settings)
         .filter(|_| task.refuses_empty())
     {
-        return Err(scene_input::empty(&loaded.source.name, why).with_hint(ALLOW_EMPTY));
+        return Err(scene_input::empty(&loaded.source.name, reason).with_hint(ALLOW_EMPTY));
     }
     if plan.is_exposed {
-        plan.display = plan.display.suited_to(rendered.shown());
+        plan.display = plan.display.suited_to(rendered.shown_picture());
     }
-    tell::note_losses(&rendered.counters, &mut notes);
+    messages::note_losses(&rendered.counters, &mut notes);
     super::note_rendered(&loaded, &rendered, &plan, &[], &mut notes);
-    tell::note_shut_away(&loaded, &ready, &film, &mut notes);
+    messages::note_shut_away(&loaded, &ready, &film, &mut notes);
     let noisy = rendered.noisy_error(&film);
     let noisy = super::claimed(task, (&ready, &rendered), noisy.as_ref());
-    tell::error(noisy, &film, &rendered, task.max_error, &mut notes);
+    messages::error(noisy, &film, &rendered, task.max_error, &mut notes);
     let shortfall = task
         .max_error
-        .map(|asked| tell::shortfall(asked, noisy, &film, &rendered));
+        .map(|requested| messages::shortfall(requested, noisy, &film, &rendered));
     let error = origin::error(noisy, &rendered, &film);
     let background = plan.display.linear_background();
     Ok(FinishedPicture {
@@ -118,13 +118,17 @@ pub fn render(
 impl FinishedPicture {
     /// Encodes the picture as PNG.
     pub fn png(&self) -> Result<Vec<u8>, Failure> {
-        let bytes = output::png_bytes(self.covered().shown(), self.display, &self.metadata);
+        let bytes = output::png_bytes(self.covered().shown_picture(), self.display, &self.metadata);
         bytes.map_err(|cause| Error::write(Path::new("PNG"), &cause).into())
     }
 
     /// Writes the picture to a file in the format of its name, as `render -o` does.
     pub fn save(&self, path: &Path) -> Result<(), Failure> {
-        let picture = write::picture(self.covered(), Format::of(path)?, self.display);
+        let picture = write::picture(
+            self.covered(),
+            PictureFormat::from_path(path)?,
+            self.display,
+        );
         Ok(output::write_picture(
             path,
             &picture,
@@ -139,18 +143,18 @@ impl FinishedPicture {
     }
 
     /// The picture before a background colour is put behind it.
-    fn covered(&self) -> &Rendered {
+    fn covered(&self) -> &RenderOutput {
         self.covered.as_ref().unwrap_or(&self.rendered)
     }
 
     /// The displayed colours, with all layers.
-    pub fn shown(&self) -> &Picture {
-        self.rendered.shown()
+    pub fn shown_picture(&self) -> &Picture {
+        self.rendered.shown_picture()
     }
 }
 
 /// Refuses flags for files, because the caller writes files.
-pub fn refuse_files(task: &Task) -> Result<(), Failure> {
+pub fn refuse_files(task: &RenderTask) -> Result<(), Failure> {
     let flags = [
         ("--output", !task.outputs.is_empty()),
         ("--sheet", task.sheet.is_some()),
@@ -186,8 +190,8 @@ impl Observer for Budgeted<'_> {
         self.observer.progress(done, total);
     }
 
-    fn cancelled(&self) -> bool {
-        self.observer.cancelled()
+    fn is_cancelled(&self) -> bool {
+        self.observer.is_cancelled()
     }
 
     fn has_enough(&self, everywhere: bool) -> bool {

@@ -70,16 +70,16 @@ impl Tev {
 }
 
 /// Name of a channel, and its value at each pixel.
-type Channel<'a> = (String, Box<dyn Fn(usize) -> f32 + 'a>);
+type TevChannel<'a> = (String, Box<dyn Fn(usize) -> f32 + 'a>);
 
-fn channels(picture: &Picture) -> Vec<Channel<'_>> {
-    let colour = |(channel, name): (usize, &str)| -> Channel<'_> {
+fn channels(picture: &Picture) -> Vec<TevChannel<'_>> {
+    let colour = |(channel, name): (usize, &str)| -> TevChannel<'_> {
         (
             name.to_owned(),
             Box::new(move |pixel| picture.rgb[pixel][channel]),
         )
     };
-    let mut channels: Vec<Channel<'_>> = ["R", "G", "B"]
+    let mut channels: Vec<TevChannel<'_>> = ["R", "G", "B"]
         .into_iter()
         .enumerate()
         .map(colour)
@@ -87,14 +87,14 @@ fn channels(picture: &Picture) -> Vec<Channel<'_>> {
     if let Some(alpha) = &picture.alpha {
         channels.push(("A".to_owned(), Box::new(|pixel| alpha[pixel])));
     }
-    channels.extend(picture.layers.iter().map(|layer| -> Channel<'_> {
+    channels.extend(picture.layers.iter().map(|layer| -> TevChannel<'_> {
         (layer.name.clone(), Box::new(|pixel| layer.samples[pixel]))
     }));
     channels
 }
 
-fn create(name: &str, picture: &Picture, channels: &[Channel<'_>]) -> Vec<u8> {
-    let mut packet = Packet::new(CREATE_IMAGE, name);
+fn create(name: &str, picture: &Picture, channels: &[TevChannel<'_>]) -> Vec<u8> {
+    let mut packet = TevPacket::new(CREATE_IMAGE, name);
     [picture.width, picture.height, channels.len() as u32]
         .iter()
         .for_each(|number| packet.number(*number));
@@ -105,11 +105,11 @@ fn create(name: &str, picture: &Picture, channels: &[Channel<'_>]) -> Vec<u8> {
 /// Encodes new values for rows of an image, channel after channel.
 fn update(
     name: &str,
-    channels: &[Channel<'_>],
+    channels: &[TevChannel<'_>],
     width: usize,
     rows: std::ops::Range<usize>,
 ) -> Vec<u8> {
-    let mut packet = Packet::new(UPDATE_IMAGE, name);
+    let mut packet = TevPacket::new(UPDATE_IMAGE, name);
     packet.number(channels.len() as u32);
     channels.iter().for_each(|(name, _)| packet.text(name));
     [0, rows.start as u32, width as u32, rows.len() as u32]
@@ -127,9 +127,9 @@ fn update(
 }
 
 /// A packet under construction: four bytes for its length, and its content.
-struct Packet(Vec<u8>);
+struct TevPacket(Vec<u8>);
 
-impl Packet {
+impl TevPacket {
     /// Starts a packet of this kind about an image, without a change of the viewer's focus.
     fn new(kind: u8, name: &str) -> Self {
         let mut packet = Self(vec![0, 0, 0, 0, kind, 0]);

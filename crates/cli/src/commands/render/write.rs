@@ -3,26 +3,26 @@
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
-use raywright_core::Rendered;
+use raywright_core::RenderOutput;
 use raywright_core::display::Display;
 use raywright_core::picture::Picture;
-use raywright_io::output::{self, Format, Metadata};
-use raywright_io::{Error, Inputs};
+use raywright_io::output::{self, Metadata, PictureFormat};
+use raywright_io::{Error, InputFiles};
 
 use crate::console;
 use crate::failure::{Exit, Failure};
-use crate::ready::NOTHING_KEPT;
-use crate::targets::Target;
+use crate::preparation::NOTHING_KEPT;
+use crate::targets::OutputTarget;
 
 /// Writes the picture to all targets and returns the written files. A failed write does not stop
 /// the others; its picture is kept beside the input or in the temporary folder, and the failure
 /// names that file.
 pub fn write(
-    rendered: &Rendered,
-    targets: &[Target],
+    rendered: &RenderOutput,
+    targets: &[OutputTarget],
     display: Display,
     metadata: &Metadata,
-    (inputs, is_free): (&Inputs, impl Fn(&Path) -> bool),
+    (inputs, is_free): (&InputFiles, impl Fn(&Path) -> bool),
 ) -> Result<Vec<String>, Failure> {
     let (mut written, mut failed) = (Vec::new(), None);
     for target in targets {
@@ -30,7 +30,7 @@ pub fn write(
             Ok(name) => written.extend(name),
             Err(failure) => {
                 let shelter = target.path().and_then(|path| {
-                    let picture = picture(rendered, Format::of(path).ok()?, display);
+                    let picture = picture(rendered, PictureFormat::from_path(path).ok()?, display);
                     keep_elsewhere(path, (inputs, &is_free), |path, is_free| {
                         output::write_unnamed_picture(path, &picture, display, metadata, is_free)
                     })
@@ -47,7 +47,7 @@ pub fn write(
 /// writable folder.
 pub fn keep_elsewhere(
     path: &Path,
-    (inputs, is_free): (&Inputs, impl Fn(&Path) -> bool),
+    (inputs, is_free): (&InputFiles, impl Fn(&Path) -> bool),
     write: impl Fn(&Path, &dyn Fn(&Path) -> bool) -> Result<PathBuf, Error>,
 ) -> Option<PathBuf> {
     let name = path.file_name()?;
@@ -63,27 +63,30 @@ pub fn keep_elsewhere(
 /// Adds the path of the file written instead to a failure.
 pub fn with_shelter(failure: Failure, file: &str, shelter: Option<PathBuf>) -> Failure {
     match shelter {
-        Some(kept) => failure.with_hint(format_args!("the {file} is kept in {}", shown(&kept))),
+        Some(kept) => failure.with_hint(format_args!(
+            "the {file} is kept in {}",
+            printable_path(&kept)
+        )),
         None => failure,
     }
 }
 
 /// Writes the picture to a target and returns the file's name, if the target is a file.
 fn write_to(
-    target: &Target,
-    rendered: &Rendered,
+    target: &OutputTarget,
+    rendered: &RenderOutput,
     display: Display,
     metadata: &Metadata,
     is_free: impl Fn(&Path) -> bool,
 ) -> Result<Option<String>, Failure> {
     Ok(match target {
-        Target::Stdout => {
-            let bytes = output::png_bytes(rendered.shown(), display, metadata)
+        OutputTarget::Stdout => {
+            let bytes = output::png_bytes(rendered.shown_picture(), display, metadata)
                 .map_err(|error| Failure::stdout(&error))?;
             console::print_picture(&bytes)?;
             None
         }
-        Target::File(path, format) => {
+        OutputTarget::File(path, format) => {
             output::write_picture_as(
                 path,
                 *format,
@@ -91,13 +94,13 @@ fn write_to(
                 display,
                 metadata,
             )?;
-            Some(shown(path))
+            Some(printable_path(path))
         }
         // The file may have appeared during the render; the picture then gets another name.
-        Target::Unnamed(path, format) => {
+        OutputTarget::Unnamed(path, format) => {
             let is_free = |other: &Path| other == path || is_free(other);
             let picture = picture(rendered, *format, display);
-            Some(shown(&output::write_unnamed_picture(
+            Some(printable_path(&output::write_unnamed_picture(
                 path, &picture, display, metadata, is_free,
             )?))
         }
@@ -105,17 +108,23 @@ fn write_to(
 }
 
 /// Formats a path for a one-line message.
-pub fn shown(path: &Path) -> String {
+pub fn printable_path(path: &Path) -> String {
     console::on_one_line(&path.display().to_string())
 }
 
 /// Selects the content for a format: the displayed colours for display formats; all layers, over
 /// the linear background if any, for EXR.
-pub fn picture(rendered: &Rendered, format: Format, display: Display) -> Cow<'_, Picture> {
+pub fn picture(
+    rendered: &RenderOutput,
+    format: PictureFormat,
+    display: Display,
+) -> Cow<'_, Picture> {
     match (format, display.linear_background()) {
-        (Format::Exr, None) => rendered.all_layers(),
-        (Format::Exr, Some(colour)) => Cow::Owned(rendered.over(colour).all_layers().into_owned()),
-        _ => Cow::Borrowed(rendered.shown()),
+        (PictureFormat::Exr, None) => rendered.all_layers(),
+        (PictureFormat::Exr, Some(colour)) => {
+            Cow::Owned(rendered.over(colour).all_layers().into_owned())
+        }
+        _ => Cow::Borrowed(rendered.shown_picture()),
     }
 }
 
@@ -134,12 +143,12 @@ pub fn interrupted(kept: Result<Vec<String>, Error>, series: Option<[usize; 2]>)
     let message = match (series, kept.as_str()) {
         (None, "") => NOTHING_KEPT.to_owned(),
         (None, kept) => format!("interrupted; what was finished is in {kept}"),
-        (Some([finished, of]), "") => {
-            format!("interrupted; {finished} of {of} pictures are finished")
+        (Some([finished, total]), "") => {
+            format!("interrupted; {finished} of {total} pictures are finished")
         }
-        (Some([finished, of]), kept) => {
+        (Some([finished, total]), kept) => {
             format!(
-                "interrupted; {finished} of {of} pictures are finished; what there is besides is in {kept}"
+                "interrupted; {finished} of {total} pictures are finished; what there is besides is in {kept}"
             )
         }
     };
@@ -149,28 +158,28 @@ pub fn interrupted(kept: Result<Vec<String>, Error>, series: Option<[usize; 2]>)
 /// Writes an interrupted picture, if it has any samples, under new names that replace no file;
 /// returns these names.
 pub fn keep(
-    rendered: &Rendered,
-    targets: &[Target],
+    rendered: &RenderOutput,
+    targets: &[OutputTarget],
     display: Display,
     metadata: &Metadata,
     is_free: impl Fn(&Path) -> bool,
 ) -> Result<Vec<String>, Error> {
     let something = rendered.counters.samples > 0;
-    let noisy = Rendered {
+    let noisy = RenderOutput {
         denoised: None,
         ..rendered.clone()
     };
     let paths = targets
         .iter()
-        .filter_map(Target::path)
+        .filter_map(OutputTarget::path)
         .filter(|_| something)
         .map(output::partial_name);
     paths
         .map(|partial| {
-            let picture = picture(&noisy, Format::of(&partial)?, display);
+            let picture = picture(&noisy, PictureFormat::from_path(&partial)?, display);
             output::write_unnamed_picture(&partial, &picture, display, metadata, &is_free)
         })
-        .map(|name| name.map(|name| shown(&name)))
+        .map(|name| name.map(|name| printable_path(&name)))
         .collect()
 }
 
@@ -181,10 +190,10 @@ mod tests {
 
     use super::*;
 
-    struct Stopped;
+    struct StoppedWriter;
 
-    impl Observer for Stopped {
-        fn cancelled(&self) -> bool {
+    impl Observer for StoppedWriter {
+        fn is_cancelled(&self) -> bool {
             true
         }
     }
@@ -192,7 +201,7 @@ mod tests {
     /// Protects: a file name with a line break stays on one line of a message.
     #[test]
     fn names_stay_on_one_line() {
-        assert_eq!(shown(Path::new("a\nb.png")), "a\u{fffd}b.png");
+        assert_eq!(printable_path(Path::new("a\nb.png")), "a\u{fffd}b.png");
     }
 
     /// Protects: a render stopped before its first tile leaves no picture, which would be black; a
@@ -203,15 +212,15 @@ mod tests {
         let at = |name: &str| folder.path().join(name);
         let settings = Settings {
             size: [8, 8],
-            ..Settings::of(&Scene::default())
+            ..Settings::from_scene(&Scene::default())
         };
         let ready = prepare(&Scene::default(), &settings, &())
             .expect("nothing is wrong with an empty scene");
         let targets = [
-            Target::File(at("a.png"), output::Format::Png),
-            Target::Stdout,
+            OutputTarget::File(at("a.png"), output::PictureFormat::Png),
+            OutputTarget::Stdout,
         ];
-        let end = |rendered: &Rendered| {
+        let end = |rendered: &RenderOutput| {
             let kept = keep(
                 rendered,
                 &targets,
@@ -224,7 +233,7 @@ mod tests {
             failure.message
         };
         assert_eq!(
-            end(&ready.render(&Stopped)),
+            end(&ready.render(&StoppedWriter)),
             "error: interrupted; nothing was written"
         );
         assert_eq!(

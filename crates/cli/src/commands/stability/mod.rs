@@ -7,7 +7,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use raywright_core::bench::Spread;
-use raywright_core::stability::{HardCase, Measurement, Price, hard_cases, measure, price};
+use raywright_core::stability::{CasePrice, HardCase, Measurement, hard_cases, measure, price};
 use raywright_io::{Error, output};
 use serde::Serialize;
 
@@ -15,12 +15,12 @@ use crate::args::StabilityArgs;
 use crate::console::{self, Verbosity};
 use crate::failure::{Exit, Failure};
 use crate::machine::processor;
-use crate::progress::Steps;
-use crate::targets::Outputs;
+use crate::progress::StepProgress;
+use crate::targets::OutputFiles;
 
 /// Result of a case in one setting.
 #[derive(Clone, Debug, Serialize)]
-struct Row {
+struct CaseRow {
     case: &'static str,
     hard: &'static str,
     bound: &'static str,
@@ -56,7 +56,7 @@ struct StabilityReport {
     version: &'static str,
     /// Name of the processor; `None` where the system does not report it.
     processor: Option<String>,
-    rows: Vec<Row>,
+    rows: Vec<CaseRow>,
     /// Numbers of the cases whose bounds only tests verify.
     tested_only: Vec<&'static str>,
     /// Parts of cases that this program lacks or does not reach.
@@ -66,7 +66,7 @@ struct StabilityReport {
 
 /// Content of a file, by its extension.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Kind {
+enum StabilityFileKind {
     Markdown,
     /// A page with plot and table.
     Html,
@@ -75,7 +75,7 @@ enum Kind {
     Json,
 }
 
-impl Kind {
+impl StabilityFileKind {
     fn of(path: &Path) -> Result<Self, Failure> {
         let ending = path
             .extension()
@@ -103,18 +103,18 @@ pub fn run(args: &StabilityArgs, verbosity: Verbosity) -> Result<(), Failure> {
     let target = args
         .output
         .as_ref()
-        .map(|path| Ok::<_, Failure>((path, Kind::of(path)?)))
+        .map(|path| Ok::<_, Failure>((path, StabilityFileKind::of(path)?)))
         .transpose()?;
     if let Some((path, _)) = target {
-        Outputs::default().add(path, "-o")?;
+        OutputFiles::default().add(path, "-o")?;
     }
     let report = measured(args, chosen(&args.cases)?, verbosity);
     if let Some((path, kind)) = target {
         let text = match kind {
-            Kind::Markdown => text::markdown(&report),
-            Kind::Html => page::html(&report),
-            Kind::Svg => page::margins(&report).svg(),
-            Kind::Json => console::json(&report),
+            StabilityFileKind::Markdown => text::markdown(&report),
+            StabilityFileKind::Html => page::html(&report),
+            StabilityFileKind::Svg => page::margins(&report).svg(),
+            StabilityFileKind::Json => console::json(&report),
         };
         output::write_atomically(path, text.as_bytes())?;
         verbosity.say(path.display());
@@ -124,7 +124,7 @@ pub fn run(args: &StabilityArgs, verbosity: Verbosity) -> Result<(), Failure> {
     } else {
         text::plain(&report)
     })?;
-    let broken: Vec<&Row> = report.rows.iter().filter(|row| row.wrong > 0).collect();
+    let broken: Vec<&CaseRow> = report.rows.iter().filter(|row| row.wrong > 0).collect();
     match broken.first() {
         None => Ok(()),
         Some(row) => {
@@ -136,7 +136,7 @@ pub fn run(args: &StabilityArgs, verbosity: Verbosity) -> Result<(), Failure> {
                 row.case,
                 row.setting
             );
-            let known = |row: &&Row| report.left_out.iter().any(|[case, _]| *case == row.case);
+            let known = |row: &&CaseRow| report.left_out.iter().any(|[case, _]| *case == row.case);
             let known = if broken.iter().all(known) {
                 " (known: the list says why)"
             } else {
@@ -154,7 +154,7 @@ fn chosen(numbers: &[String]) -> Result<Vec<HardCase>, Failure> {
     if numbers.is_empty() {
         return Ok(hard_cases().collect());
     }
-    let of = |number: &String| {
+    let value_of = |number: &String| {
         known(number).ok_or_else(|| {
             Error::usage(format_args!(
                 "there is no hard case {number}; they are named as T01 or P21 are"
@@ -162,11 +162,11 @@ fn chosen(numbers: &[String]) -> Result<Vec<HardCase>, Failure> {
             .into()
         })
     };
-    numbers.iter().map(of).collect()
+    numbers.iter().map(value_of).collect()
 }
 
 fn measured(args: &StabilityArgs, cases: Vec<HardCase>, verbosity: Verbosity) -> StabilityReport {
-    let (start, mut steps) = (Instant::now(), Steps::start(verbosity));
+    let (start, mut steps) = (Instant::now(), StepProgress::start(verbosity));
     let mut report = StabilityReport {
         version: env!("CARGO_PKG_VERSION"),
         processor: processor(),
@@ -209,24 +209,24 @@ fn row(
         outcome,
         textbook,
     }: Measurement,
-    price: Option<&Price>,
-) -> Row {
+    price: Option<&CasePrice>,
+) -> CaseRow {
     let price = price.map(
-        |&Price {
-             what,
+        |&CasePrice {
+             label,
              textbook,
              more,
          }| {
             let more: Spread = more[usize::from(setting.starts_with("reference"))];
             RowPrice {
-                what,
+                what: label,
                 textbook: textbook.median,
                 more: more.median,
                 spread: 0.5 * (more.upper_quartile - more.lower_quartile),
             }
         },
     );
-    Row {
+    CaseRow {
         case: number,
         hard,
         bound,
@@ -269,14 +269,14 @@ mod tests {
     /// that lists the known ones.
     #[test]
     fn endings_say_what_is_written() {
-        let kind = |name: &str| Kind::of(Path::new(name));
+        let kind = |name: &str| StabilityFileKind::of(Path::new(name));
         assert_eq!(
             ["a.md", "b.HTML", "c.svg", "d.json"].map(|name| kind(name).ok()),
             [
-                Some(Kind::Markdown),
-                Some(Kind::Html),
-                Some(Kind::Svg),
-                Some(Kind::Json)
+                Some(StabilityFileKind::Markdown),
+                Some(StabilityFileKind::Html),
+                Some(StabilityFileKind::Svg),
+                Some(StabilityFileKind::Json)
             ]
         );
         let unknown = kind("page.txt").expect_err("no such kind");

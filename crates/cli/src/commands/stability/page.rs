@@ -1,15 +1,18 @@
 //! `stability` as a plot of margins and as a page around it.
 
-use raywright_io::report::{Colour, MarginRow, Margins, document};
+use raywright_io::report::{MarginRow, Margins, ThemeColour, document};
 
 use super::text::{COLUMNS, cases, of, percent, rest, table};
-use super::{Row, StabilityReport};
+use super::{CaseRow, StabilityReport};
 use crate::origin::command_line;
 
 const TITLE: &str = "How far hard cases stay within their bounds";
 
 /// Colours of the precisions.
-const PRECISIONS: [(&str, Colour); 2] = [("robust", Colour::First), ("reference", Colour::Second)];
+const PRECISIONS: [(&str, ThemeColour); 2] = [
+    ("robust", ThemeColour::First),
+    ("reference", ThemeColour::Second),
+];
 
 /// Builds the plot with a line for each case.
 pub(super) fn margins(report: &StabilityReport) -> Margins {
@@ -33,7 +36,7 @@ pub(super) fn margins(report: &StabilityReport) -> Margins {
 
 /// Builds the line of a case from the least margin of its kernels and parts; no margin where a
 /// result is beyond the bound.
-fn line(rows: &[Row]) -> MarginRow {
+fn line(rows: &[CaseRow]) -> MarginRow {
     let least = |precision: &str| {
         let is_held = of(rows, precision).all(|row| row.wrong == 0);
         of(rows, precision)
@@ -41,14 +44,14 @@ fn line(rows: &[Row]) -> MarginRow {
             .reduce(f64::min)
             .filter(|_| is_held)
     };
-    let margins: Vec<(Colour, f64)> = PRECISIONS
+    let margins: Vec<(ThemeColour, f64)> = PRECISIONS
         .into_iter()
         .filter_map(|(name, colour)| Some((colour, least(name)?)))
         .collect();
     let (wrong, judged) = rows.iter().fold((0, 0), |(wrong, judged), row| {
         (wrong + row.wrong, judged + row.judged)
     });
-    let told = match wrong {
+    let message = match wrong {
         0 if margins.is_empty() => format!("none of {judged} wrong"),
         0 => String::new(),
         _ => format!("{wrong} of {judged} beyond the bound"),
@@ -57,7 +60,7 @@ fn line(rows: &[Row]) -> MarginRow {
         name: rows[0].case.to_owned(),
         words: rows[0].hard.trim_end_matches('.').to_owned(),
         margins,
-        told,
+        message,
         is_broken: wrong > 0,
         aside: rows[0].textbook_wrong.map(percent).unwrap_or_default(),
     }
@@ -93,7 +96,7 @@ pub(super) fn html(report: &StabilityReport) -> String {
 
 /// Escapes text for HTML.
 fn masked(text: &str) -> String {
-    raywright_io::report::escaped(text).replace('`', "")
+    raywright_io::report::escape_xml(text).replace('`', "")
 }
 
 #[cfg(test)]
@@ -109,19 +112,21 @@ mod tests {
         let plot = margins(&report);
         assert_eq!(
             plot.rows[0].margins,
-            [(Colour::First, 2.5), (Colour::Second, 50.0)]
+            [(ThemeColour::First, 2.5), (ThemeColour::Second, 50.0)]
         );
         assert!(
-            !plot.rows[0].is_broken && plot.rows[0].told.is_empty() && plot.rows[0].aside == "25 %"
+            !plot.rows[0].is_broken
+                && plot.rows[0].message.is_empty()
+                && plot.rows[0].aside == "25 %"
         );
         report.rows[1].wrong = 3;
         let broken = line(&report.rows);
         assert!(
-            broken.is_broken && broken.told == "3 of 3000 beyond the bound",
+            broken.is_broken && broken.message == "3 of 3000 beyond the bound",
             "{}",
-            broken.told
+            broken.message
         );
-        assert_eq!(broken.margins, [(Colour::Second, 50.0)]);
+        assert_eq!(broken.margins, [(ThemeColour::Second, 50.0)]);
         let page = html(&report);
         assert!(
             page.contains("<svg")

@@ -1,10 +1,10 @@
 //! `stability` as text.
 
-use super::{Row, RowPrice, StabilityReport};
-use crate::table::{Align, Table, TableRow, lay_out_aligned, significant};
+use super::{CaseRow, RowPrice, StabilityReport};
+use crate::table::{Align, Table, TableRow, format_significant, lay_out_aligned};
 
 /// Cells of a row, without the case's description and bound.
-fn cells(row: &Row) -> [String; 7] {
+fn cells(row: &CaseRow) -> [String; 7] {
     let number =
         |value: Option<f64>, of: &dyn Fn(f64) -> String| value.map_or_else(|| "-".to_owned(), of);
     [
@@ -12,7 +12,7 @@ fn cells(row: &Row) -> [String; 7] {
         row.setting.clone(),
         row.judged.to_string(),
         row.wrong.to_string(),
-        number(row.margin, &|margin| significant(margin, 3)),
+        number(row.margin, &|margin| format_significant(margin, 3)),
         number(row.textbook_wrong, &percent),
         row.price
             .as_ref()
@@ -21,7 +21,7 @@ fn cells(row: &Row) -> [String; 7] {
 }
 
 pub(super) fn percent(share: f64) -> String {
-    format!("{} %", significant(100.0 * share, 3))
+    format!("{} %", format_significant(100.0 * share, 3))
 }
 
 /// Formats the additional time with its spread.
@@ -72,18 +72,21 @@ pub(super) fn rest(report: &StabilityReport) -> String {
 }
 
 /// Splits the rows by case, in their order.
-pub(super) fn cases(report: &StabilityReport) -> impl Iterator<Item = &[Row]> {
+pub(super) fn cases(report: &StabilityReport) -> impl Iterator<Item = &[CaseRow]> {
     report.rows.chunk_by(|a, b| a.case == b.case)
 }
 
 /// Selects the rows of a precision.
-pub(super) fn of<'a>(rows: &'a [Row], precision: &'a str) -> impl Iterator<Item = &'a Row> + Clone {
+pub(super) fn of<'a>(
+    rows: &'a [CaseRow],
+    precision: &'a str,
+) -> impl Iterator<Item = &'a CaseRow> + Clone {
     rows.iter()
         .filter(move |row| row.setting.starts_with(precision))
 }
 
 /// Formats the number of wrong results in a precision, and the least margin.
-fn told(rows: &[Row], precision: &str) -> String {
+fn told(rows: &[CaseRow], precision: &str) -> String {
     let of = of(rows, precision);
     let wrong: u64 = of.clone().map(|row| row.wrong).sum();
     let judged: u64 = of.clone().map(|row| row.judged).sum();
@@ -91,13 +94,13 @@ fn told(rows: &[Row], precision: &str) -> String {
     format!(
         "{wrong} of {judged}{}",
         margin
-            .map(|margin| format!(", {}", significant(margin, 3)))
+            .map(|margin| format!(", {}", format_significant(margin, 3)))
             .unwrap_or_default()
     )
 }
 
 /// Formats the cost of correctness in both precisions.
-fn costs(rows: &[Row]) -> String {
+fn costs(rows: &[CaseRow]) -> String {
     let price = |precision| of(rows, precision).find_map(|row| row.price);
     let (Some(robust), Some(reference)) = (price("robust"), price("reference")) else {
         return String::new();
@@ -175,7 +178,7 @@ pub(super) mod tests {
             more: 1.25,
             spread: 0.5,
         };
-        let row = |setting: &str, margin| Row {
+        let row = |setting: &str, margin| CaseRow {
             case: "P07",
             hard: "Planes.",
             bound: "4u/|n·d|",

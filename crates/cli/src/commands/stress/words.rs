@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use raywright_core::stress::{CheckRun, Finding, Report, Severity, counted, decimal};
+use raywright_core::stress::{CheckRun, Severity, StressFinding, StressSummary, counted, decimal};
 use raywright_io::{Loaded, Warning};
 
 use super::unmarked;
@@ -15,7 +15,7 @@ const NAMES: usize = 3;
 /// A report in words.
 pub(super) struct Words<'a> {
     pub loaded: &'a Loaded,
-    pub report: &'a Report,
+    pub report: &'a StressSummary,
     /// The picture in which places are marked.
     pub picture: Option<&'a Path>,
     pub verbosity: Verbosity,
@@ -78,7 +78,7 @@ impl Words<'_> {
     }
 
     /// What a finding is about, with others of which it is found too.
-    fn subjects(&self, found: &Finding) -> String {
+    fn subjects(&self, found: &StressFinding) -> String {
         let scene = &self.loaded.scene;
         let mut words = found.subject.words(scene);
         for other in found.others.iter().take(NAMES) {
@@ -91,7 +91,7 @@ impl Words<'_> {
     }
 
     /// A finding: what and where, then why and what to do.
-    fn lines(&self, number: usize, found: &Finding) -> String {
+    fn lines(&self, number: usize, found: &StressFinding) -> String {
         const INDENT: usize = 6;
         let room = console::width().unwrap_or(usize::MAX);
         let head = format!("{} - {}", self.subjects(found), found.code.name());
@@ -101,7 +101,7 @@ impl Words<'_> {
         );
         let lines = [
             self.places(found),
-            found.why.clone(),
+            found.reason.clone(),
             found.share().unwrap_or_default(),
             format!("do: {}", found.remedy),
         ];
@@ -116,7 +116,7 @@ impl Words<'_> {
     }
 
     /// Where a finding is: in the file, in the mesh, in the world and in the picture.
-    fn places(&self, found: &Finding) -> String {
+    fn places(&self, found: &StressFinding) -> String {
         let path = found.subject.path(&self.loaded.scene);
         let mut places = Vec::new();
         if !path.is_empty() {
@@ -149,7 +149,7 @@ impl Words<'_> {
                 (_, true) => format!("{name}: nothing to mark"),
                 (true, false) => format!("{name}: each finding is marked"),
                 (false, false) => format!(
-                    "{name}: no mark for {}, which the first camera sees no place of",
+                    "{name}: no mark for {}: the first camera sees no place of these",
                     unmarked.join(", ")
                 ),
             },
@@ -159,14 +159,16 @@ impl Words<'_> {
 
 /// A place in words. What rounding has made of a zero is one.
 fn metres(place: [f64; 3]) -> String {
-    let greatest = place.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+    let greatest = place
+        .iter()
+        .fold(0.0_f64, |maximum, x| maximum.max(x.abs()));
     let rounded = |x: f64| if x.abs() < 1e-12 * greatest { 0.0 } else { x };
     let [x, y, z] = place.map(|x| decimal(rounded(x)));
     format!("at ({x}, {y}, {z}) metres")
 }
 
 /// What was looked at, and what not.
-fn looked_at(report: &Report, seconds: f64) -> String {
+fn looked_at(report: &StressSummary, seconds: f64) -> String {
     let run = |run: &CheckRun| match run.is_cut() {
         true => format!(
             "{} ({} of {})",
@@ -179,19 +181,22 @@ fn looked_at(report: &Report, seconds: f64) -> String {
     // Where there is nothing to aim at or to measure, nothing is said.
     let checks = report.checks.iter().filter(|run| run.planned > 0);
     let checks: Vec<String> = checks.map(run).collect();
-    let mut said = format!(
+    let mut message = format!(
         "looked at in {}: meshes, images, materials, lights",
-        crate::clock::spoken(seconds)
+        crate::clock::format_duration(seconds)
     );
     checks
         .iter()
-        .for_each(|check| said += &format!(", {check}"));
-    let [through, of] = report.cameras;
-    if through < of {
-        said += &format!("; through {through} of {}", counted(of as u64, "cameras"));
+        .for_each(|check| message += &format!(", {check}"));
+    let [through, total] = report.cameras;
+    if through < total {
+        message += &format!(
+            "; through {through} of {}",
+            counted(total as u64, "cameras")
+        );
     }
     if report.is_cut() {
-        said += "; the time was over before all rays were sent: a larger --budget finds more";
+        message += "; the time was over before all rays were sent: a larger --budget finds more";
     }
-    said
+    message
 }

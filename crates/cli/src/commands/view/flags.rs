@@ -6,7 +6,7 @@ use clap::parser::ValueSource;
 use clap::{ArgAction, ArgMatches, CommandFactory};
 
 use crate::args::Arguments;
-use crate::embedded::Request;
+use crate::embedded::EmbeddedCommand;
 use crate::failure::{Exit, Failure};
 use crate::origin;
 
@@ -78,7 +78,7 @@ impl CommandLine {
 
     /// Refuses flags that a page may not set.
     pub fn check(flags: &[Flag]) -> Result<(), Failure> {
-        let refuse = |why: String| Err(Failure::new(Exit::Usage, why));
+        let refuse = |reason: String| Err(Failure::new(Exit::Usage, reason));
         if flags.len() > MOST_FLAGS {
             return refuse(format!("more than {MOST_FLAGS} flags"));
         }
@@ -95,12 +95,12 @@ impl CommandLine {
     }
 
     /// Resolves the `render` request of these flags.
-    pub fn request(&self, flags: &[Flag]) -> Result<Request, Failure> {
+    pub fn request(&self, flags: &[Flag]) -> Result<EmbeddedCommand, Failure> {
         let word = |(name, value): &Flag| match value {
             Some(value) => OsString::from(format!("--{name}={value}")),
             None => OsString::from(format!("--{name}")),
         };
-        Request::new("render", self.fixed.iter().chain(flags).map(word).collect())
+        EmbeddedCommand::new("render", self.fixed.iter().chain(flags).map(word).collect())
     }
 
     /// Formats the command for a shell.

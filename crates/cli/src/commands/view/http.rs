@@ -39,7 +39,7 @@ pub struct HttpResponse {
 
 impl HttpResponse {
     /// Creates a successful response.
-    pub fn of(kind: &'static str, body: impl Into<Vec<u8>>) -> Self {
+    pub fn with_body(kind: &'static str, body: impl Into<Vec<u8>>) -> Self {
         Self {
             status: 200,
             kind,
@@ -49,10 +49,10 @@ impl HttpResponse {
     }
 
     /// Creates an error response with its reason.
-    pub fn refusal(status: u16, why: &str) -> Self {
+    pub fn refusal(status: u16, reason: &str) -> Self {
         Self {
             status,
-            ..Self::of("text/plain; charset=utf-8", format!("{why}\n"))
+            ..Self::with_body("text/plain; charset=utf-8", format!("{reason}\n"))
         }
     }
 
@@ -153,7 +153,7 @@ fn receive(
 /// Parses the request's head. Returns the request without its body, the length of the head and the
 /// length of the body, or `None` while the head is incomplete.
 fn parse(bytes: &[u8]) -> Result<Option<(HttpRequest, usize, usize)>, HttpResponse> {
-    let wrong = |why: &str| HttpResponse::refusal(400, why);
+    let wrong = |reason: &str| HttpResponse::refusal(400, reason);
     let mut headers = [EMPTY_HEADER; MOST_HEADERS];
     let mut parsed = httparse::Request::new(&mut headers);
     let head = match parsed.parse(bytes) {

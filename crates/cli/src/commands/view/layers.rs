@@ -32,14 +32,14 @@ pub fn of_hits(name: &str) -> Option<Aov> {
 
 /// Codes of a picture's layer; black where the picture lacks the layer.
 pub fn hits(picture: &Picture, layer: Aov) -> Vec<u8> {
-    let of = |name: &str| {
+    let value_of = |name: &str| {
         picture
             .layer(name)
             .map(|layer: &Layer| layer.samples.as_slice())
             .unwrap_or_default()
     };
     let three = |names: [&str; 3]| {
-        let [a, b, c] = names.map(of);
+        let [a, b, c] = names.map(value_of);
         a.iter()
             .zip(b)
             .zip(c)
@@ -73,7 +73,7 @@ pub fn hits(picture: &Picture, layer: Aov) -> Vec<u8> {
             )
         }
         Aov::Depth => {
-            let depth = of("depth.Z");
+            let depth = value_of("depth.Z");
             let seen = range(depth.iter().copied().filter(|&distance| distance >= 0.0));
             let near = |&distance: &f32| {
                 if distance < 0.0 {
@@ -84,8 +84,8 @@ pub fn hits(picture: &Picture, layer: Aov) -> Vec<u8> {
             };
             codes(depth.iter().map(|distance| [near(distance); 3]))
         }
-        Aov::Object => codes(of("object.id").iter().map(|&id| hue(id))),
-        Aov::Material => codes(of("material.id").iter().map(|&id| hue(id))),
+        Aov::Object => codes(value_of("object.id").iter().map(|&id| hue(id))),
+        Aov::Material => codes(value_of("material.id").iter().map(|&id| hue(id))),
         Aov::Samples | Aov::StandardError => Vec::new(),
     }
 }
@@ -133,13 +133,13 @@ fn range(numbers: impl Iterator<Item = f32>) -> [f32; 2] {
     let finite = numbers.filter(|number| number.is_finite());
     finite.fold(
         [f32::INFINITY, f32::NEG_INFINITY],
-        |[least, most], number| [least.min(number), most.max(number)],
+        |[minimum, maximum], number| [minimum.min(number), maximum.max(number)],
     )
 }
 
-fn share(number: f32, [least, most]: [f32; 2]) -> f32 {
-    if most > least {
-        (number - least) / (most - least)
+fn share(number: f32, [minimum, maximum]: [f32; 2]) -> f32 {
+    if maximum > minimum {
+        (number - minimum) / (maximum - minimum)
     } else {
         0.0
     }

@@ -27,7 +27,7 @@ use crate::threads::{Threads, refused};
 use crate::{interrupt, origin, scene_input, words};
 use flags::CommandLine;
 use server::Server;
-use shared::{Shared, Wish};
+use shared::{SharedView, ViewRequest};
 use worker::Worker;
 
 /// Serves the page until its last visitor has left.
@@ -52,10 +52,10 @@ pub fn run(args: ViewerArgs, verbosity: Verbosity) -> Result<(), Failure> {
     );
     let (line, flags) =
         CommandLine::of_program(scene.clone(), words::with_command(origin::words().to_vec()));
-    let shared = Arc::new(Shared::default());
-    shared.wish(Wish {
+    let shared = Arc::new(SharedView::default());
+    shared.wish(ViewRequest {
         flags,
-        ..Wish::default()
+        ..ViewRequest::default()
     });
     let mut worker = Worker::new(scene, line, shared.clone(), threads, stop);
     worker.watches = args.watch;

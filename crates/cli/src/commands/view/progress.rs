@@ -6,11 +6,11 @@ use std::time::{Duration, Instant};
 
 use raywright_core::film::{Film, Uncertainty};
 use raywright_core::settings::Aov;
-use raywright_core::{Observer, Ready, RenderStage, Rendered};
+use raywright_core::{Observer, ReadyScene, RenderOutput, RenderStage};
 
-use super::shared::Shared;
+use super::shared::SharedView;
 use super::status::RenderProgress;
-use crate::watch::{Patience, Watch};
+use crate::watch::{Deadlines, Watch};
 
 /// Target time of the first sketch in seconds, so that it appears within a tenth of a second.
 const SKETCH: f64 = 0.03;
@@ -29,9 +29,9 @@ const DENOISE_SHARE: u32 = 4;
 const MOST_HISTORY: usize = 300;
 
 /// Observer that also stops for a newer wish.
-pub struct WishWatch<'a> {
+pub struct RequestWatch<'a> {
     pub watch: Watch<'a>,
-    shared: &'a Shared,
+    shared: &'a SharedView,
     /// Number of the current wish; `None`: newer wishes do not stop the work.
     wish: Option<u64>,
     /// Total sample count over all pixels.
@@ -39,9 +39,9 @@ pub struct WishWatch<'a> {
     has_paused: AtomicBool,
 }
 
-impl<'a> WishWatch<'a> {
+impl<'a> RequestWatch<'a> {
     /// Creates an observer that stops with the program or for a wish newer than this one.
-    pub fn new(shared: &'a Shared, stop: &'a AtomicBool, wish: Option<u64>) -> Self {
+    pub fn new(shared: &'a SharedView, stop: &'a AtomicBool, wish: Option<u64>) -> Self {
         Self {
             watch: Watch::until(stop),
             shared,
@@ -57,14 +57,14 @@ impl<'a> WishWatch<'a> {
     }
 }
 
-impl Observer for WishWatch<'_> {
+impl Observer for RequestWatch<'_> {
     fn progress(&self, done: u64, total: u64) {
         self.watch.progress(done, total);
         self.total.store(total, Ordering::Relaxed);
     }
 
-    fn cancelled(&self) -> bool {
-        self.watch.cancelled()
+    fn is_cancelled(&self) -> bool {
+        self.watch.is_cancelled()
             || self
                 .wish
                 .is_some_and(|wish| self.shared.is_interrupted(wish))
@@ -113,16 +113,16 @@ pub struct LiveRender {
     denoised: Option<(Duration, Duration)>,
     pub progress: RenderProgress,
     /// The displayed picture after the sketches.
-    pub rendered: Option<Rendered>,
+    pub rendered: Option<RenderOutput>,
     pub is_done: bool,
 }
 
 impl LiveRender {
     /// Creates an empty render.
-    pub fn new(ready: &Ready) -> Self {
+    pub fn new(ready: &ReadyScene) -> Self {
         let film = ready.film("");
         let progress = RenderProgress {
-            of: film.asked(),
+            of: film.requested_samples(),
             max_error: ready.settings().max_error,
             exact: !ready.is_by_chance() || ready.settings().sampling.is_fixed(),
             ..RenderProgress::default()
@@ -130,7 +130,7 @@ impl LiveRender {
         let pixels = film.size().into_iter().map(u64::from).product::<u64>();
         Self {
             // With a target error the final number of samples is unknown.
-            next_stage: film.asked().map_or(u64::MAX, |samples| {
+            next_stage: film.requested_samples().map_or(u64::MAX, |samples| {
                 (pixels * u64::from(samples)).div_ceil(FIRST_STAGE)
             }),
             film,
@@ -148,11 +148,11 @@ impl LiveRender {
     /// Renders the first sketch; only the end of the program interrupts it.
     pub fn first_sketch(
         &mut self,
-        ready: &Ready,
+        ready: &ReadyScene,
         layers: &[Aov],
         speed: &mut Speed,
-        watch: &WishWatch<'_>,
-    ) -> (Rendered, u32) {
+        watch: &RequestWatch<'_>,
+    ) -> (RenderOutput, u32) {
         let edge = speed.edge(ready.settings().size);
         let began = Instant::now();
         let sketch = ready.sketch(edge, 1, layers, watch);
@@ -165,10 +165,10 @@ impl LiveRender {
     /// where no finer sketch follows or a newer wish interrupted it.
     pub fn next_sketch(
         &mut self,
-        ready: &Ready,
+        ready: &ReadyScene,
         layers: &[Aov],
-        watch: &WishWatch<'_>,
-    ) -> Option<(Rendered, u32)> {
+        watch: &RequestWatch<'_>,
+    ) -> Option<(RenderOutput, u32)> {
         let edge = self.next_edge.take()?;
         let sketch = ready.sketch(edge, 1, layers, watch);
         self.next_edge = (edge > 1).then_some(edge / 2);
@@ -181,23 +181,23 @@ impl LiveRender {
     }
 
     /// Renders a piece of the picture; returns whether a new picture is ready to show.
-    pub fn step(&mut self, ready: &Ready, mut watch: WishWatch<'_>) -> bool {
+    pub fn step(&mut self, ready: &ReadyScene, mut watch: RequestWatch<'_>) -> bool {
         let began = Instant::now();
-        watch.watch.patience = Patience {
+        watch.watch.deadlines = Deadlines {
             pause_at: Some(began + self.piece),
             pause_with: Some(self.next_stage),
-            ..Patience::default()
+            ..Deadlines::default()
         };
-        let whole = self.film.whole();
+        let whole = self.film.whole_part();
         // The film was created for this scene, so that the call cannot fail.
         let _ = ready.render_part(&mut self.film, &whole, &watch);
         self.spent += began.elapsed();
         let was_paused = watch.has_paused.load(Ordering::Relaxed);
         let lacks = self.film.lacking(&whole) > 0;
-        let is_cancelled = watch.cancelled();
+        let is_cancelled = watch.is_cancelled();
         // With adaptive sampling, each finished round decides on the next.
-        let goes_on = was_paused && ready.settings().max_error.is_some();
-        self.is_done = !(lacks || is_cancelled || goes_on);
+        let continues = was_paused && ready.settings().max_error.is_some();
+        self.is_done = !(lacks || is_cancelled || continues);
         self.next_stage = self.next_stage.max(watch.done()).saturating_mul(2);
         self.account(&watch);
         if is_cancelled || self.progress.samples[0] == 0 {
@@ -212,8 +212,8 @@ impl LiveRender {
     }
 
     /// Updates the statistics of the render.
-    fn account(&mut self, watch: &WishWatch<'_>) {
-        let samples = self.film.samples(&self.film.whole());
+    fn account(&mut self, watch: &RequestWatch<'_>) {
+        let samples = self.film.samples(&self.film.whole_part());
         let [done, total] =
             [watch.done(), watch.total.load(Ordering::Relaxed)].map(|count| count as f64);
         let seconds = self.spent.as_secs_f64();
@@ -230,7 +230,7 @@ impl LiveRender {
 
     /// Updates the picture and its error from the samples so far, where that takes a small share of
     /// the time.
-    fn develop(&mut self, watch: &WishWatch<'_>) -> bool {
+    fn develop(&mut self, watch: &RequestWatch<'_>) -> bool {
         let is_due = |last: Option<(Duration, Duration)>, share: u32, spent: Duration| {
             last.is_none_or(|(at, took)| spent.saturating_sub(at) >= took * share)
         };
@@ -254,7 +254,7 @@ impl LiveRender {
         let began = Instant::now();
         let rendered = stage.rendered(watch);
         // An interrupted result is discarded and computed again.
-        if watch.cancelled() {
+        if watch.is_cancelled() {
             self.is_done = false;
             return false;
         }
@@ -271,12 +271,18 @@ fn remember(
     stage: &RenderStage<'_>,
     error: &Uncertainty,
 ) {
-    let of = error.root_relmse;
+    let estimate = error.root_relmse;
     let samples = f64::from(*stage.samples().start());
     if history.last().is_some_and(|last| last[1] == samples) {
         history.pop();
     }
-    history.push([spent.as_secs_f64(), samples, of.value, of.low, of.high]);
+    history.push([
+        spent.as_secs_f64(),
+        samples,
+        estimate.value,
+        estimate.low,
+        estimate.high,
+    ]);
     if history.len() > MOST_HISTORY {
         let mut place = 0;
         history.retain(|_| {

@@ -3,55 +3,55 @@
 
 use std::path::{Component, Path, PathBuf};
 
-use raywright_core::Rendered;
+use raywright_core::RenderOutput;
 use raywright_core::display::Display;
-use raywright_io::Inputs;
-use raywright_io::output::{Format, Metadata, write_picture_as, write_unnamed_picture};
+use raywright_io::InputFiles;
+use raywright_io::output::{Metadata, PictureFormat, write_picture_as, write_unnamed_picture};
 
-use super::shared::SaveWish;
+use super::shared::SaveRequest;
 use crate::commands::render::write;
 use crate::failure::Failure;
-use crate::targets::Outputs;
+use crate::targets::OutputFiles;
 
 /// Writes the picture; returns an HTTP status and a message.
 pub fn save(
-    wish: &SaveWish,
-    rendered: &Rendered,
+    view_request: &SaveRequest,
+    rendered: &RenderOutput,
     display: Display,
     metadata: &Metadata,
-    inputs: &Inputs,
+    inputs: &InputFiles,
 ) -> (u16, String) {
-    let Some(path) = plain_name(&wish.name) else {
+    let Some(path) = plain_name(&view_request.name) else {
         return (
             400,
             "a name is wanted without a folder, such as picture.png".to_owned(),
         );
     };
     let refused = |failure: Failure| (400, failure.message);
-    let format = match Format::of(&path) {
+    let format = match PictureFormat::from_path(&path) {
         Ok(format) => format,
         Err(error) => return refused(error.into()),
     };
-    let mut outputs = Outputs::default();
+    let mut outputs = OutputFiles::default();
     if let Err(failure) = outputs
         .add(&path, "another name")
         .and_then(|()| outputs.keep_clear_of(inputs))
     {
         return refused(failure);
     }
-    let name = wish.name.as_str();
+    let name = view_request.name.as_str();
     match path.symlink_metadata() {
-        Ok(there) if !there.is_file() => {
+        Ok(other_metadata) if !other_metadata.is_file() => {
             return (
                 400,
                 format!("{name} is there, and it is no file that could be replaced"),
             );
         }
-        Ok(_) if !wish.replace => return (409, format!("{name} is there already")),
+        Ok(_) if !view_request.replace => return (409, format!("{name} is there already")),
         _ => {}
     }
     let picture = write::picture(rendered, format, display);
-    let written = match wish.replace {
+    let written = match view_request.replace {
         true => write_picture_as(&path, format, &picture, display, metadata),
         // A file created in the meantime is not replaced.
         false => {

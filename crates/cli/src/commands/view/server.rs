@@ -15,7 +15,7 @@ use serde_json::json;
 
 use super::flags::CommandLine;
 use super::http::{HttpRequest, HttpResponse, read};
-use super::shared::{Job, SaveWish, Shared, Wish};
+use super::shared::{SaveRequest, SharedView, ViewJob, ViewRequest};
 
 /// Largest number of simultaneous connections.
 const MOST_CONNECTIONS: usize = 32;
@@ -34,7 +34,7 @@ pub struct Server {
     /// Accepted `Host` values: the loopback address and its name, each with the port.
     hosts: [String; 2],
     token: String,
-    shared: Arc<Shared>,
+    shared: Arc<SharedView>,
 }
 
 /// Random token of 128 bits. The standard library keys its hash function with random numbers of the
@@ -48,7 +48,7 @@ fn token() -> String {
 
 impl Server {
     /// Listens on the loopback interface; port 0 selects a free port.
-    pub fn start(port: u16, shared: Arc<Shared>) -> io::Result<Self> {
+    pub fn start(port: u16, shared: Arc<SharedView>) -> io::Result<Self> {
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port))?;
         let port = listener.local_addr()?.port();
         Ok(Self {
@@ -81,17 +81,17 @@ impl Server {
                 continue;
             }
             let (server, own) = (server.clone(), busy.clone());
-            let answer = move || {
-                server.answer(&mut stream);
+            let respond = move || {
+                server.answer_request(&mut stream);
                 own.fetch_sub(1, Ordering::Relaxed);
             };
-            if thread::Builder::new().spawn(answer).is_err() {
+            if thread::Builder::new().spawn(respond).is_err() {
                 busy.fetch_sub(1, Ordering::Relaxed);
             }
         }
     }
 
-    fn answer(&self, stream: &mut TcpStream) {
+    fn answer_request(&self, stream: &mut TcpStream) {
         let response = match read(stream) {
             Ok(request) => self.respond(&request),
             Err(refusal) => refusal,
@@ -139,9 +139,9 @@ impl Server {
             return HttpResponse::refusal(403, "pages of other sites are not answered");
         }
         match (request.method.as_str(), path.1) {
-            ("GET", "") => HttpResponse::of("text/html; charset=utf-8", PAGE),
-            ("GET", "page.css") => HttpResponse::of("text/css; charset=utf-8", STYLE),
-            ("GET", "page.js") => HttpResponse::of("text/javascript; charset=utf-8", SCRIPT),
+            ("GET", "") => HttpResponse::with_body("text/html; charset=utf-8", PAGE),
+            ("GET", "page.css") => HttpResponse::with_body("text/css; charset=utf-8", STYLE),
+            ("GET", "page.js") => HttpResponse::with_body("text/javascript; charset=utf-8", SCRIPT),
             ("GET", "status") => self.status(&request.query),
             ("GET", "picture") => self.picture(),
             ("POST", "wish") => self.wish(&request.body),
@@ -163,14 +163,14 @@ impl Server {
 
     /// Returns the status once it differs from the one that the page has.
     fn status(&self, query: &str) -> HttpResponse {
-        let told = query
+        let reported = query
             .strip_prefix("after=")
             .and_then(|number| number.parse().ok())
             .unwrap_or(0);
         self.shared.hear();
-        HttpResponse::of(
+        HttpResponse::with_body(
             "application/json",
-            self.shared.status_after(told, NEWS).as_bytes(),
+            self.shared.status_after(reported, NEWS).as_bytes(),
         )
     }
 
@@ -184,31 +184,31 @@ impl Server {
         );
         HttpResponse {
             headers,
-            ..HttpResponse::of("application/octet-stream", frame.codes.clone())
+            ..HttpResponse::with_body("application/octet-stream", frame.codes.clone())
         }
     }
 
     fn wish(&self, body: &[u8]) -> HttpResponse {
-        let wish: Wish = match parsed(body) {
-            Ok(wish) => wish,
+        let view_request: ViewRequest = match parsed(body) {
+            Ok(view_request) => view_request,
             Err(refusal) => return refusal,
         };
-        match CommandLine::check(&wish.flags) {
-            Ok(()) => HttpResponse::of(
+        match CommandLine::check(&view_request.flags) {
+            Ok(()) => HttpResponse::with_body(
                 "application/json",
-                json!({ "wish": self.shared.wish(wish) }).to_string(),
+                json!({ "wish": self.shared.wish(view_request) }).to_string(),
             ),
             Err(failure) => HttpResponse::refusal(400, &failure.message),
         }
     }
 
     fn save(&self, body: &[u8]) -> HttpResponse {
-        let wish: SaveWish = match parsed(body) {
-            Ok(wish) => wish,
+        let view_request: SaveRequest = match parsed(body) {
+            Ok(view_request) => view_request,
             Err(refusal) => return refusal,
         };
         let (tell, hear) = sync_channel(1);
-        if !self.shared.add_job(Job::Save(wish, tell)) {
+        if !self.shared.add_job(ViewJob::Save(view_request, tell)) {
             return HttpResponse::refusal(503, "too much is being done");
         }
         match hear.recv_timeout(SAVING) {
@@ -218,8 +218,8 @@ impl Server {
     }
 
     fn measure(&self) -> HttpResponse {
-        match self.shared.add_job(Job::Measure) {
-            true => HttpResponse::of("application/json", "{}"),
+        match self.shared.add_job(ViewJob::Measure) {
+            true => HttpResponse::with_body("application/json", "{}"),
             false => HttpResponse::refusal(503, "too much is being done"),
         }
     }
@@ -250,7 +250,7 @@ mod tests {
     fn others_are_refused() {
         let server = Server::start(0, Arc::default()).expect("a port that is free");
         let (host, path) = (server.hosts[0].clone(), format!("/{}/", server.token));
-        let asked = |change: &dyn Fn(&mut HttpRequest)| {
+        let requested = |change: &dyn Fn(&mut HttpRequest)| {
             let mut request = HttpRequest {
                 method: "GET".into(),
                 path: path.clone(),
@@ -260,55 +260,61 @@ mod tests {
             change(&mut request);
             server.respond(&request).status
         };
-        assert_eq!(asked(&|_| ()), 200);
+        assert_eq!(requested(&|_| ()), 200);
         assert_eq!(
-            asked(&|request| request.host = request.host.replace("127.0.0.1", "localhost")),
+            requested(&|request| request.host = request.host.replace("127.0.0.1", "localhost")),
             200
         );
-        assert_eq!(asked(&|request| request.host = "evil.example".into()), 403);
-        assert_eq!(asked(&|request| request.host = "127.0.0.1".into()), 403);
         assert_eq!(
-            asked(&|request| request.origin = Some("http://evil.example".into())),
+            requested(&|request| request.host = "evil.example".into()),
             403
         );
-        assert_eq!(asked(&|request| request.origin = Some("null".into())), 403);
+        assert_eq!(requested(&|request| request.host = "127.0.0.1".into()), 403);
         assert_eq!(
-            asked(&|request| request.origin = Some(format!("http://{}", request.host))),
+            requested(&|request| request.origin = Some("http://evil.example".into())),
+            403
+        );
+        assert_eq!(
+            requested(&|request| request.origin = Some("null".into())),
+            403
+        );
+        assert_eq!(
+            requested(&|request| request.origin = Some(format!("http://{}", request.host))),
             200
         );
         assert_eq!(
-            asked(&|request| request.site = Some("cross-site".into())),
+            requested(&|request| request.site = Some("cross-site".into())),
             200
         );
         for word in ["page.js", "picture"] {
-            assert_eq!(asked(&|request| request.path.push_str(word)), 200);
+            assert_eq!(requested(&|request| request.path.push_str(word)), 200);
             let elsewhere = |request: &mut HttpRequest| {
                 request.path.push_str(word);
                 request.site = Some("cross-site".into());
             };
-            assert_eq!(asked(&elsewhere), 403);
+            assert_eq!(requested(&elsewhere), 403);
         }
-        assert_eq!(asked(&|request| request.path = "/".into()), 403);
+        assert_eq!(requested(&|request| request.path = "/".into()), 403);
         assert_eq!(
-            asked(&|request| request.path = format!("/{}/", "0".repeat(32))),
+            requested(&|request| request.path = format!("/{}/", "0".repeat(32))),
             403
         );
         assert_eq!(
-            asked(&|request| request.path = format!("/{}/", &server.token[1..])),
+            requested(&|request| request.path = format!("/{}/", &server.token[1..])),
             403
         );
         assert_eq!(
-            asked(&|request| request.path.push_str("../../etc/passwd")),
+            requested(&|request| request.path.push_str("../../etc/passwd")),
             404
         );
-        assert_eq!(asked(&|request| request.method = "PUT".into()), 403);
+        assert_eq!(requested(&|request| request.method = "PUT".into()), 403);
         let post = |request: &mut HttpRequest| {
             (request.method, request.origin) =
                 ("POST".into(), Some(format!("http://{}", request.host)));
             request.path.push_str("wish");
         };
         let wish = |body: &str| {
-            asked(&|request| {
+            requested(&|request| {
                 post(request);
                 request.body = body.into();
             })
@@ -327,6 +333,6 @@ mod tests {
             post(request);
             request.origin = None;
         };
-        assert_eq!(asked(&without_origin), 403);
+        assert_eq!(requested(&without_origin), 403);
     }
 }

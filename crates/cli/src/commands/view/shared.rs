@@ -13,7 +13,7 @@ use super::flags::Flag;
 /// Requested view of the page.
 #[derive(Clone, Debug, Default, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
-pub struct Wish {
+pub struct ViewRequest {
     /// Flags of `render`.
     pub flags: Vec<Flag>,
     /// Name of the displayed layer; empty: colours.
@@ -27,7 +27,7 @@ pub struct Wish {
 /// Request of the page to save the picture.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct SaveWish {
+pub struct SaveRequest {
     /// File name in the working folder.
     pub name: String,
     /// Whether an existing file may be replaced.
@@ -36,16 +36,16 @@ pub struct SaveWish {
 }
 
 /// Work done once, between two pieces of a render.
-pub enum Job {
+pub enum ViewJob {
     /// Saves the picture; the result is an HTTP status and a message.
-    Save(SaveWish, SyncSender<(u16, String)>),
+    Save(SaveRequest, SyncSender<(u16, String)>),
     /// Measures the costs of effects.
     Measure,
 }
 
 /// A picture for the page.
 #[derive(Default)]
-pub struct Frame {
+pub struct ViewFrame {
     pub number: u64,
     pub size: [u32; 2],
     /// Edge of a sketch's pixel, in pixels of the picture.
@@ -54,24 +54,24 @@ pub struct Frame {
     pub codes: Vec<u8>,
 }
 
-/// See [`State`].
+/// See [`SharedState`].
 #[derive(Default)]
-pub struct Shared {
-    state: Mutex<State>,
+pub struct SharedView {
+    state: Mutex<SharedState>,
     changed: Condvar,
 }
 
 /// State behind the lock.
 #[derive(Default)]
-struct State {
-    wish: Wish,
+struct SharedState {
+    view_request: ViewRequest,
     /// Number of wishes so far.
     wished: u64,
-    jobs: VecDeque<Job>,
-    frame: Arc<Frame>,
+    jobs: VecDeque<ViewJob>,
+    frame: Arc<ViewFrame>,
     /// Status as JSON, and the number of its changes.
     status: Arc<String>,
-    told: u64,
+    reported: u64,
     /// Number of pages that wait for a status, and time of the last request.
     waiting: usize,
     heard: Option<Instant>,
@@ -80,25 +80,25 @@ struct State {
 /// Largest number of waiting jobs.
 const MOST_JOBS: usize = 4;
 
-impl Shared {
-    fn state(&self) -> MutexGuard<'_, State> {
+impl SharedView {
+    fn state(&self) -> MutexGuard<'_, SharedState> {
         self.state
             .lock()
             .unwrap_or_else(|poisoned| poisoned.into_inner())
     }
 
     /// Replaces the current wish; returns the number of the new one.
-    pub fn wish(&self, wish: Wish) -> u64 {
+    pub fn wish(&self, view_request: ViewRequest) -> u64 {
         let mut state = self.state();
-        (state.wish, state.wished) = (wish, state.wished + 1);
+        (state.view_request, state.wished) = (view_request, state.wished + 1);
         self.changed.notify_all();
         state.wished
     }
 
     /// Returns the current wish with its number, if newer than `number`.
-    pub fn wish_after(&self, number: u64) -> Option<(u64, Wish)> {
+    pub fn wish_after(&self, number: u64) -> Option<(u64, ViewRequest)> {
         let state = self.state();
-        (state.wished != number).then(|| (state.wished, state.wish.clone()))
+        (state.wished != number).then(|| (state.wished, state.view_request.clone()))
     }
 
     /// Whether a newer wish or a job is waiting.
@@ -108,7 +108,7 @@ impl Shared {
     }
 
     /// Adds a job; returns false where too many are waiting.
-    pub fn add_job(&self, job: Job) -> bool {
+    pub fn add_job(&self, job: ViewJob) -> bool {
         let mut state = self.state();
         let has_room = state.jobs.len() < MOST_JOBS;
         if has_room {
@@ -119,41 +119,41 @@ impl Shared {
     }
 
     /// Removes and returns the next job.
-    pub fn take_job(&self) -> Option<Job> {
+    pub fn take_job(&self) -> Option<ViewJob> {
         self.state().jobs.pop_front()
     }
 
     /// Waits for a newer wish or a job, up to a time limit.
     pub fn wait_for_work(&self, wish: u64, time: Duration) {
-        let is_idle = |state: &mut State| state.wished == wish && state.jobs.is_empty();
+        let is_idle = |state: &mut SharedState| state.wished == wish && state.jobs.is_empty();
         drop(self.changed.wait_timeout_while(self.state(), time, is_idle));
     }
 
     /// Publishes a picture, if new, and a status. `status` receives the number of the status and of
     /// the picture.
-    pub fn show(&self, frame: Option<Frame>, status: impl FnOnce(u64, u64) -> String) {
+    pub fn show(&self, frame: Option<ViewFrame>, status: impl FnOnce(u64, u64) -> String) {
         let mut state = self.state();
         if let Some(frame) = frame {
             let number = state.frame.number + 1;
-            state.frame = Arc::new(Frame { number, ..frame });
+            state.frame = Arc::new(ViewFrame { number, ..frame });
         }
-        state.told += 1;
-        state.status = Arc::new(status(state.told, state.frame.number));
+        state.reported += 1;
+        state.status = Arc::new(status(state.reported, state.frame.number));
         self.changed.notify_all();
     }
 
     /// The displayed picture.
-    pub fn frame(&self) -> Arc<Frame> {
+    pub fn frame(&self) -> Arc<ViewFrame> {
         self.state().frame.clone()
     }
 
-    /// Returns the status once it is newer than number `told`, or the same one after a time limit.
-    pub fn status_after(&self, told: u64, time: Duration) -> Arc<String> {
+    /// Returns the status once it is newer than number `reported`, or the same one after a time limit.
+    pub fn status_after(&self, reported: u64, time: Duration) -> Arc<String> {
         let mut state = self.state();
         state.waiting += 1;
         let waited = self
             .changed
-            .wait_timeout_while(state, time, |state| state.told == told);
+            .wait_timeout_while(state, time, |state| state.reported == reported);
         let (mut state, _) = waited.unwrap_or_else(|poisoned| poisoned.into_inner());
         state.waiting -= 1;
         state.heard = Some(Instant::now());
@@ -179,7 +179,7 @@ mod tests {
     /// Protects: a program without a page waits for one, and ends after a while without requests.
     #[test]
     fn a_viewer_ends_after_its_pages() {
-        let shared = Shared::default();
+        let shared = SharedView::default();
         assert!(!shared.is_abandoned(Duration::ZERO));
         shared.hear();
         assert!(
@@ -190,13 +190,13 @@ mod tests {
     /// Protects: a new status is returned at once, and each wish has a new number even if repeated.
     #[test]
     fn news_come_at_once() {
-        let shared = Shared::default();
-        shared.show(None, |told, _| format!("told {told}"));
+        let shared = SharedView::default();
+        shared.show(None, |reported, _| format!("told {reported}"));
         assert_eq!(
             shared.status_after(0, Duration::from_secs(3600)).as_str(),
             "told 1"
         );
-        let [first, second] = [(); 2].map(|()| shared.wish(Wish::default()));
+        let [first, second] = [(); 2].map(|()| shared.wish(ViewRequest::default()));
         assert!(first != second && shared.is_interrupted(first) && !shared.is_interrupted(second));
         assert!(shared.wish_after(first).is_some() && shared.wish_after(second).is_none());
     }

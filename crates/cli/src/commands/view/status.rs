@@ -3,19 +3,19 @@
 use std::collections::BTreeMap;
 
 use glam::DVec3;
-use raywright_core::effects::{EffectReport, SWITCHABLE, Status as EffectStatus};
+use raywright_core::effects::{EffectReport, EffectStatus, SWITCHABLE};
 use raywright_core::film::Uncertainty;
 use raywright_core::scene::{Camera, Pinhole, Pose, Projection};
-use raywright_io::Format;
+use raywright_io::SceneFormat;
 use serde::Serialize;
 
 use super::flags::Flag;
-use super::subject::Subject;
+use super::subject::ViewedScene;
 use crate::origin;
 
 /// Status; the page's script reads fields of the same names.
 #[derive(Serialize)]
-pub struct Status {
+pub struct ViewStatus {
     /// Number of this status.
     pub told: u64,
     /// Number of the wish.
@@ -108,11 +108,11 @@ const SECONDS: f64 = 10.0;
 
 impl SceneStatus {
     /// Collects the status of the current scene.
-    pub fn of(subject: &Subject) -> Self {
-        let Subject { loaded, plan, .. } = subject;
+    pub fn of(subject: &ViewedScene) -> Self {
+        let ViewedScene { loaded, plan, .. } = subject;
         let contents = &loaded.contents;
         let moves = match loaded.source.format {
-            Format::Native(_) => loaded
+            SceneFormat::Native(_) => loaded
                 .source
                 .text
                 .as_deref()
@@ -138,7 +138,7 @@ impl SceneStatus {
                 .map(|animation| animation.name.clone())
                 .collect(),
             parameters: loaded.scene.parameters.clone(),
-            at: subject.options().overrides.at.unwrap_or(loaded.scene.t),
+            at: subject.options().overrides.time.unwrap_or(loaded.scene.t),
             seconds: moves,
             camera: CameraStatus::of(plan.settings.camera.as_ref(), subject.reach),
             exposure: plan.display.exposure_stops,

@@ -8,22 +8,22 @@ use std::sync::atomic::AtomicBool;
 use std::time::SystemTime;
 
 use raywright_core::framing::{FIELD_OF_VIEW, Silhouette};
-use raywright_core::ladder::Choice;
+use raywright_core::ladder::RungChoice;
 use raywright_core::settings::Settings;
-use raywright_core::{Ready, extent};
+use raywright_core::{ReadyScene, extent};
 use raywright_io::{LoadOptions, Loaded};
 
 use crate::beginning::Beginning;
 use crate::commands::render::picture::refuse_files;
 use crate::failure::Failure;
-use crate::plan::{Plan, Task};
-use crate::ready::prepared;
+use crate::plan::{PicturePlan, RenderTask};
+use crate::preparation::prepare_loaded;
 use crate::scene_input;
 use crate::watch::Watch;
 
 /// Work done for a wish.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Change {
+pub enum SubjectChange {
     /// Only the display of the same picture changed.
     Display,
     /// The camera moved.
@@ -35,19 +35,19 @@ pub enum Change {
 }
 
 /// The displayed scene.
-pub struct Subject {
+pub struct ViewedScene {
     pub loaded: Loaded,
-    pub ready: Ready,
-    pub plan: Plan,
-    pub task: Task,
+    pub ready: ReadyScene,
+    pub plan: PicturePlan,
+    pub task: RenderTask,
     silhouette: OnceCell<Silhouette>,
     /// Centre and radius of the bounded shapes.
     pub reach: ([f64; 3], f64),
 }
 
-impl Subject {
+impl ViewedScene {
     /// Loads and prepares a scene.
-    pub fn read(name: &OsStr, task: Task, stop: &AtomicBool) -> Result<Self, Failure> {
+    pub fn read(name: &OsStr, task: RenderTask, stop: &AtomicBool) -> Result<Self, Failure> {
         refuse_files(&task)?;
         let limits = &task.options.limits;
         let _beginning = Beginning::of(name, limits.memory_bytes, None)?;
@@ -60,7 +60,7 @@ impl Subject {
         }
         let silhouette = OnceCell::new();
         let plan = settle(&task, &mut loaded, &silhouette)?;
-        let ready = prepared(&loaded, &plan.settings, &watch)?;
+        let ready = prepare_loaded(&loaded, &plan.settings, &watch)?;
         let bounds = extent(&loaded.scene, plan.settings.precision).bounds;
         let reach = if bounds.is_empty() {
             ([0.0; 3], 1.0)
@@ -81,13 +81,13 @@ impl Subject {
     pub fn change(
         &mut self,
         name: &OsStr,
-        task: Task,
+        task: RenderTask,
         stop: &AtomicBool,
-    ) -> Result<Change, Failure> {
+    ) -> Result<SubjectChange, Failure> {
         refuse_files(&task)?;
         if task.options != self.task.options || rungs(&task) != rungs(&self.task) {
             *self = Self::read(name, task, stop)?;
-            return Ok(Change::Reading);
+            return Ok(SubjectChange::Reading);
         }
         let plan = settle(&task, &mut self.loaded, &self.silhouette)?;
         let of_scene = |settings: &Settings| Settings {
@@ -95,17 +95,17 @@ impl Subject {
             ..settings.clone()
         };
         let change = match &plan.settings.camera {
-            _ if plan.settings == self.plan.settings => Change::Display,
+            _ if plan.settings == self.plan.settings => SubjectChange::Display,
             Some(camera)
                 if of_scene(&plan.settings) == of_scene(&self.plan.settings)
                     && self.ready.turn_to(&self.loaded.scene, camera) =>
             {
-                Change::Camera
+                SubjectChange::Camera
             }
             _ => {
                 let _beginning = Beginning::of(name, task.options.limits.memory_bytes, None)?;
-                self.ready = prepared(&self.loaded, &plan.settings, &Watch::until(stop))?;
-                Change::Preparation
+                self.ready = prepare_loaded(&self.loaded, &plan.settings, &Watch::until(stop))?;
+                SubjectChange::Preparation
             }
         };
         (self.plan, self.task) = (plan, task);
@@ -118,40 +118,40 @@ impl Subject {
     }
 
     /// All files of the scene, with their current stamps.
-    pub fn files(&self) -> Files {
-        let of = |path: PathBuf| {
+    pub fn files(&self) -> WatchedFiles {
+        let value_of = |path: PathBuf| {
             let stamp = path
                 .metadata()
                 .ok()
-                .and_then(|there| Some((there.modified().ok()?, there.len())));
+                .and_then(|metadata| Some((metadata.modified().ok()?, metadata.len())));
             (path, stamp)
         };
         self.loaded
             .inputs
             .files()
-            .map(|path| of(path.to_owned()))
+            .map(|path| value_of(path.to_owned()))
             .collect()
     }
 }
 
 /// Modification time and length of each file; `None` for a missing file.
-pub type Files = BTreeMap<PathBuf, Option<(SystemTime, u64)>>;
+pub type WatchedFiles = BTreeMap<PathBuf, Option<(SystemTime, u64)>>;
 
-fn rungs(task: &Task) -> &[Choice] {
+fn rungs(task: &RenderTask) -> &[RungChoice] {
     &task.choices.rungs
 }
 
 /// Resolves the settings of the picture. A scene without a camera gets the framed one, so that the
 /// page can turn it.
 fn settle(
-    task: &Task,
+    task: &RenderTask,
     loaded: &mut Loaded,
     silhouette: &OnceCell<Silhouette>,
-) -> Result<Plan, Failure> {
+) -> Result<PicturePlan, Failure> {
     let mut plan = task.settle_shot(&mut loaded.scene, &task.shots[0], silhouette)?;
     let [width, height] = plan.settings.size.map(f64::from);
     plan.settings.camera.get_or_insert_with(|| {
-        let silhouette = silhouette.get_or_init(|| Silhouette::of(&loaded.scene));
+        let silhouette = silhouette.get_or_init(|| Silhouette::from_scene(&loaded.scene));
         silhouette.frame(silhouette.front(), FIELD_OF_VIEW, width / height)
     });
     Ok(plan)

@@ -8,22 +8,22 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use raywright_core::Rendered;
+use raywright_core::RenderOutput;
 use raywright_core::accuracy::measure_effects;
 use raywright_core::settings::Aov;
 use raywright_io::output::{Metadata, pixel_hash};
 
 use super::flags::CommandLine;
-use super::progress::{LiveRender, Speed, WishWatch};
-use super::shared::{Frame, Job, SaveWish, Shared, Wish};
-use super::status::{SceneStatus, Status, switches};
-use super::subject::{Change, Files, Subject};
+use super::progress::{LiveRender, RequestWatch, Speed};
+use super::shared::{SaveRequest, SharedView, ViewFrame, ViewJob, ViewRequest};
+use super::status::{SceneStatus, ViewStatus, switches};
+use super::subject::{SubjectChange, ViewedScene, WatchedFiles};
 use super::{layers, save};
-use crate::clock::spoken;
+use crate::clock::format_duration;
 use crate::console::Verbosity;
 use crate::failure::Failure;
 use crate::origin;
-use crate::progress::Steps;
+use crate::progress::StepProgress;
 use crate::threads::Threads;
 
 /// Interval of checks for changed files and for open pages.
@@ -35,21 +35,21 @@ const MEASURING: Duration = Duration::from_secs(20);
 pub struct Worker {
     pub scene: OsString,
     pub line: CommandLine,
-    pub shared: Arc<Shared>,
+    pub shared: Arc<SharedView>,
     pub threads: Threads,
     pub stop: &'static AtomicBool,
     /// Whether the scene is rendered again when its files change.
     pub watches: bool,
     /// Time without a page after which the program ends; `None`: never.
     pub linger: Option<Duration>,
-    wish: (u64, Wish),
-    subject: Option<Subject>,
+    view_request: (u64, ViewRequest),
+    subject: Option<ViewedScene>,
     render: Option<LiveRender>,
     speed: Speed,
-    files: Files,
+    files: WatchedFiles,
     looked: Instant,
     failure: Option<String>,
-    said: String,
+    message: String,
     costs: BTreeMap<String, f64>,
 }
 
@@ -58,7 +58,7 @@ impl Worker {
     pub fn new(
         scene: OsString,
         line: CommandLine,
-        shared: Arc<Shared>,
+        shared: Arc<SharedView>,
         threads: Threads,
         stop: &'static AtomicBool,
     ) -> Self {
@@ -70,22 +70,22 @@ impl Worker {
             stop,
             watches: false,
             linger: None,
-            wish: Default::default(),
+            view_request: Default::default(),
             subject: None,
             render: None,
             speed: Speed::default(),
-            files: Files::new(),
+            files: WatchedFiles::new(),
             looked: Instant::now(),
             failure: None,
-            said: String::new(),
+            message: String::new(),
             costs: BTreeMap::new(),
         }
     }
 
     /// Loads the scene and shows a first sketch; a failure is returned.
     pub fn begin(&mut self) -> Result<(), Failure> {
-        match self.shared.wish_after(self.wish.0) {
-            Some(wish) => self.fulfil(wish, false),
+        match self.shared.wish_after(self.view_request.0) {
+            Some(view_request) => self.fulfil(view_request, false),
             None => Ok(()),
         }
     }
@@ -97,56 +97,61 @@ impl Worker {
                 .linger
                 .is_some_and(|linger| self.shared.is_abandoned(linger))
         {
-            if let Some(wish) = self.shared.wish_after(self.wish.0) {
-                self.try_to(|worker| worker.fulfil(wish, false));
+            if let Some(view_request) = self.shared.wish_after(self.view_request.0) {
+                self.try_to(|worker| worker.fulfil(view_request, false));
             } else if let Some(job) = self.shared.take_job() {
                 self.perform(job);
             } else if self.watches && self.have_files_changed() {
-                let wish = self.wish.clone();
-                self.try_to(|worker| worker.fulfil(wish, true));
+                let view_request = self.view_request.clone();
+                self.try_to(|worker| worker.fulfil(view_request, true));
             } else if !self.step() {
-                self.shared.wait_for_work(self.wish.0, LOOK_EVERY);
+                self.shared.wait_for_work(self.view_request.0, LOOK_EVERY);
             }
         }
     }
 
     /// Runs an operation; a failure is shown over the last picture.
-    fn try_to(&mut self, what: impl FnOnce(&mut Self) -> Result<(), Failure>) {
-        if let Err(failure) = what(self) {
-            (self.failure, self.said) = (Some(failure.message), String::new());
+    fn try_to(&mut self, describe: impl FnOnce(&mut Self) -> Result<(), Failure>) {
+        if let Err(failure) = describe(self) {
+            (self.failure, self.message) = (Some(failure.message), String::new());
             self.show(None);
         }
     }
 
     /// Applies a wish and shows a sketch; changed files are loaded again.
-    fn fulfil(&mut self, (number, wish): (u64, Wish), anew: bool) -> Result<(), Failure> {
+    fn fulfil(
+        &mut self,
+        (number, view_request): (u64, ViewRequest),
+        anew: bool,
+    ) -> Result<(), Failure> {
         let began = Instant::now();
-        self.wish = (number, wish);
-        let task = self.line.request(&self.wish.1.flags)?.task()?;
+        self.view_request = (number, view_request);
+        let task = self.line.request(&self.view_request.1.flags)?.task()?;
         let (scene, stop, threads) = (&self.scene, self.stop, &self.threads);
         let change = match &mut self.subject {
             Some(subject) if !anew => threads.run(|| subject.change(scene, task, stop))?,
             _ => {
-                self.subject = Some(threads.run(|| Subject::read(scene, task, stop))?);
-                Change::Reading
+                self.subject = Some(threads.run(|| ViewedScene::read(scene, task, stop))?);
+                SubjectChange::Reading
             }
         };
         self.failure = None;
-        if change == Change::Reading {
+        if change == SubjectChange::Reading {
             self.files = self
                 .subject
                 .as_ref()
-                .map(Subject::files)
+                .map(ViewedScene::files)
                 .unwrap_or_default();
         }
-        let took = spoken(began.elapsed().as_secs_f64());
-        let is_same = change == Change::Display && !self.wish.1.anew && self.render.is_some();
-        self.said = match change {
-            Change::Display if is_same => "the same picture, shown anew".to_owned(),
-            Change::Display => "rendered anew".to_owned(),
-            Change::Camera => format!("the camera was turned in {took}"),
-            Change::Preparation => format!("prepared anew in {took}"),
-            Change::Reading => format!("read and prepared in {took}"),
+        let took = format_duration(began.elapsed().as_secs_f64());
+        let is_same =
+            change == SubjectChange::Display && !self.view_request.1.anew && self.render.is_some();
+        self.message = match change {
+            SubjectChange::Display if is_same => "the same picture, shown anew".to_owned(),
+            SubjectChange::Display => "rendered anew".to_owned(),
+            SubjectChange::Camera => format!("the camera was turned in {took}"),
+            SubjectChange::Preparation => format!("prepared anew in {took}"),
+            SubjectChange::Reading => format!("read and prepared in {took}"),
         };
         let Some(subject) = &self.subject else {
             return Ok(());
@@ -166,7 +171,7 @@ impl Worker {
             None => LiveRender::new(&subject.ready),
         };
         let layers: Vec<Aov> = self.layer().into_iter().collect();
-        let watch = WishWatch::new(&self.shared, stop, None);
+        let watch = RequestWatch::new(&self.shared, stop, None);
         let (ready, speed) = (&subject.ready, &mut self.speed);
         let (sketch, edge) = threads.run(|| render.first_sketch(ready, &layers, speed, &watch));
         if !is_same {
@@ -180,7 +185,7 @@ impl Worker {
 
     /// First-hit layer displayed in place of the colours.
     fn layer(&self) -> Option<Aov> {
-        layers::of_hits(&self.wish.1.layer)
+        layers::of_hits(&self.view_request.1.layer)
     }
 
     /// Continues the picture; returns false where no work is left.
@@ -189,9 +194,9 @@ impl Worker {
         let (Some(subject), Some(mut render)) = (&self.subject, self.render.take()) else {
             return false;
         };
-        let (ready, wish, threads) = (&subject.ready, self.wish.0, &self.threads);
+        let (ready, wish, threads) = (&subject.ready, self.view_request.0, &self.threads);
         let (shared, stop) = (&self.shared, self.stop);
-        let watch = || WishWatch::new(shared, stop, Some(wish));
+        let watch = || RequestWatch::new(shared, stop, Some(wish));
         // First-hit layers get finer sketches; colours soon have the render's own samples.
         if let Some((sketch, edge)) = threads.run(|| render.next_sketch(ready, &layers, &watch())) {
             self.render = Some(render);
@@ -216,24 +221,24 @@ impl Worker {
         true
     }
 
-    fn keep(&mut self, rendered: Option<Rendered>) {
+    fn keep(&mut self, rendered: Option<RenderOutput>) {
         if let Some(render) = &mut self.render {
             render.rendered = rendered;
         }
     }
 
     /// Shows the rendered picture and keeps it.
-    fn show_rendered(&mut self, rendered: Rendered) {
+    fn show_rendered(&mut self, rendered: RenderOutput) {
         let is_done = self.render.as_ref().is_some_and(|render| render.is_done);
         if let Some(render) = self.render.as_mut().filter(|_| is_done) {
-            render.progress.hash = Some(pixel_hash(rendered.shown()));
+            render.progress.hash = Some(pixel_hash(rendered.shown_picture()));
         }
         if let Some(subject) = self
             .subject
             .as_mut()
             .filter(|subject| subject.plan.is_exposed)
         {
-            subject.plan.display = subject.plan.display.suited_to(rendered.shown());
+            subject.plan.display = subject.plan.display.suited_to(rendered.shown_picture());
         }
         // First-hit layers are already complete.
         let frame = if self.layer().is_some() {
@@ -246,12 +251,14 @@ impl Worker {
     }
 
     /// Converts a picture for the page.
-    fn frame(&self, rendered: &Rendered, edge: u32) -> Frame {
-        let (picture, noisy) = (rendered.shown(), &rendered.picture);
+    fn frame(&self, rendered: &RenderOutput, edge: u32) -> ViewFrame {
+        let (picture, noisy) = (rendered.shown_picture(), &rendered.picture);
         let film = self.render.as_ref().map(|render| &render.film);
         // A sketch has no error estimate.
         let film = film.filter(|film| {
-            self.wish.1.layer == "stderr" && edge == 1 && film.size() == [noisy.width, noisy.height]
+            self.view_request.1.layer == "stderr"
+                && edge == 1
+                && film.size() == [noisy.width, noisy.height]
         });
         let display = self
             .subject
@@ -264,7 +271,7 @@ impl Worker {
             (None, Some(film)) => layers::errors(film, noisy),
             (None, None) => layers::colours(picture, display),
         });
-        Frame {
+        ViewFrame {
             number: 0,
             size: [picture.width, picture.height],
             edge,
@@ -273,24 +280,24 @@ impl Worker {
     }
 
     /// Publishes the status, with or without a new picture.
-    fn show(&self, frame: Option<Frame>) {
-        let (number, wish) = &self.wish;
+    fn show(&self, frame: Option<ViewFrame>) {
+        let (number, view_request) = &self.view_request;
         let phase = match &self.render {
             _ if self.failure.is_some() => "failed",
             Some(render) if render.is_done => "done",
             _ => "rendering",
         };
         let report = self.subject.as_ref().map(|subject| subject.ready.effects());
-        let status = Status {
+        let status = ViewStatus {
             told: 0,
             picture: 0,
             wish: *number,
             phase,
             failure: self.failure.clone(),
-            said: self.said.clone(),
-            command: self.line.text(&wish.flags),
-            flags: wish.flags.clone(),
-            layer: wish.layer.clone(),
+            said: self.message.clone(),
+            command: self.line.text(&view_request.flags),
+            flags: view_request.flags.clone(),
+            layer: view_request.layer.clone(),
             size: self
                 .render
                 .as_ref()
@@ -302,9 +309,9 @@ impl Worker {
                 .map(|report| switches(report, &self.costs))
                 .unwrap_or_default(),
         };
-        self.shared.show(frame, |told, picture| {
-            serde_json::to_string(&Status {
-                told,
+        self.shared.show(frame, |reported, picture| {
+            serde_json::to_string(&ViewStatus {
+                told: reported,
                 picture,
                 ..status
             })
@@ -312,16 +319,16 @@ impl Worker {
         });
     }
 
-    fn perform(&mut self, job: Job) {
+    fn perform(&mut self, job: ViewJob) {
         match job {
             // The receiver may have gone.
-            Job::Save(wish, tell) => drop(tell.try_send(self.save(&wish))),
-            Job::Measure => self.measure(),
+            ViewJob::Save(view_request, tell) => drop(tell.try_send(self.save(&view_request))),
+            ViewJob::Measure => self.measure(),
         }
     }
 
     /// Saves the current picture.
-    fn save(&mut self, wish: &SaveWish) -> (u16, String) {
+    fn save(&mut self, view_request: &SaveRequest) -> (u16, String) {
         let (Some(subject), Some(render)) = (&self.subject, &self.render) else {
             return (503, "there is no picture yet".to_owned());
         };
@@ -329,7 +336,7 @@ impl Worker {
         let rendered = match &render.rendered {
             Some(rendered) => rendered,
             None => {
-                own = Rendered::noisy(&render.film);
+                own = RenderOutput::noisy(&render.film);
                 &own
             }
         };
@@ -342,35 +349,37 @@ impl Worker {
             .as_ref()
             .filter(|_| subject.ready.follows_paths());
         let mut metadata = Metadata {
-            command: self.line.text(&self.wish.1.flags),
+            command: self.line.text(&self.view_request.1.flags),
             error: origin::error(error, rendered, &render.film),
             ..origin::metadata(&subject.loaded, &subject.plan, &subject.task.choices)
         };
         if !render.is_done {
-            let [least, most] = render.progress.samples;
-            metadata.settings =
-                origin::with_samples(&metadata.settings, &format!("{least} to {most} samples"));
+            let [minimum, maximum] = render.progress.samples;
+            metadata.settings = origin::with_samples(
+                &metadata.settings,
+                &format!("{minimum} to {maximum} samples"),
+            );
         }
         if !subject.task.has_metadata {
             metadata = Metadata::default();
         }
         let (display, inputs) = (subject.plan.display, &subject.loaded.inputs);
         self.threads
-            .run(|| save::save(wish, rendered, display, &metadata, inputs))
+            .run(|| save::save(view_request, rendered, display, &metadata, inputs))
     }
 
     /// Measures the costs of effects, unless a newer wish arrives.
     fn measure(&mut self) {
         let Some(subject) = &self.subject else { return };
-        self.said = "measuring what effects cost".to_owned();
+        self.message = "measuring what effects cost".to_owned();
         self.show(None);
-        let watch = WishWatch::new(&self.shared, self.stop, Some(self.wish.0));
-        let mut steps = Steps::start(Verbosity::Quiet);
+        let watch = RequestWatch::new(&self.shared, self.stop, Some(self.view_request.0));
+        let mut steps = StepProgress::start(Verbosity::Quiet);
         let (scene, settings) = (&subject.loaded.scene, &subject.plan.settings);
         let measured = self
             .threads
             .run(|| measure_effects(scene, settings, MEASURING, &watch, &mut steps));
-        self.said = match measured {
+        self.message = match measured {
             Ok(costs) => {
                 self.costs = costs
                     .effects

@@ -19,7 +19,7 @@ fn noisy(seed: u64, sigma: f64, offset: f64) -> Picture {
 }
 
 fn display() -> Display {
-    Display::of(&Render::default())
+    Display::from_render(&Render::default())
 }
 
 fn truth(sigma: f64) -> TruthTile {
@@ -36,8 +36,8 @@ fn judged(sigma: f64, renders: &[Picture], by_chance: bool) -> TileErrors {
 }
 
 /// Root of a mean over pixels.
-fn root(of: &[f64]) -> f64 {
-    (of.iter().sum::<f64>() / 4096.0).max(0.0).sqrt()
+fn root(values: &[f64]) -> f64 {
+    (values.iter().sum::<f64>() / 4096.0).max(0.0).sqrt()
 }
 
 fn near(value: f64, expected: f64, share: f64) {

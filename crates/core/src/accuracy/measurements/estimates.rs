@@ -1,11 +1,11 @@
 //! Estimates for the whole picture from tiles and pilots: time, errors, light, and ratios of two
 //! settings.
 
-use super::super::estimate::{Errors, Interval};
-use super::super::report::Measured;
+use super::super::estimate::{ConfidenceInterval, SettingErrors};
+use super::super::report::MeasuredSetting;
 use super::super::setting::Setting;
-use super::super::tiles::{Share, ratio};
-use super::{Figures, Measurements, TileFigures};
+use super::super::tiles::{TileShare, ratio};
+use super::{Measurements, SettingFigures, TileFigures};
 use crate::ladder::Ladder;
 
 /// Largest share of the bias of the scene's own rungs in a squared error estimated from the pilots.
@@ -15,9 +15,9 @@ const MOST_BIAS: f64 = 0.1;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in super::super) struct RelativeCost {
     /// Ratio of the times.
-    pub time: Interval,
+    pub time: ConfidenceInterval,
     /// Ratio of the mean squared errors.
-    pub error: Interval,
+    pub error: ConfidenceInterval,
 }
 
 impl Measurements<'_> {
@@ -26,16 +26,20 @@ impl Measurements<'_> {
         &'b self,
         count: usize,
         doubtful: bool,
-        of: impl Fn(usize) -> (&'b [f64], &'b [f64]),
-    ) -> Interval {
+        value_of: impl Fn(usize) -> (&'b [f64], &'b [f64]),
+    ) -> ConfidenceInterval {
         let chances = self.sample.chances(count);
-        let share = |(at, chance): (usize, f64)| {
-            let (above, below) = of(at);
-            Share {
+        let share = |(position, chance): (usize, f64)| {
+            let (above, below) = value_of(position);
+            TileShare {
                 chance,
                 above,
                 below,
-                doubt: if doubtful { self.truths[at].doubt } else { 0.0 },
+                doubt: if doubtful {
+                    self.truths[position].doubt
+                } else {
+                    0.0
+                },
             }
         };
         ratio(
@@ -48,16 +52,16 @@ impl Measurements<'_> {
     }
 
     /// Estimates a mean over pixels from tile sums, with one number per tile or one per block.
-    fn mean(&self, count: usize, of: impl Fn(usize) -> Vec<f64>) -> Interval {
-        self.weighted(count, false, of, |_| 1.0)
+    fn mean(&self, count: usize, value_of: impl Fn(usize) -> Vec<f64>) -> ConfidenceInterval {
+        self.weighted(count, false, value_of, |_| 1.0)
     }
 
     /// Estimates the mean of an error over pixels; errors grow with the noise of a tile.
-    fn error(&self, count: usize, of: impl Fn(usize) -> Vec<f64>) -> Interval {
-        let weight = |at: usize| {
-            self.sample.weight(at) / self.sample.grid.pixels(self.sample.order[at].tile)
+    fn error(&self, count: usize, value_of: impl Fn(usize) -> Vec<f64>) -> ConfidenceInterval {
+        let weight = |position: usize| {
+            self.sample.weight(position) / self.sample.grid.pixels(self.sample.order[position].tile)
         };
-        self.weighted(count, true, of, weight)
+        self.weighted(count, true, value_of, weight)
     }
 
     /// Estimates a weighted mean over pixels.
@@ -65,79 +69,91 @@ impl Measurements<'_> {
         &self,
         count: usize,
         doubtful: bool,
-        of: impl Fn(usize) -> Vec<f64>,
+        value_of: impl Fn(usize) -> Vec<f64>,
         weight: impl Fn(usize) -> f64,
-    ) -> Interval {
-        let sums: Vec<Vec<f64>> = (0..count).map(of).collect();
-        let pixels = |at: usize| match sums[at].len() {
-            1 => vec![weight(at) * self.sample.grid.pixels(self.sample.order[at].tile)],
-            _ => self.truths[at]
+    ) -> ConfidenceInterval {
+        let sums: Vec<Vec<f64>> = (0..count).map(value_of).collect();
+        let pixels = |position: usize| match sums[position].len() {
+            1 => vec![weight(position) * self.sample.grid.pixels(self.sample.order[position].tile)],
+            _ => self.truths[position]
                 .blocks()
                 .iter()
-                .map(|pixels| weight(at) * pixels)
+                .map(|pixels| weight(position) * pixels)
                 .collect(),
         };
         let pixels: Vec<Vec<f64>> = (0..count).map(pixels).collect();
-        self.total(count, doubtful, |at| (&sums[at], &pixels[at]))
+        self.total(count, doubtful, |position| {
+            (&sums[position], &pixels[position])
+        })
     }
 
     /// Returns time, error, and the ratio of its time to that of another setting; `None` without a
     /// measurement.
-    pub fn measured(&self, setting: &Setting, beside: &Setting) -> Option<Measured> {
-        let of = self.of(setting)?;
-        let count = of.tiles.len();
-        let errors = |at: usize| &of.tiles[at].errors;
-        let has_bias = (0..count).all(|at| !errors(at).bias.is_empty());
+    pub fn measured(&self, setting: &Setting, beside: &Setting) -> Option<MeasuredSetting> {
+        let figures = self.figures(setting)?;
+        let count = figures.tiles.len();
+        let errors = |position: usize| &figures.tiles[position].errors;
+        let has_bias = (0..count).all(|position| !errors(position).bias.is_empty());
         let looked = self
             .sample
             .order
             .iter()
-            .map(|look| look.seconds)
+            .map(|pilot_pass| pilot_pass.seconds)
             .sum::<f64>()
             * self.sample.grid.count() as f64;
         // The time of the first look is divided evenly over the rounds, so that the spread of the
         // rounds stays visible.
-        let rounds = of.tiles.first().map_or(1, |tile| tile.seconds.len());
+        let rounds = figures.tiles.first().map_or(1, |tile| tile.seconds.len());
         let looks: Vec<Vec<f64>> = self
             .sample
             .order
             .iter()
-            .map(|look| vec![look.seconds / rounds as f64; rounds])
+            .map(|pilot_pass| vec![pilot_pass.seconds / rounds as f64; rounds])
             .collect();
-        let looks = |at: usize| -> &[f64] { &looks[at] };
-        let seconds = self.total(count, false, |at| (&of.tiles[at].seconds, looks(at)));
-        let [relmse, mse] = self.errors(of);
+        let looks = |position: usize| -> &[f64] { &looks[position] };
+        let seconds = self.total(count, false, |position| {
+            (&figures.tiles[position].seconds, looks(position))
+        });
+        let [relmse, mse] = self.errors(figures);
         let size = self.sample.grid.size.map(f64::from);
-        let rays = self.mean(count, |at| vec![of.tiles[at].rays]).value * size[0] * size[1];
-        Some(Measured {
+        let rays = self
+            .mean(count, |position| vec![figures.tiles[position].rays])
+            .value
+            * size[0]
+            * size[1];
+        Some(MeasuredSetting {
             tiles: count,
-            renders: of.rounds as usize,
+            renders: figures.rounds as usize,
             seconds: seconds
                 .map(|ratio| ratio * looked / self.sample.most() as f64)
-                .times(&self.own_drift(of)),
+                .times(&self.own_drift(figures)),
             ratio: self
                 .relative(setting, beside)
-                .map_or(Interval::exact(f64::NAN), |cost| cost.time),
+                .map_or(ConfidenceInterval::exact(f64::NAN), |cost| cost.time),
             rays: rays.round() as u64,
-            errors: Errors {
+            errors: SettingErrors {
                 rmse: mse.map(f64::sqrt),
                 relmse,
-                bias: has_bias.then(|| self.error(count, |at| errors(at).bias.clone())),
+                bias: has_bias.then(|| self.error(count, |position| errors(position).bias.clone())),
                 light: self.light(setting)?,
             },
-            flip: self.mean(count, |at| vec![errors(at).flip]),
+            flip: self.mean(count, |position| vec![errors(position).flip]),
         })
     }
 
     /// Returns the mean squared errors, relative and absolute: estimated from tiles, or from the
     /// pilots where these are more precise and the bias of the scene's rungs is negligible.
-    fn errors(&self, of: &Figures) -> [Interval; 2] {
-        let count = of.tiles.len();
+    fn errors(&self, figures: &SettingFigures) -> [ConfidenceInterval; 2] {
+        let count = figures.tiles.len();
         let by_tiles = [
-            self.error(count, |at| of.tiles[at].errors.relative.clone()),
-            self.error(count, |at| of.tiles[at].errors.squared.clone()),
+            self.error(count, |position| {
+                figures.tiles[position].errors.relative.clone()
+            }),
+            self.error(count, |position| {
+                figures.tiles[position].errors.squared.clone()
+            }),
         ];
-        match self.by_pilots(of) {
+        match self.by_pilots(figures) {
             Some(by_pilots) if by_pilots[0].relative() < by_tiles[0].relative() => by_pilots,
             _ => by_tiles,
         }
@@ -145,16 +161,16 @@ impl Measurements<'_> {
 
     /// Returns the errors estimated from the pilots, which share the bias of the scene's own rungs;
     /// `None` where that bias is more than a tenth of the error, or without pilots.
-    fn by_pilots(&self, of: &Figures) -> Option<[Interval; 2]> {
-        let whole = of.whole_errors.as_ref()?;
+    fn by_pilots(&self, figures: &SettingFigures) -> Option<[ConfidenceInterval; 2]> {
+        let whole = figures.whole_errors.as_ref()?;
         let noisy = self
-            .of(&Setting::default())
-            .filter(|own| !self.is_denoised(&own.setting))?;
-        let bias = |at: usize| &noisy.tiles[at].errors.bias;
+            .figures(&Setting::default())
+            .filter(|own_figures| !self.is_denoised(&own_figures.setting))?;
+        let bias = |position: usize| &noisy.tiles[position].errors.bias;
         let count = noisy.tiles.len();
         let bias = (0..count)
-            .all(|at| !bias(at).is_empty())
-            .then(|| self.error(count, |at| bias(at).clone()))?;
+            .all(|position| !bias(position).is_empty())
+            .then(|| self.error(count, |position| bias(position).clone()))?;
         let relmse = whole.relmse();
         let has_bias = !bias.is_lost_in_noise() && bias.value > MOST_BIAS * relmse.value;
         (!has_bias).then(|| [relmse, whole.mse()])
@@ -162,17 +178,17 @@ impl Measurements<'_> {
 
     /// Returns the ratio of the light to the reference's. Where only denoising may have changed the
     /// light, the ratio is to the noisy picture's.
-    pub fn light(&self, setting: &Setting) -> Option<Interval> {
-        let of = self.of(setting)?;
+    pub fn light(&self, setting: &Setting) -> Option<ConfidenceInterval> {
+        let figures = self.figures(setting)?;
         let is_alone =
             self.is_denoised(setting) && setting.without(Ladder::Reconstruction).is_free_of_bias();
-        if is_alone && !of.whole.is_empty() {
-            let brightened = of.whole.iter().map(|render| render.brightened);
-            return Some(Interval::exact(
-                brightened.sum::<f64>() / of.whole.len() as f64,
+        if is_alone && !figures.renders.is_empty() {
+            let brightened = figures.renders.iter().map(|render| render.brightened);
+            return Some(ConfidenceInterval::exact(
+                brightened.sum::<f64>() / figures.renders.len() as f64,
             ));
         }
-        let lights: Vec<[[f64; 1]; 2]> = (of.tiles.iter().zip(&self.truths))
+        let lights: Vec<[[f64; 1]; 2]> = (figures.tiles.iter().zip(&self.truths))
             .map(|(tile, truth)| {
                 [
                     [tile.errors.light],
@@ -184,22 +200,24 @@ impl Measurements<'_> {
                 ]
             })
             .collect();
-        Some(self.total(of.tiles.len(), false, |at| (&lights[at][0], &lights[at][1])))
+        Some(self.total(figures.tiles.len(), false, |position| {
+            (&lights[position][0], &lights[position][1])
+        }))
     }
 
     /// Returns the ratios of time and error to those of another setting, from their common tiles;
     /// `None` without common tiles.
     pub fn relative(&self, setting: &Setting, beside: &Setting) -> Option<RelativeCost> {
-        let (of, other) = (self.of(setting)?, self.of(beside)?);
+        let (each_figures, other) = (self.figures(setting)?, self.figures(beside)?);
         if setting == beside {
             return Some(RelativeCost {
-                time: Interval::exact(1.0),
-                error: Interval::exact(1.0),
+                time: ConfidenceInterval::exact(1.0),
+                error: ConfidenceInterval::exact(1.0),
             });
         }
-        let count = of.tiles.len().min(other.tiles.len());
-        let rounds = of.rounds.min(other.rounds) as usize;
-        let times = |figures: &Figures| -> Vec<Vec<f64>> {
+        let count = each_figures.tiles.len().min(other.tiles.len());
+        let rounds = each_figures.rounds.min(other.rounds) as usize;
+        let times = |figures: &SettingFigures| -> Vec<Vec<f64>> {
             let factor = figures.rounds as f64 / rounds as f64;
             let of_tile = |tile: &TileFigures| {
                 tile.seconds
@@ -210,20 +228,20 @@ impl Measurements<'_> {
             };
             figures.tiles.iter().map(of_tile).collect()
         };
-        let (own, others) = (times(of), times(other));
+        let (own, others) = (times(each_figures), times(other));
         let time = self
-            .total(count, false, |at| (&own[at], &others[at]))
-            .times(&self.relative_drift(of, other));
-        let by_pilots = |of: &Figures| {
-            self.by_pilots(of)
-                .is_some_and(|by_pilots| by_pilots[0] == self.errors(of)[0])
+            .total(count, false, |position| (&own[position], &others[position]))
+            .times(&self.relative_drift(each_figures, other));
+        let by_pilots = |each_figures: &SettingFigures| {
+            self.by_pilots(each_figures)
+                .is_some_and(|by_pilots| by_pilots[0] == self.errors(each_figures)[0])
         };
-        let error = match by_pilots(of) || by_pilots(other) {
-            true => self.errors(of)[0].over(&self.errors(other)[0]),
-            false => self.total(count, true, |at| {
+        let error = match by_pilots(each_figures) || by_pilots(other) {
+            true => self.errors(each_figures)[0].over(&self.errors(other)[0]),
+            false => self.total(count, true, |position| {
                 (
-                    &of.tiles[at].errors.relative,
-                    &other.tiles[at].errors.relative,
+                    &each_figures.tiles[position].errors.relative,
+                    &other.tiles[position].errors.relative,
                 )
             }),
         };
@@ -232,16 +250,22 @@ impl Measurements<'_> {
 
     /// Returns the change by a single choice: root mean squared difference to the pictures of the
     /// other setting, and mean squared relative difference.
-    pub fn alone(&self, setting: &Setting) -> Option<[Interval; 2]> {
-        let of = self.of(setting)?;
-        let sum = |i: usize| self.mean(of.tiles.len(), |at| vec![of.tiles[at].errors.alone[i]]);
+    pub fn alone(&self, setting: &Setting) -> Option<[ConfidenceInterval; 2]> {
+        let figures = self.figures(setting)?;
+        let sum = |i: usize| {
+            self.mean(figures.tiles.len(), |position| {
+                vec![figures.tiles[position].errors.alone[i]]
+            })
+        };
         Some([sum(0).map(f64::sqrt), sum(1)])
     }
 
     /// Returns the standard error of the reference, as a root mean square.
     pub fn standard_error(&self) -> f64 {
-        self.mean(self.known(), |at| vec![self.truths[at].variance()])
-            .value
-            .sqrt()
+        self.mean(self.known_tiles(), |position| {
+            vec![self.truths[position].variance()]
+        })
+        .value
+        .sqrt()
     }
 }

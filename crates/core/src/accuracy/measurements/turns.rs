@@ -3,10 +3,10 @@
 
 use std::time::Instant;
 
-use super::super::estimate::Interval;
-use super::super::renderer::{TimedRender, Unfinished};
+use super::super::estimate::ConfidenceInterval;
+use super::super::renderer::{TimedRender, UnfinishedRender};
 use super::super::setting::Setting;
-use super::{Figures, Measurements};
+use super::{Measurements, SettingFigures};
 use crate::prepare::PrepareError;
 use crate::settings::Crop;
 
@@ -46,7 +46,7 @@ impl Measurements<'_> {
         if turns.len() < FEWEST_TURNS {
             return Ok(());
         }
-        let Some(first) = settings.first().and_then(|first| self.of(first)) else {
+        let Some(first) = settings.first().and_then(|first| self.figures(first)) else {
             return Ok(());
         };
         let (earlier, has_more) = (
@@ -60,13 +60,17 @@ impl Measurements<'_> {
             let all = self
                 .drift(&settings[0], first.tiles.len(), end)?
                 .unwrap_or(1.0);
-            scale = all / spread(turns.iter().map(|turn| turn[0]).collect()).value;
+            scale = all / spread_of(turns.iter().map(|turn| turn[0]).collect()).value;
         }
         for (i, setting) in settings.iter().enumerate() {
-            let Some(of) = self.all.iter_mut().find(|of| of.setting == *setting) else {
+            let Some(figures) = self
+                .all
+                .iter_mut()
+                .find(|figures| figures.setting == *setting)
+            else {
                 continue;
             };
-            of.turns = match &earlier[..] {
+            figures.turns = match &earlier[..] {
                 [] => turns.iter().map(|turn| scale * turn[i]).collect(),
                 earlier => turns
                     .iter()
@@ -80,13 +84,14 @@ impl Measurements<'_> {
 
     /// Whether a setting was timed in turns.
     pub fn is_timed_in_turns(&self, setting: &Setting) -> bool {
-        self.of(setting).is_some_and(|of| !of.turns.is_empty())
+        self.figures(setting)
+            .is_some_and(|figures| !figures.turns.is_empty())
     }
 
     /// Whether a setting was rendered whole.
     pub fn is_rendered_whole(&self, setting: &Setting) -> bool {
-        self.of(setting)
-            .is_some_and(|of| of.whole_seconds.is_some())
+        self.figures(setting)
+            .is_some_and(|figures| figures.whole_seconds.is_some())
     }
 
     /// Returns the ratio of a setting's time to that of its first round on the same part of the
@@ -97,48 +102,56 @@ impl Measurements<'_> {
         tiles: usize,
         end: Instant,
     ) -> Result<Option<f64>, PrepareError> {
-        let Some(of) = self.of(setting) else {
+        let Some(figures) = self.figures(setting) else {
             return Ok(None);
         };
-        let (parts, before) = match of.whole_seconds {
+        let (parts, before) = match figures.whole_seconds {
             Some(seconds) => (Vec::new(), seconds),
             None => {
-                let tiles = tiles.min(of.tiles.len());
-                let parts: Vec<Crop> = (0..tiles).map(|at| self.part(setting, at)).collect();
+                let tiles = tiles.min(figures.tiles.len());
+                let parts: Vec<Crop> = (0..tiles)
+                    .map(|position| self.part(setting, position))
+                    .collect();
                 (
                     parts,
-                    of.tiles[..tiles]
+                    figures.tiles[..tiles]
                         .iter()
                         .map(|tile| tile.first_seconds)
                         .sum(),
                 )
             }
         };
-        let Some(renders) = Unfinished::allow(self.renderer.take(setting, &parts, 0, end))? else {
+        let Some(renders) =
+            UnfinishedRender::allow(self.renderer.render_setting(setting, &parts, 0, end))?
+        else {
             return Ok(None);
         };
-        let share = |at: usize| match parts.get(at) {
-            Some(part) => self.share(at, *part),
+        let share = |position: usize| match parts.get(position) {
+            Some(part) => self.share(position, *part),
             None => 1.0,
         };
-        let seconds = |(at, render): (usize, &TimedRender)| share(at) * render.seconds;
+        let seconds = |(position, render): (usize, &TimedRender)| share(position) * render.seconds;
         let after: f64 = renders.iter().enumerate().map(seconds).sum();
         // A clock may be too coarse for a tiny picture.
         Ok((before > 0.0 && after > 0.0).then(|| after / before))
     }
 
     /// Returns the correction factor of the ratio of two settings' times.
-    pub(super) fn relative_drift(&self, of: &Figures, other: &Figures) -> Interval {
-        match (&of.turns[..], &other.turns[..]) {
-            ([], []) if self.has_turned => Interval {
+    pub(super) fn relative_drift(
+        &self,
+        figures: &SettingFigures,
+        other: &SettingFigures,
+    ) -> ConfidenceInterval {
+        match (&figures.turns[..], &other.turns[..]) {
+            ([], []) if self.has_turned => ConfidenceInterval {
                 value: 1.0,
                 low: 1.0 / UNSURE,
                 high: UNSURE,
             },
-            ([], []) => Interval::exact(1.0),
+            ([], []) => ConfidenceInterval::exact(1.0),
             ([], turns) => unknown(turns.iter().map(|drift| 1.0 / drift)),
             (turns, []) => unknown(turns.iter().copied()),
-            (turns, others) => spread(
+            (turns, others) => spread_of(
                 turns
                     .iter()
                     .zip(others)
@@ -150,18 +163,18 @@ impl Measurements<'_> {
 
     /// Returns the correction factor of a setting's time. A setting that was not timed again has
     /// drifted as the setting in use did.
-    pub(super) fn own_drift(&self, of: &Figures) -> Interval {
-        if !of.turns.is_empty() {
-            return spread(of.turns.clone());
+    pub(super) fn own_drift(&self, figures: &SettingFigures) -> ConfidenceInterval {
+        if !figures.turns.is_empty() {
+            return spread_of(figures.turns.clone());
         }
         let own = self
-            .of(&Setting::default())
-            .map_or(&[][..], |own| &own.turns[..]);
+            .figures(&Setting::default())
+            .map_or(&[][..], |own_figures| &own_figures.turns[..]);
         if own.is_empty() {
-            return Interval::exact(1.0);
+            return ConfidenceInterval::exact(1.0);
         }
         let drift = unknown(own.iter().copied());
-        Interval {
+        ConfidenceInterval {
             value: if drift.low < 1.0 {
                 drift.low
             } else {
@@ -173,7 +186,7 @@ impl Measurements<'_> {
 }
 
 /// Returns the median of at least three turns, with an interval that fits their number.
-fn spread(mut turns: Vec<f64>) -> Interval {
+fn spread_of(mut turns: Vec<f64>) -> ConfidenceInterval {
     turns.sort_by(f64::total_cmp);
     let (middle, last) = (turns.len() / 2, turns.len() - 1);
     let value = if turns.len() % 2 == 1 {
@@ -183,7 +196,7 @@ fn spread(mut turns: Vec<f64>) -> Interval {
     };
     let widening = WIDENING[(turns.len() - FEWEST_TURNS).min(WIDENING.len() - 1)];
     let factor = libm::exp(0.5 * widening * libm::log(turns[last] / turns[0]));
-    Interval {
+    ConfidenceInterval {
         value,
         low: value / factor,
         high: value * factor,
@@ -192,9 +205,9 @@ fn spread(mut turns: Vec<f64>) -> Interval {
 
 /// Returns the correction factor of a setting that was not timed again, where the compared setting
 /// drifted. The true factor lies between no drift and the same drift.
-fn unknown(turns: impl Iterator<Item = f64>) -> Interval {
-    let drift = spread(turns.collect()).value;
-    Interval {
+fn unknown(turns: impl Iterator<Item = f64>) -> ConfidenceInterval {
+    let drift = spread_of(turns.collect()).value;
+    ConfidenceInterval {
         value: 1.0,
         low: drift.min(1.0),
         high: drift.max(1.0),
@@ -209,17 +222,17 @@ mod tests {
     /// that was not timed again may have drifted as far as another one.
     #[test]
     fn few_turns_say_little() {
-        let three = spread(vec![1.2, 0.9, 1.0]);
-        let five = spread(vec![1.2, 0.9, 1.0, 1.0, 1.1]);
+        let three = spread_of(vec![1.2, 0.9, 1.0]);
+        let five = spread_of(vec![1.2, 0.9, 1.0, 1.0, 1.1]);
         assert_eq!((three.value, five.value), (1.0, 1.0));
         assert!(
             three.low < 0.7 && three.high > 1.5 && five.low > 0.8 && five.high < 1.2,
             "{three:?} {five:?}"
         );
-        assert_eq!(spread(vec![0.5; 4]), Interval::exact(0.5));
+        assert_eq!(spread_of(vec![0.5; 4]), ConfidenceInterval::exact(0.5));
         assert_eq!(
             unknown([1.5, 1.25, 2.0].into_iter()),
-            Interval {
+            ConfidenceInterval {
                 value: 1.0,
                 low: 1.0,
                 high: 1.5
@@ -227,7 +240,7 @@ mod tests {
         );
         assert_eq!(
             unknown([0.5; 3].into_iter()),
-            Interval {
+            ConfidenceInterval {
                 value: 1.0,
                 low: 0.5,
                 high: 1.0
@@ -247,8 +260,8 @@ mod tests {
                         * (uniform(100 * case + 2 * turn) + uniform(100 * case + 2 * turn + 1)
                             - 1.0)
                 };
-                let of = spread((0..turns).map(time).collect());
-                of.low <= 1.0 && 1.0 <= of.high
+                let interval = spread_of((0..turns).map(time).collect());
+                interval.low <= 1.0 && 1.0 <= interval.high
             };
             let count = (0..1000).filter(held).count();
             assert!(

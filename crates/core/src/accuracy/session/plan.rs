@@ -6,14 +6,14 @@
 //! that a machine that becomes slower drops none. The remaining time goes to more tiles for
 //! promising settings.
 
-use super::super::Listener;
+use super::super::ProgressListener;
 use super::super::measurements::Measurements;
 use super::super::pilot::PilotPair;
-use super::super::renderer::{MARGIN, Unfinished};
+use super::super::renderer::{MARGIN, UnfinishedRender};
 use super::super::setting::Setting;
-use super::super::tiles::{Grid, TileSample};
-use super::{HALVES, PILOTS, REFERENCE, RUNGS, Session, samples_of};
-use crate::ladder::{Choice, Ladder};
+use super::super::tiles::{TileGrid, TileSample};
+use super::{HALVES, MeasurementSession, PILOTS, REFERENCE, RUNGS, samples_of};
+use crate::ladder::{Ladder, RungChoice};
 use crate::prepare::PrepareError;
 
 /// Multiple of the samples in use for the reference, its least number and its greatest number of
@@ -78,14 +78,14 @@ impl MeasurementPlan {
 
 /// A setting, the setting to which it is compared, and whether its pictures are kept for
 /// comparisons.
-struct Item {
+struct PlannedSetting {
     setting: Setting,
     ladder: Ladder,
     beside: Option<Setting>,
     is_kept: bool,
 }
 
-impl Item {
+impl PlannedSetting {
     /// Whether the ladder is among the most important.
     fn is_telling(&self) -> bool {
         matches!(
@@ -95,7 +95,7 @@ impl Item {
     }
 }
 
-impl Session<'_> {
+impl MeasurementSession<'_> {
     pub(super) fn plan(&self, sample: &TileSample) -> MeasurementPlan {
         let grid = &sample.grid;
         let (tile_sample, budget) = (self.tile_sample(grid), self.effort.budget.as_secs_f64());
@@ -147,19 +147,19 @@ impl Session<'_> {
         measurements.whole_samples = self.whole_samples();
         let own = self.settings.sampling.count();
         let cost = 2.0 * self.whole_cost(1) / FILTER;
-        let most =
+        let maximum =
             ((BOTH_PILOTS * self.effort.budget.as_secs_f64() / cost.max(1e-12)) as u32).min(own);
-        if most < 2 {
+        if maximum < 2 {
             return Ok(());
         }
         // Low-discrepancy sequences are most uniform at powers of two.
-        let samples = 1 << most.ilog2();
+        let samples = 1 << maximum.ilog2();
         let render = |round| {
-            Unfinished::allow(
-                measurements
-                    .renderer
-                    .pilot(samples, round, self.at(REFERENCE)),
-            )
+            UnfinishedRender::allow(measurements.renderer.pilot(
+                samples,
+                round,
+                self.instant_at(REFERENCE),
+            ))
         };
         if let (Some(one), Some(other)) = (render(0)?, render(1)?) {
             measurements.pilots = Some(PilotPair([one, other]));
@@ -194,16 +194,16 @@ impl Session<'_> {
     }
 
     /// Returns the wall-clock seconds of a sample of all pixels of a tile.
-    fn tile_sample(&self, grid: &Grid) -> f64 {
+    fn tile_sample(&self, grid: &TileGrid) -> f64 {
         self.pace * f64::from(grid.size[0]) * f64::from(grid.size[1]) / grid.count() as f64
     }
 
     /// Returns the number of tiles for which time suffices, where all but the most important
     /// settings are measured on a share of them.
-    pub(super) fn fitting(&self, grid: &Grid, rest: f64) -> usize {
-        let (items, most) = (self.items(), self.most(grid));
-        let cost = |item: &Item| {
-            self.cost(&item.setting, grid).min(most) * if item.is_telling() { 1.0 } else { rest }
+    pub(super) fn fitting(&self, grid: &TileGrid, rest: f64) -> usize {
+        let (items, maximum) = (self.items(), self.most(grid));
+        let cost = |item: &PlannedSetting| {
+            self.cost(&item.setting, grid).min(maximum) * if item.is_telling() { 1.0 } else { rest }
         };
         let costs: f64 = items.iter().map(cost).sum();
         let whole = items
@@ -220,7 +220,7 @@ impl Session<'_> {
 
     /// Returns the samples of a setting on a tile in all its rounds, the denoiser's margin
     /// included; zero where the whole picture is rendered.
-    pub(super) fn cost(&self, setting: &Setting, grid: &Grid) -> f64 {
+    pub(super) fn cost(&self, setting: &Setting, grid: &TileGrid) -> f64 {
         if self.is_by_the_whole(setting) {
             return 0.0;
         }
@@ -248,7 +248,7 @@ impl Session<'_> {
     }
 
     /// Returns the expected wall-clock seconds of a setting.
-    pub(super) fn expected(&self, setting: &Setting, tiles: usize, grid: &Grid) -> f64 {
+    pub(super) fn expected(&self, setting: &Setting, tiles: usize, grid: &TileGrid) -> f64 {
         match self.is_by_the_whole(setting) {
             true => self.rounds(setting) as f64 * self.whole_cost(self.samples(setting)),
             false => self.tile_sample(grid) * tiles as f64 * self.cost(setting, grid),
@@ -257,7 +257,7 @@ impl Session<'_> {
 
     /// Returns the samples that a setting may take on a tile before it gets fewer tiles than
     /// others.
-    fn most(&self, grid: &Grid) -> f64 {
+    fn most(&self, grid: &TileGrid) -> f64 {
         2.0 * self.cost(&Setting::default(), grid)
     }
 
@@ -291,29 +291,29 @@ impl Session<'_> {
     /// that may be worthwhile, with and without denoising; the setting on which the other rungs are
     /// measured; these rungs, each ladder's most exact first; and larger sample counts than most
     /// users need.
-    fn items(&self) -> Vec<Item> {
-        let item = |setting: Setting, ladder: Ladder| Item {
+    fn items(&self) -> Vec<PlannedSetting> {
+        let item = |setting: Setting, ladder: Ladder| PlannedSetting {
             setting,
             ladder,
             beside: None,
             is_kept: false,
         };
-        let own = Item {
+        let own = PlannedSetting {
             is_kept: true,
             ..item(Setting::default(), Ladder::Samples)
         };
-        let near = |choice: &Choice| {
+        let near = |choice: &RungChoice| {
             samples_of(*choice)
                 .is_some_and(|n| n <= HALVES.saturating_mul(self.settings.sampling.count()))
         };
         let all = self
             .choices_of(Ladder::Samples)
             .filter(|_| self.pictured.contains(&Ladder::Samples));
-        let (samples, far): (Vec<Choice>, Vec<Choice>) = all.partition(near);
+        let (samples, far): (Vec<RungChoice>, Vec<RungChoice>) = all.partition(near);
         let denoised = Ladder::Reconstruction.choices().find(|choice| {
             self.pictured.contains(&Ladder::Reconstruction) && !self.is_in_use(*choice)
         });
-        let base = Item {
+        let base = PlannedSetting {
             is_kept: true,
             ..item(self.base.clone(), Ladder::Samples)
         };
@@ -343,12 +343,12 @@ impl Session<'_> {
                 .choices_of(ladder)
                 .filter(|choice| !self.beyond.contains(choice))
                 .map(|choice| self.setting(choice));
-            all.push(Item {
+            all.push(PlannedSetting {
                 beside: pair(&beside),
                 is_kept: true,
                 ..item(exact.clone(), ladder)
             });
-            all.extend(others.map(|other| Item {
+            all.extend(others.map(|other| PlannedSetting {
                 beside: pair(&exact),
                 ..item(other, ladder)
             }));
@@ -357,10 +357,10 @@ impl Session<'_> {
             far.into_iter()
                 .map(|choice| item(self.setting(choice), Ladder::Samples)),
         );
-        let mut known: Vec<Setting> = Vec::new();
+        let mut settings: Vec<Setting> = Vec::new();
         all.retain(|item| {
-            let is_new = !known.contains(&item.setting) && self.is_possible(&item.setting);
-            known.push(item.setting.clone());
+            let is_new = !settings.contains(&item.setting) && self.is_possible(&item.setting);
+            settings.push(item.setting.clone());
             is_new
         });
         all
@@ -372,20 +372,23 @@ impl Session<'_> {
         &mut self,
         plan: &MeasurementPlan,
         measurements: &mut Measurements<'_>,
-        listener: &mut dyn Listener,
+        listener: &mut dyn ProgressListener,
     ) -> Result<Vec<(Setting, Ladder)>, PrepareError> {
         let mut pairs = Vec::new();
         if measurements.sample.is_whole(plan.tiles) {
             // The first picture of a size also takes the time of its memory allocation.
-            let first = measurements
-                .renderer
-                .take(&Setting::default(), &[], 0, self.at(RUNGS));
-            Unfinished::allow(first)?;
+            let first = measurements.renderer.render_setting(
+                &Setting::default(),
+                &[],
+                0,
+                self.instant_at(RUNGS),
+            );
+            UnfinishedRender::allow(first)?;
         }
         for (i, item) in self.items().into_iter().enumerate() {
             let (
                 is_telling,
-                Item {
+                PlannedSetting {
                     setting,
                     ladder,
                     beside,
@@ -404,7 +407,7 @@ impl Session<'_> {
             }
             // Without the scene's own picture the report is empty, so this picture may take all
             // remaining time.
-            let end = self.at(if i == 0 { 1.0 } else { RUNGS });
+            let end = self.instant_at(if i == 0 { 1.0 } else { RUNGS });
             let rounds = self.rounds(&setting);
             self.cut_short |=
                 !measurements.measure(&setting, (tiles, rounds), beside.as_ref(), is_kept, end)?;

@@ -1,31 +1,31 @@
 //! Costs in time and memory: rungs that do not change pictures, and the effects of the scene.
 
-use super::super::Listener;
-use super::super::effects::{Bench, EffectCosts};
+use super::super::ProgressListener;
+use super::super::effects::{EffectBench, EffectCosts};
 use super::super::measurements::Measurements;
-use super::super::report::{Price, PriceReport};
-use super::{COSTS, PRICES, Session};
+use super::super::report::{PriceReport, RungPrice};
+use super::{COSTS, MeasurementSession, PRICES};
 use crate::prepare::PrepareError;
 
 /// Maps the progress of a part to its range of the whole.
 struct ProgressRange<'a> {
-    listener: &'a mut dyn Listener,
+    listener: &'a mut dyn ProgressListener,
     from: f64,
     to: f64,
 }
 
-impl Listener for ProgressRange<'_> {
-    fn step(&mut self, what: &str, share: f64) {
+impl ProgressListener for ProgressRange<'_> {
+    fn step(&mut self, label: &str, share: f64) {
         self.listener
-            .step(what, self.from + share * (self.to - self.from));
+            .step(label, self.from + share * (self.to - self.from));
     }
 }
 
-impl Session<'_> {
+impl MeasurementSession<'_> {
     pub fn prices(
         &mut self,
         measurements: &Measurements<'_>,
-        listener: &mut dyn Listener,
+        listener: &mut dyn ProgressListener,
     ) -> Result<Vec<PriceReport>, PrepareError> {
         let mut reports = Vec::new();
         for &ladder in &self.priced {
@@ -35,12 +35,13 @@ impl Session<'_> {
                 let setting = self.setting(choice);
                 let in_use = setting == self.base;
                 listener.step(&format!("time of {choice}"), self.spent());
-                let paid = measurements.paid(&setting, &self.base, self.at(PRICES))?;
-                rungs.push(Price {
+                let rung_cost =
+                    measurements.rung_cost(&setting, &self.base, self.instant_at(PRICES))?;
+                rungs.push(RungPrice {
                     rung: rung.name.to_owned(),
                     about: rung.about,
                     in_use,
-                    paid,
+                    rung_cost,
                 });
             }
             reports.push(PriceReport {
@@ -55,7 +56,7 @@ impl Session<'_> {
     /// Measures the cost of each effect; `None` without time for any.
     pub fn costs(
         &mut self,
-        listener: &mut dyn Listener,
+        listener: &mut dyn ProgressListener,
     ) -> Result<Option<EffectCosts>, PrepareError> {
         let Self {
             observer,
@@ -65,8 +66,8 @@ impl Session<'_> {
         } = *self;
         let (scene, settings) = self.base.applied(self.scene, &self.settings);
         let (start, from) = (now(), self.spent());
-        let budget = self.at(COSTS).saturating_duration_since(start);
-        let bench = Bench {
+        let budget = self.instant_at(COSTS).saturating_duration_since(start);
+        let bench = EffectBench {
             scene: &scene,
             observer,
             stopwatch,

@@ -1,15 +1,17 @@
 //! Rows of the report: ladders, combinations, and pictures for comparison.
 
-use super::super::Interval;
+use super::super::ConfidenceInterval;
 use super::super::measurements::Measurements;
-use super::super::report::{Base, Candidate, LadderReport, Measured, RungReport, Shown};
+use super::super::report::{
+    BaselineReport, FrontierCandidate, LadderReport, MeasuredSetting, ReportPicture, RungReport,
+};
 use super::super::setting::Setting;
-use super::{BASE_SAMPLES, Session};
+use super::{BASE_SAMPLES, MeasurementSession};
 use crate::film::Film;
-use crate::ladder::{Choice, Ladder};
+use crate::ladder::{Ladder, RungChoice};
 use crate::picture::Picture;
 
-impl Session<'_> {
+impl MeasurementSession<'_> {
     pub(super) fn ladder(
         &self,
         ladder: Ladder,
@@ -18,7 +20,7 @@ impl Session<'_> {
     ) -> LadderReport {
         let in_use = ladder.in_use(self.scene, &self.settings);
         let (exact, beside) = (self.most_exact(ladder), self.beside(ladder));
-        let rung = |choice: Choice| {
+        let rung = |choice: RungChoice| {
             let setting = self.setting(choice);
             let is_in_use = setting == beside;
             // The most exact rung was compared with the one in use, and the others with the most
@@ -26,7 +28,7 @@ impl Session<'_> {
             let pair = if is_in_use { &exact } else { &setting };
             let is_paired = own_errors.contains(&(pair.clone(), ladder));
             let own_error = match setting == exact {
-                true => (ladder.shares_random_numbers()).then(|| Interval::exact(0.0)),
+                true => (ladder.shares_random_numbers()).then(|| ConfidenceInterval::exact(0.0)),
                 false => is_paired
                     .then(|| measurements.alone(pair))
                     .flatten()
@@ -37,7 +39,7 @@ impl Session<'_> {
                 about: choice.about(),
                 in_use: is_in_use,
                 flag: (!is_in_use)
-                    .then(|| Setting::one(choice).flags().pop())
+                    .then(|| Setting::single(choice).flags().pop())
                     .flatten(),
                 measured: measurements.measured(&setting, &beside),
                 own_error,
@@ -52,9 +54,9 @@ impl Session<'_> {
 
     /// Returns the setting on which rungs other than sample counts were measured, where it is not
     /// the scene's own.
-    pub(super) fn base_report(&self, measurements: &Measurements<'_>) -> Option<Base> {
+    pub(super) fn base_report(&self, measurements: &Measurements<'_>) -> Option<BaselineReport> {
         self.base.rung(Ladder::Samples)?;
-        Some(Base {
+        Some(BaselineReport {
             samples: BASE_SAMPLES,
             measured: measurements.measured(&self.base, &Setting::default())?,
         })
@@ -63,16 +65,16 @@ impl Session<'_> {
     /// Returns the settings of several rungs that are not rows of a ladder.
     pub(super) fn combinations(
         &self,
-        known: &[Setting],
+        settings: &[Setting],
         measurements: &Measurements<'_>,
-    ) -> Vec<Candidate> {
+    ) -> Vec<FrontierCandidate> {
         let rows: Vec<Setting> = self
             .pictured
             .iter()
             .flat_map(|&ladder| self.choices_of(ladder))
             .map(|choice| self.setting(choice))
             .collect();
-        let others = known
+        let others = settings
             .iter()
             .filter(|setting| !rows.contains(setting) && **setting != self.base);
         let candidate = |setting: &Setting| self.candidate(setting, measurements);
@@ -86,9 +88,9 @@ impl Session<'_> {
         &self,
         setting: &Setting,
         measurements: &Measurements<'_>,
-    ) -> Option<Candidate> {
-        let measured: Measured = measurements.measured(setting, &Setting::default())?;
-        Some(Candidate {
+    ) -> Option<FrontierCandidate> {
+        let measured: MeasuredSetting = measurements.measured(setting, &Setting::default())?;
+        Some(FrontierCandidate {
             flags: setting.flags(),
             measured,
         })
@@ -96,9 +98,13 @@ impl Session<'_> {
 
     /// Returns the pictures of the first tile, or of the whole picture where the whole was
     /// measured: the reference, and the settings measured on it.
-    pub(super) fn pictures(&self, measurements: &Measurements<'_>, film: &Film) -> Vec<Shown> {
+    pub(super) fn pictures(
+        &self,
+        measurements: &Measurements<'_>,
+        film: &Film,
+    ) -> Vec<ReportPicture> {
         let whole = film.picture();
-        let is_whole = measurements.sample.is_whole(measurements.known());
+        let is_whole = measurements.sample.is_whole(measurements.known_tiles());
         let Some(reference) = (if is_whole {
             Some(&whole)
         } else {
@@ -125,13 +131,13 @@ impl Session<'_> {
             let picture = measurements
                 .first(setting)
                 .filter(|first| (first.width, first.height) == size)?;
-            Some(Shown {
+            Some(ReportPicture {
                 name: setting.to_string(),
                 picture: picture.clone(),
             })
         };
         let renders = all.iter().filter_map(render).collect::<Vec<_>>();
-        [Shown {
+        [ReportPicture {
             name: "reference".to_owned(),
             picture: reference,
         }]

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use super::super::RungReport;
 use super::super::measurements::cut;
 use super::super::renderer::MARGIN;
-use super::super::tiles::Grid;
+use super::super::tiles::TileGrid;
 use super::*;
 use crate::picture::Picture;
 use crate::scene::Scene;
@@ -27,38 +27,41 @@ fn corridor() -> Scene {
 
 /// Records the reported steps.
 #[derive(Default)]
-struct Heard(Vec<(String, f64)>);
+struct RecordingListener(Vec<(String, f64)>);
 
-impl Listener for Heard {
-    fn step(&mut self, what: &str, share: f64) {
-        self.0.push((what.to_owned(), share));
+impl ProgressListener for RecordingListener {
+    fn step(&mut self, label: &str, share: f64) {
+        self.0.push((label.to_owned(), share));
     }
 }
 
-fn measured(size: Option<[u32; 2]>, heard: &mut Heard) -> Report {
+fn measured(size: Option<[u32; 2]>, heard: &mut RecordingListener) -> AccuracyReport {
     measured_by(|work| work() as f64 * 1e-6, size, heard)
 }
 
 fn measured_by(
     stopwatch: Stopwatch,
     size: Option<[u32; 2]>,
-    listener: &mut dyn Listener,
-) -> Report {
+    listener: &mut dyn ProgressListener,
+) -> AccuracyReport {
     let scene = corridor();
-    let effort = Effort {
+    let effort = AccuracyEffort {
         budget: Duration::from_secs(600),
         size,
         rounds: 3,
     };
-    let session = Session::new(
+    let session = MeasurementSession::new(
         &scene,
-        &Settings::of(&scene),
-        Display::of(&scene.render),
+        &Settings::from_scene(&scene),
+        Display::from_render(&scene.render),
         effort,
         &(),
         (stopwatch, &Instant::now),
     );
-    session.run(Start::default(), listener).expect("a report").0
+    session
+        .run(MeasurementStart::default(), listener)
+        .expect("a report")
+        .0
 }
 
 /// Protects: times are those of rendering alone, and ratios are a setting's time over that of the
@@ -66,7 +69,7 @@ fn measured_by(
 /// is told every rung.
 #[test]
 fn times_are_what_the_clock_says() {
-    let mut heard = Heard::default();
+    let mut heard = RecordingListener::default();
     let report = measured(Some([4, 2]), &mut heard);
     let near = |value: f64, expected: f64| {
         assert!(
@@ -82,21 +85,25 @@ fn times_are_what_the_clock_says() {
         .find(|ladder| ladder.ladder == "path-length")
         .expect("mirrors");
     for rung in &lengths.rungs {
-        let (n, of) = (
+        let (n, each_measured) = (
             rung.rung.parse::<f64>().expect("a number"),
             rung.measured.as_ref().expect("time"),
         );
-        near(of.seconds.value, n * 8.0 * 1e-6);
-        near(of.ratio.value, n / 4.0);
-        near(of.ratio.high, n / 4.0);
+        near(each_measured.seconds.value, n * 8.0 * 1e-6);
+        near(each_measured.ratio.value, n / 4.0);
+        near(each_measured.ratio.high, n / 4.0);
     }
     for price in report.prices.iter().flat_map(|ladder| &ladder.rungs) {
-        let paid = price.paid.as_ref().expect("time");
+        let rung_cost = price.rung_cost.as_ref().expect("time");
         assert_eq!(
-            (paid.preparing.median, paid.ratio.median, paid.same_bits),
+            (
+                rung_cost.preparing.median,
+                rung_cost.ratio.median,
+                rung_cost.same_bits
+            ),
             (0.0, 1.0, true)
         );
-        near(paid.seconds.median, 32e-6);
+        near(rung_cost.seconds.median, 32e-6);
     }
     let reference = &report.reference;
     near(
@@ -110,7 +117,7 @@ fn times_are_what_the_clock_says() {
     assert!(
         [&plan[..], "path-length=64", "time of accelerator=linear"]
             .iter()
-            .all(|words| heard.0.iter().any(|(what, _)| what == words)),
+            .all(|words| heard.0.iter().any(|(label, _)| label == words)),
         "{:?}",
         heard.0
     );
@@ -126,9 +133,9 @@ static IS_BUSY: AtomicBool = AtomicBool::new(false);
 /// Slows the machine while the setting in use is measured, except in turns.
 struct Disturber;
 
-impl Listener for Disturber {
-    fn step(&mut self, what: &str, _: f64) {
-        IS_BUSY.store(what.ends_with("as it is"), Ordering::Relaxed);
+impl ProgressListener for Disturber {
+    fn step(&mut self, label: &str, _: f64) {
+        IS_BUSY.store(label.ends_with("as it is"), Ordering::Relaxed);
     }
 }
 
@@ -160,12 +167,13 @@ fn what_slows_one_setting_makes_no_other_fast() {
         .expect("mirrors");
     let mut timed_in_turns = 0;
     for rung in &lengths.rungs {
-        let (share, of) = (
+        let (share, measured) = (
             rung.rung.parse::<f64>().expect("a number") / 4.0,
             rung.measured.as_ref().expect("time"),
         );
         assert!(
-            of.ratio.low <= share * (1.0 + 1e-9) && share <= of.ratio.high * (1.0 + 1e-9),
+            measured.ratio.low <= share * (1.0 + 1e-9)
+                && share <= measured.ratio.high * (1.0 + 1e-9),
             "{rung:?}, not {share}"
         );
         let flag = rung.flag.iter().cloned().collect::<Vec<_>>();
@@ -175,7 +183,7 @@ fn what_slows_one_setting_makes_no_other_fast() {
             .any(|candidate| candidate.flags == flag)
         {
             timed_in_turns += 1;
-            near(of.ratio.value, share);
+            near(measured.ratio.value, share);
         }
     }
     assert!(
@@ -187,7 +195,7 @@ fn what_slows_one_setting_makes_no_other_fast() {
 /// Protects: effects are timed by the same clock: mirrors add three rays to one camera ray.
 #[test]
 fn effects_are_priced_too() {
-    let report = measured(Some([4, 2]), &mut Heard::default());
+    let report = measured(Some([4, 2]), &mut RecordingListener::default());
     let costs = report.costs.expect("time");
     let mirror = costs
         .effects
@@ -210,8 +218,13 @@ fn effects_are_priced_too() {
 /// excluded; longer ones are included, although their error is bias, too.
 #[test]
 fn the_frontier_is_what_nobody_beats() {
-    let report = measured(Some([4, 2]), &mut Heard::default());
-    let point = |of: &crate::accuracy::Measured| (of.seconds.value, of.errors.relmse.value);
+    let report = measured(Some([4, 2]), &mut RecordingListener::default());
+    let point = |each_measured: &crate::accuracy::MeasuredSetting| {
+        (
+            each_measured.seconds.value,
+            each_measured.errors.relmse.value,
+        )
+    };
     let front: Vec<(f64, f64)> = report
         .frontier
         .iter()
@@ -243,7 +256,7 @@ fn the_frontier_is_what_nobody_beats() {
 /// picture of each setting beside the reference's.
 #[test]
 fn small_scenes_are_measured_as_they_are() {
-    let report = measured(None, &mut Heard::default());
+    let report = measured(None, &mut RecordingListener::default());
     assert_eq!(
         (report.size, report.tiles.measured, report.tiles.all),
         ([4, 2], 1, 1)
@@ -255,7 +268,7 @@ fn small_scenes_are_measured_as_they_are() {
     let names: Vec<&str> = report
         .pictures
         .iter()
-        .map(|shown| shown.name.as_str())
+        .map(|shown_mesh| shown_mesh.name.as_str())
         .collect();
     assert_eq!(names[..3], ["reference", "as it is", "samples=4"]);
     let rungs = report.ladders.iter().flat_map(|ladder| &ladder.rungs);
@@ -264,7 +277,7 @@ fn small_scenes_are_measured_as_they_are() {
         report
             .pictures
             .iter()
-            .all(|shown| (shown.picture.width, shown.picture.height) == (4, 2))
+            .all(|shown_mesh| (shown_mesh.picture.width, shown_mesh.picture.height) == (4, 2))
     );
 }
 
@@ -273,16 +286,16 @@ fn small_scenes_are_measured_as_they_are() {
 #[test]
 fn rungs_without_a_difference_are_left_out() {
     let scene = corridor();
-    let effort = Effort {
+    let effort = AccuracyEffort {
         budget: Duration::from_secs(600),
         size: Some([4, 2]),
         rounds: 2,
     };
     let stopwatch: Stopwatch = |work| work() as f64;
-    let session = Session::new(
+    let session = MeasurementSession::new(
         &scene,
-        &Settings::of(&scene),
-        Display::of(&scene.render),
+        &Settings::from_scene(&scene),
+        Display::from_render(&scene.render),
         effort,
         &(),
         (stopwatch, &Instant::now),
@@ -315,23 +328,26 @@ fn rungs_that_cannot_show_the_scene_are_left_out() {
     }
     let settings = Settings {
         precision: crate::settings::PrecisionChoice::Reference,
-        ..Settings::of(&scene)
+        ..Settings::from_scene(&scene)
     };
-    let effort = Effort {
+    let effort = AccuracyEffort {
         budget: Duration::from_secs(600),
         size: Some([4, 2]),
         rounds: 2,
     };
     let stopwatch: Stopwatch = |work| work() as f64 * 1e-6;
-    let session = Session::new(
+    let session = MeasurementSession::new(
         &scene,
         &settings,
-        Display::of(&scene.render),
+        Display::from_render(&scene.render),
         effort,
         &(),
         (stopwatch, &Instant::now),
     );
-    let report = session.run(Start::default(), &mut ()).expect("a report").0;
+    let report = session
+        .run(MeasurementStart::default(), &mut ())
+        .expect("a report")
+        .0;
     let precision = report
         .ladders
         .iter()
@@ -358,27 +374,33 @@ fn rungs_that_cannot_show_the_scene_are_left_out() {
 #[test]
 fn what_is_beyond_reach_is_not_the_most_exact() {
     let scene = corridor();
-    let effort = Effort {
+    let effort = AccuracyEffort {
         budget: Duration::from_secs(600),
         size: Some([4, 2]),
         rounds: 2,
     };
     let stopwatch: Stopwatch = |work| work() as f64;
-    let mut session = Session::new(
+    let mut session = MeasurementSession::new(
         &scene,
-        &Settings::of(&scene),
-        Display::of(&scene.render),
+        &Settings::from_scene(&scene),
+        Display::from_render(&scene.render),
         effort,
         &(),
         (stopwatch, &Instant::now),
     );
-    let lengths: Vec<Choice> = session.choices_of(Ladder::PathLength).collect();
+    let lengths: Vec<RungChoice> = session.choices_of(Ladder::PathLength).collect();
     let [.., second, first] = lengths[..] else {
         panic!("{lengths:?}")
     };
-    assert_eq!(session.most_exact(Ladder::PathLength), Setting::one(first));
+    assert_eq!(
+        session.most_exact(Ladder::PathLength),
+        Setting::single(first)
+    );
     session.beyond.push(first);
-    assert_eq!(session.most_exact(Ladder::PathLength), Setting::one(second));
+    assert_eq!(
+        session.most_exact(Ladder::PathLength),
+        Setting::single(second)
+    );
 }
 
 /// A scene of many samples with a lamp, so that most ladders apply and rungs differ in time.
@@ -395,12 +417,12 @@ fn lamp() -> Scene {
 }
 
 /// A clock that each query advances by a millisecond.
-struct Asked {
+struct CountingClock {
     start: Instant,
     questions: AtomicU64,
 }
 
-impl Asked {
+impl CountingClock {
     fn new() -> Self {
         Self {
             start: Instant::now(),
@@ -425,33 +447,33 @@ fn all_ends_with_the_time() {
     let scene = lamp();
     let settings = Settings {
         integrator: crate::scene::Integrator::Path,
-        ..Settings::of(&scene)
+        ..Settings::from_scene(&scene)
     };
     let measured = |seconds: f64| {
-        let clock = Asked::new();
+        let clock = CountingClock::new();
         let now = || clock.now();
-        let effort = Effort {
+        let effort = AccuracyEffort {
             budget: Duration::from_secs_f64(seconds),
             size: Some([16, 12]),
             rounds: 3,
         };
         let stopwatch: Stopwatch = |work| work() as f64 * 1e-6;
-        let session = Session::new(
+        let session = MeasurementSession::new(
             &scene,
             &settings,
-            Display::of(&scene.render),
+            Display::from_render(&scene.render),
             effort,
             &(),
             (stopwatch, &now),
         );
         (
             session
-                .run(Start::default(), &mut ())
+                .run(MeasurementStart::default(), &mut ())
                 .map(|(report, _)| report),
             clock.seconds(),
         )
     };
-    for (budget, least) in [(1.0, 1), (2.0, 2), (4.0, 2)] {
+    for (budget, minimum) in [(1.0, 1), (2.0, 2), (4.0, 2)] {
         let (report, took) = measured(budget);
         let report = report.unwrap_or_else(|error| panic!("{budget}: {error}"));
         assert!(
@@ -471,7 +493,7 @@ fn all_ends_with_the_time() {
             .filter(|rung| rung.measured.is_some())
             .count();
         assert!(
-            known >= least && report.reference.samples >= 2,
+            known >= minimum && report.reference.samples >= 2,
             "{known} rungs in {budget}"
         );
     }
@@ -491,28 +513,28 @@ fn more_time_shows_no_less() {
     let settings = Settings {
         integrator: crate::scene::Integrator::Path,
         size: [64, 48],
-        ..Settings::of(&scene)
+        ..Settings::from_scene(&scene)
     };
     let mut before: Vec<(String, usize)> = Vec::new();
     for budget in [6.0, 18.0, 54.0, 162.0] {
-        let clock = Asked::new();
+        let clock = CountingClock::new();
         let now = || clock.now();
-        let effort = Effort {
+        let effort = AccuracyEffort {
             budget: Duration::from_secs_f64(budget),
             size: None,
             rounds: 2,
         };
         let stopwatch: Stopwatch = |work| work() as f64 * 1e-6;
-        let session = Session::new(
+        let session = MeasurementSession::new(
             &scene,
             &settings,
-            Display::of(&scene.render),
+            Display::from_render(&scene.render),
             effort,
             &(),
             (stopwatch, &now),
         );
         let (report, _) = session
-            .run(Start::default(), &mut ())
+            .run(MeasurementStart::default(), &mut ())
             .unwrap_or_else(|error| panic!("{budget}: {error}"));
         assert!(
             clock.seconds() <= 1.03 * budget,
@@ -528,7 +550,12 @@ fn more_time_shows_no_less() {
         let all: Vec<(String, usize)> = report
             .ladders
             .iter()
-            .flat_map(|ladder| ladder.rungs.iter().filter_map(move |of| rung(ladder, of)))
+            .flat_map(|ladder| {
+                ladder
+                    .rungs
+                    .iter()
+                    .filter_map(move |rung_report| rung(ladder, rung_report))
+            })
             .collect();
         for (name, tiles) in &before {
             let now = all
@@ -551,47 +578,48 @@ fn more_time_shows_no_less() {
 #[test]
 fn a_tile_is_a_part_of_the_picture() {
     let scene = lamp();
-    let own = Settings {
+    let own_settings = Settings {
         integrator: crate::scene::Integrator::Path,
         size: [160, 120],
-        ..Settings::of(&scene)
+        ..Settings::from_scene(&scene)
     };
-    let grid = Grid {
-        size: own.size,
+    let grid = TileGrid {
+        size: own_settings.size,
         edge: 32,
         seed: 3,
     };
     let end = Instant::now() + Duration::from_secs(600);
     let stopwatch: Stopwatch = |work| work() as f64;
     for sampling in [
-        own.sampling,
+        own_settings.sampling,
         crate::settings::Sampling::Pattern(crate::scene::Pattern::Corners),
     ] {
         let settings = Settings {
             sampling,
-            ..own.clone()
+            ..own_settings.clone()
         };
         let renderer = Renderer::new(&scene, &settings, &(), (stopwatch, &Instant::now));
         let take = |setting: &Setting, parts: &[Crop]| {
             renderer
-                .take(setting, parts, 1, end)
+                .render_setting(setting, parts, 1, end)
                 .expect("time")
                 .remove(0)
                 .picture
         };
-        let whole = Crop {
+        let crop = Crop {
             x: 0,
             y: 0,
             width: 160,
             height: 120,
         };
         let noisy = take(&Setting::default(), &[]);
-        let denoised = Setting::one(Choice::parse("reconstruction=denoised").expect("a rung"));
+        let denoised =
+            Setting::single(RungChoice::parse("reconstruction=denoised").expect("a rung"));
         let filtered = take(&denoised, &[]);
         for tile in [7, 8, 12] {
             let part = grid.tile(tile);
             assert!(
-                take(&Setting::default(), &[part]).rgb == cut(&noisy, whole, part).rgb,
+                take(&Setting::default(), &[part]).rgb == cut(&noisy, crop, part).rgb,
                 "tile {tile}"
             );
             if sampling.is_fixed() {
@@ -600,8 +628,8 @@ fn a_tile_is_a_part_of_the_picture() {
             let around = grid.around(tile, MARGIN);
             let (here, there, before) = (
                 cut(&take(&denoised, &[around]), around, part),
-                cut(&filtered, whole, part),
-                cut(&noisy, whole, part),
+                cut(&filtered, crop, part),
+                cut(&noisy, crop, part),
             );
             let apart = |a: &Picture, b: &Picture| {
                 a.rgb
@@ -628,10 +656,10 @@ fn denoised_tiles_take_what_noisy_ones_take() {
     let settings = Settings {
         integrator: crate::scene::Integrator::Path,
         size: [160, 120],
-        ..Settings::of(&scene)
+        ..Settings::from_scene(&scene)
     };
     let (grid, end) = (
-        Grid {
+        TileGrid {
             size: settings.size,
             edge: 32,
             seed: 3,
@@ -641,13 +669,23 @@ fn denoised_tiles_take_what_noisy_ones_take() {
     let stopwatch: Stopwatch = |work| work() as f64 * 1e-6;
     let (renderer, display) = (
         Renderer::new(&scene, &settings, &(), (stopwatch, &Instant::now)),
-        Display::of(&scene.render),
+        Display::from_render(&scene.render),
     );
     let looks = renderer.look(grid, &[7, 8, 12], end).expect("time");
     let sample = TileSample::new(grid, &looks);
-    let tiles: Vec<u32> = sample.order.iter().map(|look| look.tile).collect();
+    let tiles: Vec<u32> = sample
+        .order
+        .iter()
+        .map(|pilot_pass| pilot_pass.tile)
+        .collect();
     let mut exposure = renderer
-        .reference(&Setting::default(), 64, grid, Start::default(), end)
+        .reference(
+            &Setting::default(),
+            64,
+            grid,
+            MeasurementStart::default(),
+            end,
+        )
         .expect("time");
     assert!(exposure.expose(&tiles, end));
     let mut measurements = Measurements::new(&renderer, &sample, display);
@@ -661,7 +699,7 @@ fn denoised_tiles_take_what_noisy_ones_take() {
     }));
     let (noisy, denoised) = (
         Setting::default(),
-        Setting::one(Choice::parse("reconstruction=denoised").expect("a rung")),
+        Setting::single(RungChoice::parse("reconstruction=denoised").expect("a rung")),
     );
     for setting in [&noisy, &denoised] {
         assert!(
@@ -682,21 +720,21 @@ fn denoised_tiles_take_what_noisy_ones_take() {
 #[test]
 fn what_was_measured_is_kept_when_it_is_stopped() {
     struct StopsAt<'a> {
-        clock: &'a Asked,
+        clock: &'a CountingClock,
         seconds: f64,
     }
     impl Observer for StopsAt<'_> {
-        fn cancelled(&self) -> bool {
+        fn is_cancelled(&self) -> bool {
             self.clock.seconds() >= self.seconds
         }
     }
     let scene = lamp();
     let settings = Settings {
         integrator: crate::scene::Integrator::Path,
-        ..Settings::of(&scene)
+        ..Settings::from_scene(&scene)
     };
     let measured = |seconds: f64| {
-        let clock = Asked::new();
+        let clock = CountingClock::new();
         let (now, observer) = (
             || clock.now(),
             StopsAt {
@@ -704,23 +742,23 @@ fn what_was_measured_is_kept_when_it_is_stopped() {
                 seconds,
             },
         );
-        let effort = Effort {
+        let effort = AccuracyEffort {
             budget: Duration::from_secs(4),
             size: Some([16, 12]),
             rounds: 2,
         };
         let stopwatch: Stopwatch = |work| work() as f64 * 1e-6;
-        let session = Session::new(
+        let session = MeasurementSession::new(
             &scene,
             &settings,
-            Display::of(&scene.render),
+            Display::from_render(&scene.render),
             effort,
             &observer,
             (stopwatch, &now),
         );
         (
             session
-                .run(Start::default(), &mut ())
+                .run(MeasurementStart::default(), &mut ())
                 .map(|(report, _)| report),
             clock.seconds(),
         )

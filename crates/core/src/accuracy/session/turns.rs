@@ -2,10 +2,10 @@
 
 use std::time::{Duration, Instant};
 
-use super::super::Listener;
+use super::super::ProgressListener;
 use super::super::measurements::Measurements;
 use super::super::setting::Setting;
-use super::{Session, TURNS};
+use super::{MeasurementSession, TURNS};
 use crate::prepare::PrepareError;
 
 /// Most settings timed in turns besides the named ones. The best of many settings is partly the one
@@ -17,19 +17,19 @@ const PLANNED: f64 = 4.0;
 /// Shares of the time for turns at which each pass ends; a pass may change the named setting.
 const PASSES: [f64; 3] = [0.5, 0.7, 1.0];
 
-impl Session<'_> {
+impl MeasurementSession<'_> {
     /// Times the setting in use, the named settings and their closest competitors in turns; then
     /// the settings that are named instead.
     pub(super) fn turns(
         &self,
-        known: &[Setting],
+        settings: &[Setting],
         measurements: &mut Measurements<'_>,
-        listener: &mut dyn Listener,
+        listener: &mut dyn ProgressListener,
     ) -> Result<(), PrepareError> {
         let (begun, all) = ((self.now)(), self.left(TURNS));
         for (pass, share) in PASSES.into_iter().enumerate() {
             let mut contestants =
-                self.contestants(known, measurements, if pass == 0 { MOST } else { 0 });
+                self.contestants(settings, measurements, if pass == 0 { MOST } else { 0 });
             contestants.retain(|setting| !measurements.is_timed_in_turns(setting));
             if contestants.is_empty() {
                 break;
@@ -64,45 +64,49 @@ impl Session<'_> {
             };
             PLANNED * self.expected(setting, tiles, &grid) / self.rounds(setting) as f64
         };
-        let mut chosen = vec![Setting::default()];
-        let own = planned(&chosen[0], measurements.tiles(&chosen[0])) / PLANNED;
-        let mut spent = own + planned(&chosen[0], 1);
+        let mut chosen_settings = vec![Setting::default()];
+        let own = planned(&chosen_settings[0], measurements.tiles(&chosen_settings[0])) / PLANNED;
+        let mut spent = own + planned(&chosen_settings[0], 1);
         for setting in settings {
             let cost = planned(&setting, 1);
-            if spent + cost < left && !chosen.contains(&setting) {
+            if spent + cost < left && !chosen_settings.contains(&setting) {
                 spent += cost;
-                chosen.push(setting);
+                chosen_settings.push(setting);
             }
         }
-        let of = |tiles: usize| {
-            own + chosen
+        let value_of = |tiles: usize| {
+            own + chosen_settings
                 .iter()
                 .map(|setting| planned(setting, tiles))
                 .sum::<f64>()
         };
-        let tiles = (1..=measurements.known())
+        let tiles = (1..=measurements.known_tiles())
             .rev()
-            .find(|&tiles| of(tiles) < left)
+            .find(|&tiles| value_of(tiles) < left)
             .unwrap_or(1);
-        measurements.time_in_turns(&chosen, tiles, end)
+        measurements.time_in_turns(&chosen_settings, tiles, end)
     }
 
     /// Returns the settings named beside the setting in use, and some of the Pareto front.
     fn contestants(
         &self,
-        known: &[Setting],
+        settings: &[Setting],
         measurements: &Measurements<'_>,
-        most: usize,
+        maximum: usize,
     ) -> Vec<Setting> {
-        let answer = self.answer(known, measurements);
-        let named = [&answer.half_the_error, &answer.same_error]
+        let recommendations = self.recommend(settings, measurements);
+        let named = [&recommendations.half_the_error, &recommendations.same_error]
             .into_iter()
             .flatten()
             .map(|advice| advice.flags.clone());
         let named: Vec<Vec<String>> = named.collect();
         let is_named = |setting: &&Setting| named.contains(&setting.flags());
-        let mut chosen: Vec<Setting> = known.iter().filter(is_named).cloned().collect();
-        chosen.extend(self.unbeaten(known, measurements).into_iter().take(most));
-        chosen
+        let mut chosen_settings: Vec<Setting> = settings.iter().filter(is_named).cloned().collect();
+        chosen_settings.extend(
+            self.unbeaten(settings, measurements)
+                .into_iter()
+                .take(maximum),
+        );
+        chosen_settings
     }
 }

@@ -1,16 +1,16 @@
 //! Combinations of rungs that are worth their time: found by steps from the base setting, then
 //! measured on more tiles.
 
-use super::super::Listener;
-use super::super::answer::{AdviceCandidate, answer, is_sound};
-use super::super::frontier::{Direction, Point, Steps, Surveyor, pareto, walk};
+use super::super::ProgressListener;
+use super::super::frontier::{FrontierPoint, LadderSteps, Surveyor, WalkDirection, pareto, walk};
 use super::super::measurements::Measurements;
-use super::super::renderer::Exposure;
-use super::super::report::{Answer, Candidate};
+use super::super::recommendation::{AdviceCandidate, is_sound, recommend};
+use super::super::renderer::GrowingReference;
+use super::super::report::{FrontierCandidate, Recommendations};
 use super::super::setting::Setting;
 use super::plan::{MeasurementPlan, ROUNDS};
-use super::{AGAIN, HALVES, RUNGS, Session, WALKS};
-use crate::ladder::{Choice, Ladder};
+use super::{AGAIN, HALVES, MeasurementSession, RUNGS, WALKS};
+use crate::ladder::{Ladder, RungChoice};
 use crate::prepare::PrepareError;
 
 /// Expected growth of the time per step when more tiles are added.
@@ -22,10 +22,10 @@ const MOST_SETTINGS: usize = 56;
 
 /// A walk through a session's measurements.
 struct SettingSurvey<'s, 'a, 'm> {
-    session: &'s Session<'a>,
+    session: &'s MeasurementSession<'a>,
     plan: &'s MeasurementPlan,
     measurements: &'s mut Measurements<'m>,
-    listener: &'s mut dyn Listener,
+    listener: &'s mut dyn ProgressListener,
     failed: Option<PrepareError>,
 }
 
@@ -34,7 +34,7 @@ impl Surveyor for SettingSurvey<'_, '_, '_> {
         self.session.is_possible(setting)
     }
 
-    fn measure(&mut self, setting: &Setting) -> Option<Point> {
+    fn measure(&mut self, setting: &Setting) -> Option<FrontierPoint> {
         let Self {
             session,
             plan,
@@ -52,7 +52,7 @@ impl Surveyor for SettingSurvey<'_, '_, '_> {
             (tiles, session.rounds(setting)),
             None,
             false,
-            session.at(WALKS),
+            session.instant_at(WALKS),
         ) {
             Ok(true) => session.point(setting, measurements),
             Ok(false) => None,
@@ -63,27 +63,27 @@ impl Surveyor for SettingSurvey<'_, '_, '_> {
         }
     }
 
-    fn is_beyond(&self, setting: &Setting, other: &Setting, direction: Direction) -> bool {
+    fn is_beyond(&self, setting: &Setting, other: &Setting, direction: WalkDirection) -> bool {
         let Some(cost) = self.measurements.relative(setting, other) else {
             return false;
         };
         let is_better = match direction {
-            Direction::Faster => cost.time.high < 1.0,
-            Direction::MoreExact => cost.error.high < 1.0 && cost.error.low > 0.0,
+            WalkDirection::Faster => cost.time.high < 1.0,
+            WalkDirection::MoreExact => cost.error.high < 1.0 && cost.error.low > 0.0,
         };
         is_better && self.session.is_sound(setting, self.measurements)
     }
 }
 
-impl Session<'_> {
+impl MeasurementSession<'_> {
     /// Returns every measured setting, including the results of walks.
     pub(super) fn walks(
         &mut self,
         plan: &MeasurementPlan,
         measurements: &mut Measurements<'_>,
-        listener: &mut dyn Listener,
+        listener: &mut dyn ProgressListener,
     ) -> Result<Vec<Setting>, PrepareError> {
-        let steps: Vec<Steps> = self
+        let steps: Vec<LadderSteps> = self
             .pictured
             .iter()
             .filter_map(|&ladder| self.steps(ladder, measurements))
@@ -109,7 +109,7 @@ impl Session<'_> {
         }
         // Where the walks end early, the remaining time goes to more tiles.
         let end = self
-            .at(WALKS)
+            .instant_at(WALKS)
             .min((self.now)() + self.effort.budget.mul_f64(WALKS - RUNGS));
         for setting in self.sweep(measurements) {
             listener.step(&format!("together: {setting}"), self.spent());
@@ -135,42 +135,47 @@ impl Session<'_> {
     /// first, up to a total number of settings. The end of a walk depends on noise; the number of
     /// measured settings must not.
     fn sweep(&self, measurements: &Measurements<'_>) -> Vec<Setting> {
-        let known = measurements.settings();
+        let settings = measurements.settings();
         let is_paired =
             |ladder: &Ladder| *ladder != Ladder::Samples && !ladder.is_a_matter_of_taste();
         let ladders = self.pictured.iter().copied().filter(is_paired);
         let rungs = ladders.flat_map(|ladder| self.choices_of(ladder));
-        let mut rungs: Vec<Choice> = rungs
+        let mut rungs: Vec<RungChoice> = rungs
             .filter(|&choice| !self.is_in_use(choice) && !self.beyond.contains(&choice))
             .collect();
         rungs.sort_by_key(|&choice| !self.is_sound(&self.setting(choice), measurements));
         let samples = self
             .choices_of(Ladder::Samples)
             .filter(|choice| !self.is_in_use(*choice));
-        let samples: Vec<Choice> = samples
+        let samples: Vec<RungChoice> = samples
             .filter(|_| self.pictured.contains(&Ladder::Samples))
             .collect();
-        let pair = |choice: Choice| {
+        let pair = |choice: RungChoice| {
             samples
                 .iter()
-                .map(move |&samples| Setting::one(samples).with(choice))
+                .map(move |&samples| Setting::single(samples).with(choice))
         };
         let mut pairs: Vec<Setting> = rungs.into_iter().flat_map(pair).collect();
-        let most = HALVES.saturating_mul(self.settings.sampling.count());
+        let maximum = HALVES.saturating_mul(self.settings.sampling.count());
         pairs.retain(|setting| {
-            self.is_possible(setting) && self.samples(setting) <= most && !known.contains(setting)
+            self.is_possible(setting)
+                && self.samples(setting) <= maximum
+                && !settings.contains(setting)
         });
-        pairs.truncate(MOST_SETTINGS.saturating_sub(known.len()));
+        pairs.truncate(MOST_SETTINGS.saturating_sub(settings.len()));
         pairs
     }
 
     /// Returns the steps of a walk that starts at a setting.
-    fn from(&self, start: &Setting, steps: &[Steps]) -> Vec<Steps> {
-        let at = |steps: &Steps| {
-            let chosen = start.rung(steps.ladder);
-            let place = steps.rungs.iter().position(|(rung, _)| *rung == chosen)?;
-            Some(Steps {
-                start: place,
+    fn from(&self, start: &Setting, steps: &[LadderSteps]) -> Vec<LadderSteps> {
+        let at = |steps: &LadderSteps| {
+            let rung_choice = start.rung(steps.ladder);
+            let index = steps
+                .rungs
+                .iter()
+                .position(|(rung, _)| *rung == rung_choice)?;
+            Some(LadderSteps {
+                start: index,
                 ..steps.clone()
             })
         };
@@ -183,7 +188,7 @@ impl Session<'_> {
     /// The error of a rung is its difference to the ladder's most exact rung with the same random
     /// numbers. Against the noise of few samples this error would be invisible, and yet it decides
     /// the value of many samples.
-    fn steps(&self, ladder: Ladder, measurements: &Measurements<'_>) -> Option<Steps> {
+    fn steps(&self, ladder: Ladder, measurements: &Measurements<'_>) -> Option<LadderSteps> {
         let in_use = ladder.in_use(self.scene, &self.settings);
         let (exact, beside) = (self.most_exact(ladder), self.beside(ladder));
         let point = |setting: &Setting| {
@@ -197,7 +202,7 @@ impl Session<'_> {
             } else {
                 measurements.alone(pair)?[1].value
             };
-            Some(Point { error, ..point })
+            Some(FrontierPoint { error, ..point })
         };
         let own = point(&beside)?;
         let mut rungs = Vec::new();
@@ -213,56 +218,58 @@ impl Session<'_> {
                     .map(|point| (Some(choice), point)),
             );
         }
-        let below = |choice: &Choice| match (choice.rung().parse::<u32>(), in_use.parse::<u32>()) {
-            (Ok(rung), Ok(own)) => Some(rung < own),
-            _ => {
-                let place = |name: &str| ladder.rungs().iter().position(|rung| rung.name == name);
-                Some(place(choice.rung())? < place(&in_use)?)
-            }
-        };
-        let mut place = 0;
+        let below =
+            |choice: &RungChoice| match (choice.rung().parse::<u32>(), in_use.parse::<u32>()) {
+                (Ok(rung), Ok(own)) => Some(rung < own),
+                _ => {
+                    let place =
+                        |name: &str| ladder.rungs().iter().position(|rung| rung.name == name);
+                    Some(place(choice.rung())? < place(&in_use)?)
+                }
+            };
+        let mut index = 0;
         for (choice, _) in &rungs {
-            place += usize::from(choice.as_ref().map_or(Some(false), below)?);
+            index += usize::from(choice.as_ref().map_or(Some(false), below)?);
         }
-        rungs.insert(place, (None, own));
-        Some(Steps {
+        rungs.insert(index, (None, own));
+        Some(LadderSteps {
             ladder,
             rungs,
-            start: place,
+            start: index,
         })
     }
 
-    fn point(&self, setting: &Setting, measurements: &Measurements<'_>) -> Option<Point> {
+    fn point(&self, setting: &Setting, measurements: &Measurements<'_>) -> Option<FrontierPoint> {
         let measured = measurements.measured(setting, setting)?;
         // A clock may be too coarse for a tiny picture.
-        Some(Point {
+        Some(FrontierPoint {
             time: measured.seconds.value.max(1e-9),
             error: measured.errors.relmse.value,
         })
     }
 
     fn is_sound(&self, setting: &Setting, measurements: &Measurements<'_>) -> bool {
-        let of = |setting: &Setting| measurements.measured(setting, setting);
-        of(setting)
-            .zip(of(&Setting::default()))
-            .is_some_and(|(measured, own)| is_sound(setting, &measured, &own))
+        let value_of = |setting: &Setting| measurements.measured(setting, setting);
+        value_of(setting)
+            .zip(value_of(&Setting::default()))
+            .is_some_and(|(measured, own_measured)| is_sound(setting, &measured, &own_measured))
     }
 
     /// Measures promising settings on more tiles, chunk by chunk, or with more random numbers where
     /// all tiles were measured. The best of many settings is partly the luckiest.
     pub(super) fn again(
         &mut self,
-        known: &[Setting],
+        settings: &[Setting],
         measurements: &mut Measurements<'_>,
-        exposure: &mut Exposure<'_>,
-        listener: &mut dyn Listener,
+        exposure: &mut GrowingReference<'_>,
+        listener: &mut dyn ProgressListener,
     ) -> Result<(), PrepareError> {
-        let own = Setting::default();
-        let chosen = self.promising(known, measurements);
-        let (sample, end) = (measurements.sample, self.at(AGAIN));
-        let mut tiles = measurements.known();
+        let own_setting = Setting::default();
+        let chosen_settings = self.promising(settings, measurements);
+        let (sample, end) = (measurements.sample, self.instant_at(AGAIN));
+        let mut tiles = measurements.known_tiles();
         if sample.is_whole(tiles) {
-            return self.all_again(&chosen, measurements, listener);
+            return self.all_again(&chosen_settings, measurements, listener);
         }
         while tiles < sample.most() {
             let next = ((tiles as f64 * GROWTH) as usize).clamp(tiles + 1, sample.most());
@@ -272,16 +279,16 @@ impl Session<'_> {
                 self.spent(),
             );
             self.expose(exposure, measurements, next, end);
-            if measurements.known() < next {
+            if measurements.known_tiles() < next {
                 break;
             }
-            for setting in &chosen {
+            for setting in &chosen_settings {
                 let tiles = self.tiles_of(setting, next, sample);
                 if !measurements.measure(
                     setting,
                     (tiles, self.rounds(setting)),
                     None,
-                    *setting == own,
+                    *setting == own_setting,
                     end,
                 )? {
                     return Ok(());
@@ -289,7 +296,7 @@ impl Session<'_> {
             }
             tiles = next;
             if sample.is_whole(tiles) {
-                return self.all_again(&chosen, measurements, listener);
+                return self.all_again(&chosen_settings, measurements, listener);
             }
             // The next chunk takes longer in proportion to its size.
             if (self.now)() + ((self.now)() - before).mul_f64(GROWTH) > end {
@@ -301,47 +308,47 @@ impl Session<'_> {
 
     /// Returns the setting in use, common sample counts, the settings named so far, and others by
     /// their promise.
-    fn promising(&self, known: &[Setting], measurements: &Measurements<'_>) -> Vec<Setting> {
-        let own = Setting::default();
-        let answer = self.answer(known, measurements);
-        let named = [&answer.half_the_error, &answer.same_error]
+    fn promising(&self, settings: &[Setting], measurements: &Measurements<'_>) -> Vec<Setting> {
+        let own_setting = Setting::default();
+        let recommendations = self.recommend(settings, measurements);
+        let named = [&recommendations.half_the_error, &recommendations.same_error]
             .into_iter()
             .flatten()
             .map(|advice| advice.flags.clone());
         let named: Vec<Vec<String>> = named.collect();
-        let mut others = self.unbeaten(known, measurements);
+        let mut others = self.unbeaten(settings, measurements);
         others.sort_by_key(|setting| !named.contains(&setting.flags()));
-        let most = HALVES.saturating_mul(self.settings.sampling.count());
-        others.retain(|setting| *setting != own && self.samples(setting) <= most);
+        let maximum = HALVES.saturating_mul(self.settings.sampling.count());
+        others.retain(|setting| *setting != own_setting && self.samples(setting) <= maximum);
         others.truncate(MOST_AGAIN);
-        let mut chosen = vec![own];
+        let mut chosen_settings = vec![own_setting];
         for setting in self
             .numbers_of_samples()
             .into_iter()
-            .filter(|setting| known.contains(setting))
+            .filter(|setting| settings.contains(setting))
             .chain(others)
         {
-            if !chosen.contains(&setting) {
-                chosen.push(setting);
+            if !chosen_settings.contains(&setting) {
+                chosen_settings.push(setting);
             }
         }
-        chosen
+        chosen_settings
     }
 
     /// Measures settings on all tiles that they lack, since slow settings have fewer, and then in
     /// more rounds.
     fn all_again(
         &self,
-        chosen: &[Setting],
+        settings: &[Setting],
         measurements: &mut Measurements<'_>,
-        listener: &mut dyn Listener,
+        listener: &mut dyn ProgressListener,
     ) -> Result<(), PrepareError> {
         let (tiles, grid, end) = (
-            measurements.known(),
+            measurements.known_tiles(),
             measurements.sample.grid,
-            self.at(AGAIN),
+            self.instant_at(AGAIN),
         );
-        for setting in chosen {
+        for setting in settings {
             let lacking = tiles - measurements.tiles(setting).min(tiles);
             if lacking > 0 && self.expected(setting, lacking, &grid) < self.left(AGAIN) {
                 listener.step(&format!("more tiles: {setting}"), self.spent());
@@ -350,10 +357,10 @@ impl Session<'_> {
         }
         let once =
             |setting: &Setting| self.expected(setting, tiles, &grid) / self.rounds(setting) as f64;
-        let once: f64 = chosen.iter().map(once).sum();
+        let once: f64 = settings.iter().map(once).sum();
         for rounds in (ROUNDS + 1..=u64::from(self.effort.rounds)).rev() {
             if once * (rounds as f64) < self.left(AGAIN) {
-                for setting in chosen {
+                for setting in settings {
                     listener.step(&format!("once more: {setting}"), self.spent());
                     measurements.measure(
                         setting,
@@ -372,22 +379,26 @@ impl Session<'_> {
     /// Returns the settings on the Pareto front, and the report's first sentences.
     pub(super) fn frontier(
         &self,
-        known: &[Setting],
+        settings: &[Setting],
         measurements: &Measurements<'_>,
-    ) -> (Vec<Candidate>, Answer) {
-        let chosen = self.unbeaten(known, measurements);
-        let candidates = chosen
+    ) -> (Vec<FrontierCandidate>, Recommendations) {
+        let chosen_settings = self.unbeaten(settings, measurements);
+        let candidates = chosen_settings
             .iter()
             .filter_map(|setting| self.candidate(setting, measurements));
-        (candidates.collect(), self.answer(known, measurements))
+        (candidates.collect(), self.recommend(settings, measurements))
     }
 
-    pub(super) fn answer(&self, known: &[Setting], measurements: &Measurements<'_>) -> Answer {
-        let own = Setting::default();
+    pub(super) fn recommend(
+        &self,
+        settings: &[Setting],
+        measurements: &Measurements<'_>,
+    ) -> Recommendations {
+        let own_setting = Setting::default();
         let contestant = |setting: &Setting| {
             let (measured, cost) = (
-                measurements.measured(setting, &own)?,
-                measurements.relative(setting, &own)?,
+                measurements.measured(setting, &own_setting)?,
+                measurements.relative(setting, &own_setting)?,
             );
             let is_sound = self.is_sound(setting, measurements);
             Some(AdviceCandidate {
@@ -397,8 +408,8 @@ impl Session<'_> {
                 is_sound,
             })
         };
-        answer(
-            known.iter().filter_map(contestant).collect(),
+        recommend(
+            settings.iter().filter_map(contestant).collect(),
             self.effort.budget.as_secs_f64(),
         )
     }
@@ -407,10 +418,10 @@ impl Session<'_> {
     /// one.
     pub(super) fn unbeaten(
         &self,
-        known: &[Setting],
+        known_settings: &[Setting],
         measurements: &Measurements<'_>,
     ) -> Vec<Setting> {
-        let mut settings: Vec<Setting> = known
+        let mut settings: Vec<Setting> = known_settings
             .iter()
             .filter(|setting| {
                 **setting == Setting::default() || self.is_sound(setting, measurements)
@@ -418,7 +429,7 @@ impl Session<'_> {
             .cloned()
             .collect();
         settings.sort_by_key(|setting| setting.flags().len());
-        let known: Vec<(Setting, Point)> = settings
+        let known: Vec<(Setting, FrontierPoint)> = settings
             .into_iter()
             .filter_map(|setting| {
                 self.point(&setting, measurements)

@@ -3,7 +3,7 @@
 
 use super::*;
 
-const GRID: Grid = Grid {
+const GRID: TileGrid = TileGrid {
     size: [320, 184],
     edge: 16,
     seed: 0,
@@ -42,7 +42,7 @@ fn tiles_are_the_picture() {
     }
     assert!(covered.iter().all(|&times| times == 1));
     let first: Vec<Crop> = GRID
-        .spread()
+        .spread_order()
         .into_iter()
         .take(24)
         .map(|index| GRID.tile(index))
@@ -56,7 +56,7 @@ fn tiles_are_the_picture() {
 }
 
 /// Looks with uneven noise.
-fn looks(grid: Grid) -> Vec<PilotPass> {
+fn looks(grid: TileGrid) -> Vec<PilotPass> {
     let noise = |tile: u32| if tile.is_multiple_of(9) { 8.0 } else { 1.0 };
     (0..grid.count() as u32)
         .map(|tile| PilotPass {
@@ -74,11 +74,11 @@ fn chances_are_those_with_which_tiles_are_drawn() {
     let (mut drawn, mut expected) = (vec![0.0; GRID.count()], vec![0.0; GRID.count()]);
     let seeds = 2000;
     for seed in 0..seeds {
-        let grid = Grid { seed, ..GRID };
+        let grid = TileGrid { seed, ..GRID };
         let sample = TileSample::new(grid, &looks(grid));
-        for (look, chance) in sample.order.iter().zip(sample.chances(40)) {
-            drawn[look.tile as usize] += 1.0;
-            expected[look.tile as usize] = chance;
+        for (pilot_pass, chance) in sample.order.iter().zip(sample.chances(40)) {
+            drawn[pilot_pass.tile as usize] += 1.0;
+            expected[pilot_pass.tile as usize] = chance;
         }
     }
     for (drawn, expected) in drawn.iter().zip(&expected) {
@@ -103,7 +103,7 @@ fn held(count: usize, mean: impl Fn(u64, u32) -> f64, has_looks: bool) -> f64 {
             .map(|tile| mean(tile) * GRID.pixels(tile))
             .sum::<f64>()
             / (320.0 * 184.0);
-        let grid = Grid {
+        let grid = TileGrid {
             seed: *seed,
             ..GRID
         };
@@ -121,20 +121,23 @@ fn held(count: usize, mean: impl Fn(u64, u32) -> f64, has_looks: bool) -> f64 {
             &(0..GRID.count() as u32).map(look).collect::<Vec<_>>(),
         );
         let blocks: Vec<[Vec<f64>; 2]> = (sample.order.iter().take(count))
-            .map(|look| {
-                let pixels = grid.pixels(look.tile) / 4.0;
+            .map(|pilot_pass| {
+                let pixels = grid.pixels(pilot_pass.tile) / 4.0;
                 // Sixteen squares make a block.
                 let noise = |block: u64| {
                     (0..16)
                         .map(|i| {
-                            exponential(*seed + 77, u64::from(look.tile) << 8 | block << 4 | i)
+                            exponential(
+                                *seed + 77,
+                                u64::from(pilot_pass.tile) << 8 | block << 4 | i,
+                            )
                         })
                         .sum::<f64>()
                         / 16.0
                 };
                 [
                     (0..4)
-                        .map(|block| mean(look.tile) * pixels * noise(block))
+                        .map(|block| mean(pilot_pass.tile) * pixels * noise(block))
                         .collect(),
                     vec![pixels; 4],
                 ]
@@ -149,17 +152,17 @@ fn held(count: usize, mean: impl Fn(u64, u32) -> f64, has_looks: bool) -> f64 {
             .zip(&blocks)
             .map(share)
             .collect();
-        let shares: Vec<Share<'_>> = parts
+        let shares: Vec<TileShare<'_>> = parts
             .iter()
-            .map(|(chance, above, below)| Share {
+            .map(|(chance, above, below)| TileShare {
                 chance: *chance,
                 above,
                 below,
                 doubt: 0.0,
             })
             .collect();
-        let of = ratio(&shares);
-        of.low <= truth && truth <= of.high
+        let interval = ratio(&shares);
+        interval.low <= truth && truth <= interval.high
     };
     (0..runs).filter(holds).count() as f64 / runs as f64
 }
@@ -180,7 +183,7 @@ fn intervals_hold_even_noise() {
 #[test]
 fn intervals_hold_uneven_noise() {
     let uneven = |seed: u64, tile: u32| 0.1 * (0.2 + 2.0 * exponential(seed + 5, u64::from(tile)));
-    for (count, has_looks, most) in [
+    for (count, has_looks, maximum) in [
         (20, false, 0.97),
         (60, false, 0.97),
         (20, true, 0.99),
@@ -188,7 +191,7 @@ fn intervals_hold_uneven_noise() {
     ] {
         let share = held(count, uneven, has_looks);
         assert!(
-            (0.93..=most).contains(&share),
+            (0.93..=maximum).contains(&share),
             "{share} with {count} tiles, {has_looks}"
         );
     }
@@ -207,16 +210,16 @@ fn intervals_hold_uneven_noise() {
 /// single tile of many gives no information.
 #[test]
 fn what_is_lost_in_noise_begins_at_zero() {
-    let share = |chance: f64, doubt: f64| Share {
+    let share = |chance: f64, doubt: f64| TileShare {
         chance,
         above: &[1.0, 1.2],
         below: &[10.0, 10.0],
         doubt,
     };
-    let known = ratio(&[share(0.5, 0.01), share(0.5, 0.01)]);
+    let interval = ratio(&[share(0.5, 0.01), share(0.5, 0.01)]);
     assert!(
-        known.low > 0.0 && (known.value - 0.11).abs() < 1e-12,
-        "{known:?}"
+        interval.low > 0.0 && (interval.value - 0.11).abs() < 1e-12,
+        "{interval:?}"
     );
     let lost = ratio(&[share(0.5, 40.0), share(0.5, 40.0)]);
     assert!(lost.is_lost_in_noise() && lost.high > 0.2, "{lost:?}");
@@ -230,7 +233,7 @@ fn what_is_lost_in_noise_begins_at_zero() {
 fn all_tiles_of_a_small_picture_have_noise() {
     let above: [&[f64]; 2] = [&[1.0], &[3.0]];
     // A black tile has no doubt.
-    let share = |i: usize| Share {
+    let share = |i: usize| TileShare {
         chance: 1.0,
         above: above[i % 2],
         below: &[1.0],

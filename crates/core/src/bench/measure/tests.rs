@@ -1,28 +1,31 @@
 //! Results of the benchmark for given times, by hand.
 
 use super::*;
-use crate::bench::{Kind, group};
+use crate::bench::{GeneratedKind, group};
 
 /// Protects: the ratio is the time of the scan over that of the tree, sample by sample: of 6 and 2,
 /// 5 and 2, and 8 and 4 seconds, the median is 2.5. Without a timed scan it is `None`.
 #[test]
 fn a_ratio_is_scan_over_tree() {
-    let geometry = Geometry::new(group(Kind::Spheres, 3, 1).unwrap(), AcceleratorKind::Linear);
-    let who = Contestant {
+    let geometry = Geometry::new(
+        group(GeneratedKind::Spheres, 3, 1).unwrap(),
+        AcceleratorKind::Linear,
+    );
+    let contestant = Contestant {
         geometry: &geometry,
-        build: Spread::of(&[1.0]),
+        build: Spread::from_samples(&[1.0]),
         bytes: 0,
     };
     let rays = crate::bench::rays(16, 1);
     let method = Method {
-        care: BenchOptions {
+        options: BenchOptions {
             repeats: 1,
             sample_seconds: 1e-4,
             build: BuildQuality::Fast,
         },
         stopwatch: crate::bench::clock::steady,
     };
-    let mut scan = Challenger::new(&who, &rays, &method);
+    let mut scan = Challenger::new(&contestant, &rays, &method);
     for [own, tree] in [[6.0, 2.0], [5.0, 2.0], [8.0, 4.0]] {
         scan.record(Some(own), tree);
     }
@@ -30,7 +33,7 @@ fn a_ratio_is_scan_over_tree() {
     assert_eq!((ratio.min, ratio.median, ratio.max), (2.0, 2.5, 3.0));
     let mut slow = Challenger {
         sample: None,
-        ..Challenger::new(&who, &rays, &method)
+        ..Challenger::new(&contestant, &rays, &method)
     };
     slow.record(None, 2.0);
     assert_eq!((slow.ratio(), slow.cost()), (None, None));
@@ -41,11 +44,13 @@ fn a_ratio_is_scan_over_tree() {
 /// least sixteen.
 #[test]
 fn samples_fill_their_time() {
-    let geometry =
-        Geometry::<f32>::new(group(Kind::Spheres, 3, 1).unwrap(), AcceleratorKind::Linear);
+    let geometry = Geometry::<f32>::new(
+        group(GeneratedKind::Spheres, 3, 1).unwrap(),
+        AcceleratorKind::Linear,
+    );
     let sized = |rays: u32, sample_seconds| {
         let method = Method {
-            care: BenchOptions {
+            options: BenchOptions {
                 repeats: 1,
                 sample_seconds,
                 build: BuildQuality::Fast,
@@ -53,7 +58,7 @@ fn samples_fill_their_time() {
             stopwatch: crate::bench::clock::steady,
         };
         let rays = crate::bench::rays(rays, 1);
-        let sample = Sample::sized(&geometry, &rays, &method);
+        let sample = RaySample::sized(&geometry, &rays, &method);
         assert!((sample.seconds_a_ray - 3e-8).abs() < 1e-20);
         (rays.len(), sample.step, sample.passes)
     };

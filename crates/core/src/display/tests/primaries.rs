@@ -6,14 +6,15 @@ use glam::{DMat3, DVec3};
 use super::*;
 
 /// CIE xy of red, green, blue and white.
-pub(in crate::display) type Space = [[f64; 2]; 4];
+pub(in crate::display) type Primaries = [[f64; 2]; 4];
 
 /// Rec. 709 and sRGB (ITU-R BT.709-6).
-pub(in crate::display) const REC709: Space = [[0.64, 0.33], [0.30, 0.60], [0.15, 0.06], D65];
+pub(in crate::display) const REC709: Primaries = [[0.64, 0.33], [0.30, 0.60], [0.15, 0.06], D65];
 /// Rec. 2020 (ITU-R BT.2020-2).
-pub(in crate::display) const REC2020: Space = [[0.708, 0.292], [0.170, 0.797], [0.131, 0.046], D65];
+pub(in crate::display) const REC2020: Primaries =
+    [[0.708, 0.292], [0.170, 0.797], [0.131, 0.046], D65];
 /// The working space of ACES (Academy S-2014-004).
-const AP1: Space = [
+const AP1: Primaries = [
     [0.713, 0.293],
     [0.165, 0.830],
     [0.128, 0.044],
@@ -27,7 +28,7 @@ fn xyz([x, y]: [f64; 2]) -> DVec3 {
 
 /// Returns the matrix from linear values to CIE XYZ, with the primaries scaled so that their sum is
 /// the white.
-fn to_xyz([r, g, b, white]: Space) -> DMat3 {
+fn to_xyz([r, g, b, white]: Primaries) -> DMat3 {
     let primaries = DMat3::from_cols(xyz(r), xyz(g), xyz(b));
     primaries * DMat3::from_diagonal(primaries.inverse() * xyz(white))
 }
@@ -44,12 +45,12 @@ fn adapted(from: [f64; 2], to: [f64; 2]) -> DMat3 {
 }
 
 /// Returns the matrix from linear values of one space to those of another.
-pub(in crate::display) fn between(from: Space, to: Space) -> DMat3 {
+pub(in crate::display) fn between(from: Primaries, to: Primaries) -> DMat3 {
     to_xyz(to).inverse() * adapted(from[3], to[3]) * to_xyz(from)
 }
 
 /// Mixes colours of a space with their own luminance; `share` of the saturation remains.
-fn desaturated(space: Space, share: f64) -> DMat3 {
+fn desaturated(space: Primaries, share: f64) -> DMat3 {
     let luminance = to_xyz(space).row(1);
     DMat3::from_cols_array_2d(&[luminance.to_array(); 3]).transpose() * (1.0 - share)
         + DMat3::IDENTITY * share
@@ -65,7 +66,7 @@ fn hills_matrices_are_those_of_aces() {
     let curve = |v: f64| {
         (v * (v + 0.024_578_6) - 0.000_090_537) / (v * (0.983_729 * v + 0.432_951_0) + 0.238_081)
     };
-    let operator = Operator::new(ToneMap::AcesHill);
+    let operator = ToneOperator::new(ToneMap::AcesHill);
     for primary in [DVec3::X, DVec3::Y, DVec3::Z, DVec3::new(0.2, 3.0, 0.7)] {
         let shaped = (into * primary).to_array().map(curve);
         let (found, expected) = (

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 
 use super::names;
-use crate::expr::{MAX_DEPTH, MAX_SOURCE, Scope, compile, evaluate, parameter_name_problem};
+use crate::expr::{ExprScope, MAX_DEPTH, MAX_SOURCE, compile, evaluate, parameter_name_problem};
 
 fn value(source: &str) -> f64 {
     evaluate(source, &names()).unwrap_or_else(|e| panic!("{source}: {e} at {:?}", e.span))
@@ -414,6 +414,6 @@ fn noise_functions() {
         refused("fbm2(1, 2, 3, 4)").0,
         "`fbm2` does not take 4 arguments"
     );
-    let error = compile("fbm(p, 1 + u)", &names(), Scope::Surface).expect_err("octaves vary");
+    let error = compile("fbm(p, 1 + u)", &names(), ExprScope::Surface).expect_err("octaves vary");
     assert_eq!(error.span, 7..12);
 }

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 
-use super::Inputs;
+use super::VariableValues;
 
 fn names() -> BTreeMap<String, f64> {
     BTreeMap::from([
@@ -18,8 +18,8 @@ fn names() -> BTreeMap<String, f64> {
     ])
 }
 
-fn hit() -> Inputs<f64> {
-    Inputs {
+fn hit() -> VariableValues<f64> {
+    VariableValues {
         p: DVec3::new(1.5, 2.5, -3.5),
         n: DVec3::Y,
         d: DVec3::new(0.6, -0.8, 0.0),
@@ -35,9 +35,9 @@ fn hit() -> Inputs<f64> {
 }
 
 /// The same hit in f32.
-fn narrow(hit: &Inputs<f64>) -> Inputs<f32> {
+fn narrow(hit: &VariableValues<f64>) -> VariableValues<f32> {
     let v = |v: DVec3| v.as_vec3();
-    Inputs {
+    VariableValues {
         p: v(hit.p),
         n: v(hit.n),
         d: v(hit.d),

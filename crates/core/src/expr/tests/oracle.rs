@@ -6,25 +6,25 @@ use raywright_bvh::scalar::{Real, Vector};
 
 use super::{hit, names, narrow};
 use crate::expr::semantics::remainder;
-use crate::expr::{Inputs, Programs, Scope, compile};
+use crate::expr::{ExprScope, Programs, VariableValues, compile};
 use crate::noise;
 
 /// An expression: a number, a variable, or an operator or function of others.
 #[derive(Clone, Debug, PartialEq)]
-enum Tree {
+enum ExprTree {
     Number(f64),
     Name(&'static str),
-    Of(&'static str, Vec<Tree>),
+    Of(&'static str, Vec<ExprTree>),
 }
 
-use Tree::{Name, Number, Of};
+use ExprTree::{Name, Number, Of};
 
 /// A number in all components, or a vector.
-type Value<R> = (bool, [R; 3]);
+type OracleValue<R> = (bool, [R; 3]);
 
 const COMPARISONS: [&str; 8] = ["<", "<=", ">", ">=", "==", "!=", "&&", "||"];
 
-impl Tree {
+impl ExprTree {
     /// Returns the source text, in parentheses throughout.
     fn source(&self) -> String {
         let Of(name, parts) = self else {
@@ -51,7 +51,7 @@ impl Tree {
             Of("?", parts) if parts[1] == parts[2] => parts[1].settled(),
             Of("mix", parts) if parts[0] == parts[1] && parts[2].chooses() => parts[0].settled(),
             Of("?", parts) if parts[0].is_constant() => {
-                match parts[0].value(&Inputs::<f64>::default()).1[0] {
+                match parts[0].value(&VariableValues::<f64>::default()).1[0] {
                     c if c.abs() > 0.0 => parts[1].settled(),
                     _ => parts[2].settled(),
                 }
@@ -75,7 +75,7 @@ impl Tree {
             && !settled.is_constant()
     }
 
-    fn value<R: Real>(&self, hit: &Inputs<R>) -> Value<R> {
+    fn value<R: Real>(&self, hit: &VariableValues<R>) -> OracleValue<R> {
         let vector = |v: R::Vec3| (true, [v.x(), v.y(), v.z()]);
         let (name, parts) = match self {
             Number(x) => return (false, [R::from_f64(*x); 3]),
@@ -98,7 +98,7 @@ impl Tree {
             }
             Of(name, parts) => (*name, parts),
         };
-        let values: Vec<Value<R>> = parts.iter().map(|part| part.value(hit)).collect();
+        let values: Vec<OracleValue<R>> = parts.iter().map(|part| part.value(hit)).collect();
         let number = |i: usize| values[i].1[0];
         let point = |i: usize| R::Vec3::new(values[i].1[0], values[i].1[1], values[i].1[2]);
         let truth = |value: bool| if value { R::ONE } else { R::ZERO };
@@ -221,13 +221,13 @@ impl Tree {
 }
 
 /// Generates trees of at most a given depth.
-struct Random {
+struct ExprRng {
     state: u64,
     /// Whether trees contain constants, which are folded in f64 whatever the renderer's scalar.
     constants: bool,
 }
 
-impl Random {
+impl ExprRng {
     fn below(&mut self, n: usize) -> usize {
         self.state = self
             .state
@@ -240,11 +240,11 @@ impl Random {
         choices[self.below(choices.len())]
     }
 
-    fn numbers(&mut self, depth: usize, count: usize) -> Vec<Tree> {
+    fn numbers(&mut self, depth: usize, count: usize) -> Vec<ExprTree> {
         (0..count).map(|_| self.number(depth)).collect()
     }
 
-    fn number(&mut self, depth: usize) -> Tree {
+    fn number(&mut self, depth: usize) -> ExprTree {
         if depth == 0 {
             let constants = [0.0, 0.1, 0.5, 1.0, 2.0, 3.7];
             return match self.below(if self.constants { 4 } else { 2 }) {
@@ -304,11 +304,11 @@ impl Random {
         }
     }
 
-    fn comparison(&mut self, depth: usize) -> Tree {
+    fn comparison(&mut self, depth: usize) -> ExprTree {
         Of(self.one_of(&COMPARISONS), self.numbers(depth, 2))
     }
 
-    fn vector(&mut self, depth: usize) -> Tree {
+    fn vector(&mut self, depth: usize) -> ExprTree {
         if depth == 0 {
             return Name(self.one_of(&["p", "n", "d", "o"]));
         }
@@ -368,11 +368,11 @@ fn same<R: Real>(program: R::Vec3, walk: [R; 3]) -> bool {
     })
 }
 
-fn check<R: Real>(tree: &Tree, hits: &[Inputs<R>]) {
+fn check<R: Real>(tree: &ExprTree, hits: &[VariableValues<R>]) {
     let source = tree.source();
     let program =
-        compile(&source, &names(), Scope::Light).unwrap_or_else(|e| panic!("{source}: {e}"));
-    let programs = Programs::of(&program);
+        compile(&source, &names(), ExprScope::Light).unwrap_or_else(|e| panic!("{source}: {e}"));
+    let programs = Programs::from_program(&program);
     for hit in hits {
         let (is_vector, walk) = tree.value(hit);
         let (vector, scalar) = (programs.vector(0, hit), programs.scalar(0, hit));
@@ -389,19 +389,19 @@ fn check<R: Real>(tree: &Tree, hits: &[Inputs<R>]) {
 }
 
 /// Hits with all kinds of numbers: whole, negative, zero of both signs, infinite.
-fn hits() -> Vec<Inputs<f64>> {
+fn hits() -> Vec<VariableValues<f64>> {
     let v = DVec3::new;
-    let zeros = Inputs {
+    let zeros = VariableValues {
         p: v(0.0, -0.0, 1.0),
         n: v(-0.0, 0.0, -1.0),
         d: v(1.0, 0.0, 0.0),
         u: -0.0,
-        ..Inputs::default()
+        ..VariableValues::default()
     };
     vec![
         hit(),
         zeros,
-        Inputs {
+        VariableValues {
             p: v(-7.25, 0.3, 1e-3),
             o: v(2.0, -2.0, 0.1),
             u: -1.5,
@@ -417,16 +417,16 @@ fn hits() -> Vec<Inputs<f64>> {
 #[test]
 fn programs_mean_what_their_trees_mean() {
     let hits = hits();
-    let mut random = Random {
+    let mut rng = ExprRng {
         state: 7,
         constants: true,
     };
     for i in 0..20_000 {
         let depth = 1 + i % 7;
         let tree = if i % 2 == 0 {
-            random.number(depth)
+            rng.number(depth)
         } else {
-            random.vector(depth)
+            rng.vector(depth)
         };
         check::<f64>(&tree, &hits);
     }
@@ -435,17 +435,17 @@ fn programs_mean_what_their_trees_mean() {
 /// Protects: the same holds in f32, without constants, which are folded in f64.
 #[test]
 fn programs_mean_what_their_trees_mean_in_single_precision() {
-    let hits: Vec<Inputs<f32>> = hits().iter().map(narrow).collect();
-    let mut random = Random {
+    let hits: Vec<VariableValues<f32>> = hits().iter().map(narrow).collect();
+    let mut rng = ExprRng {
         state: 11,
         constants: false,
     };
     for i in 0..20_000 {
         let depth = 1 + i % 7;
         let tree = if i % 2 == 0 {
-            random.number(depth)
+            rng.number(depth)
         } else {
-            random.vector(depth)
+            rng.vector(depth)
         };
         check::<f32>(&tree, &hits);
     }

@@ -6,7 +6,9 @@ use raywright_bvh::scalar::Real;
 
 use super::{hit, names};
 use crate::expr::semantics::{power, vanishing};
-use crate::expr::{Constant, MAX_OPERATIONS, Programs, Scope, Variable, compile, compile_number};
+use crate::expr::{
+    Constant, ExprScope, MAX_OPERATIONS, Programs, Variable, compile, compile_number,
+};
 
 /// Protects: every variable reads its own input, and exists only in its scopes.
 #[test]
@@ -14,27 +16,27 @@ fn variables_belong_to_scopes() {
     for (source, scope, expected) in [
         (
             "p.x + 10*n.y + 100*d.x + r.y + o.z",
-            Scope::Surface,
+            ExprScope::Surface,
             1.5 + 10.0 + 60.0 + 0.8 + 2.0,
         ),
-        ("u + v + distance", Scope::Surface, 6.0),
-        ("l.z + shadow", Scope::Light, 1.5),
-        ("1/occluder_distance", Scope::Light, 0.0),
-        ("d.y + o.z", Scope::Sky, 1.2),
-        ("t*size", Scope::Sky, 1.0),
+        ("u + v + distance", ExprScope::Surface, 6.0),
+        ("l.z + shadow", ExprScope::Light, 1.5),
+        ("1/occluder_distance", ExprScope::Light, 0.0),
+        ("d.y + o.z", ExprScope::Sky, 1.2),
+        ("t*size", ExprScope::Sky, 1.0),
     ] {
         let program =
             compile_number(source, &names(), scope).unwrap_or_else(|e| panic!("{source}: {e}"));
         assert!(
-            (Programs::of(&program).scalar(0, &hit()) - expected).abs() < 1e-14,
+            (Programs::from_program(&program).scalar(0, &hit()) - expected).abs() < 1e-14,
             "{source}"
         );
     }
     for (source, scope) in [
-        ("l.x", Scope::Surface),
-        ("shadow", Scope::Surface),
-        ("p.x", Scope::Sky),
-        ("d.x", Scope::Load),
+        ("l.x", ExprScope::Surface),
+        ("shadow", ExprScope::Surface),
+        ("p.x", ExprScope::Sky),
+        ("d.x", ExprScope::Load),
     ] {
         let error = compile(source, &names(), scope).expect_err(source);
         assert!(
@@ -43,7 +45,7 @@ fn variables_belong_to_scopes() {
         );
     }
     assert!(
-        compile_number("p", &names(), Scope::Surface)
+        compile_number("p", &names(), ExprScope::Surface)
             .is_err_and(|e| e.message.contains("a weight must be a number"))
     );
 }
@@ -52,7 +54,7 @@ fn variables_belong_to_scopes() {
 /// its type.
 #[test]
 fn programs_describe_themselves() {
-    let surface = |source| compile(source, &names(), Scope::Surface).expect("compiles");
+    let surface = |source| compile(source, &names(), ExprScope::Surface).expect("compiles");
     assert_eq!(
         surface("size*[1, 2, t]").is_constant(),
         Some(Constant::Vector([0.5, 1.0, 1.0]))
@@ -66,9 +68,9 @@ fn programs_describe_themselves() {
     assert!(
         program.is_vector() && program.uses(Variable::Normal) && !program.uses(Variable::Position)
     );
-    assert_eq!(Programs::of(&program).vector(0, &hit()), DVec3::Y);
+    assert_eq!(Programs::from_program(&program).vector(0, &hit()), DVec3::Y);
     assert_eq!(
-        Programs::of(&surface("u")).vector(0, &hit()),
+        Programs::from_program(&surface("u")).vector(0, &hit()),
         DVec3::splat(0.25)
     );
 }
@@ -93,13 +95,13 @@ fn programs_lie_side_by_side() {
         "d".to_owned(),
     ];
     let compiled = sources.map(|source| {
-        compile(&source, &names(), Scope::Surface).unwrap_or_else(|e| panic!("{source}: {e}"))
+        compile(&source, &names(), ExprScope::Surface).unwrap_or_else(|e| panic!("{source}: {e}"))
     });
     let mut together = Programs::<f64>::default();
     let indices = compiled.each_ref().map(|program| together.add(program));
     assert_eq!(indices, [0, 1, 2, 3, 4, 5, 6]);
     for (index, program) in indices.into_iter().zip(&compiled) {
-        let alone = Programs::of(program);
+        let alone = Programs::from_program(program);
         assert_eq!(
             together.vector(index, &hit()),
             alone.vector(0, &hit()),
@@ -133,7 +135,7 @@ fn programs_lie_side_by_side() {
 #[test]
 fn oversized_programs_are_refused() {
     let terms: Vec<String> = (1..MAX_OPERATIONS).map(|i| format!("u*{i}")).collect();
-    let error = compile(&terms.join("+"), &names(), Scope::Surface).expect_err("too large");
+    let error = compile(&terms.join("+"), &names(), ExprScope::Surface).expect_err("too large");
     assert!(error.message.contains("the limit is"), "{error}");
 }
 
@@ -152,10 +154,10 @@ fn powers_vanish_where_their_squares_do() {
             .chain([limit, limit * 1.001, 0.999, 1.5])
             .flat_map(|x| [x, -x])
         {
-            let (got, wanted) = (power(base, exponent, limit), Real::powi(base, exponent));
+            let (got, expected) = (power(base, exponent, limit), Real::powi(base, exponent));
             assert!(
-                got.to_bits() == wanted.to_bits() || wanted.is_nan(),
-                "{base}^{exponent} is {wanted}, not {got}"
+                got.to_bits() == expected.to_bits() || expected.is_nan(),
+                "{base}^{exponent} is {expected}, not {got}"
             );
         }
     }

@@ -4,18 +4,21 @@ use super::*;
 use crate::scene::{Pattern, Scene};
 use crate::settings::Sampling;
 
-impl Plan {
+impl FilmPlan {
     /// Returns the plan with a requested number of replicates.
-    fn with_division(self, asked: Option<u32>) -> Self {
-        Self { asked, ..self }
+    fn with_division(self, requested: Option<u32>) -> Self {
+        Self {
+            asked: requested,
+            ..self
+        }
     }
 }
 
-fn plan(sampling: Sampling) -> Plan {
-    Plan::new(
+fn plan(sampling: Sampling) -> FilmPlan {
+    FilmPlan::new(
         &Settings {
             sampling,
-            ..Settings::of(&Scene::default())
+            ..Settings::from_scene(&Scene::default())
         },
         true,
         false,
@@ -59,17 +62,17 @@ fn samples_are_spread_evenly_over_replicates() {
             }
         );
     }
-    for (asked, samples, given) in [(4, 3, 3), (4, 4, 4), (0, 4, 1), (5, 7, 5)] {
+    for (requested, samples, given) in [(4, 3, 3), (4, 4, 4), (0, 4, 1), (5, 7, 5)] {
         let sampling = Sampling::General(samples);
         let settings = Settings {
             sampling,
-            replicates: Some(asked),
-            ..Settings::of(&Scene::default())
+            replicates: Some(requested),
+            ..Settings::from_scene(&Scene::default())
         };
         assert_eq!(
-            Plan::new(&settings, true, false).replicates,
+            FilmPlan::new(&settings, true, false).replicates,
             given,
-            "{asked} asked for of {samples} samples"
+            "{requested} asked for of {samples} samples"
         );
     }
     for pattern in [Pattern::Centre, Pattern::Corners] {
@@ -89,9 +92,9 @@ fn f09_tiles_cover_the_film_once() {
         let settings = Settings {
             size: picture,
             tile_size: size,
-            ..Settings::of(&Scene::default())
+            ..Settings::from_scene(&Scene::default())
         };
-        let plan = Plan::new(&settings, false, false);
+        let plan = FilmPlan::new(&settings, false, false);
         let mut covered = vec![0; plan.pixels()];
         for tile in (0..plan.tiles()).map(|index| plan.tile(index)) {
             for y in tile.y..tile.y + tile.height {
@@ -110,7 +113,7 @@ fn f09_tiles_cover_the_film_once() {
 /// from the second on; a pattern is a single pass.
 #[test]
 fn passes_take_all_samples_in_order() {
-    let passes = |plan: &Plan| {
+    let passes = |plan: &FilmPlan| {
         let (mut drawn, mut ends) = (0, Vec::new());
         while let Some((pass, samples)) = plan.pass(plan.samples_of(0), drawn) {
             assert_eq!((pass, samples.start), (ends.len() as u32, drawn));
@@ -120,7 +123,7 @@ fn passes_take_all_samples_in_order() {
         ends
     };
     let general = |n| {
-        passes(&Plan {
+        passes(&FilmPlan {
             replicates: 1,
             ..plan(Sampling::General(n))
         })
@@ -140,22 +143,22 @@ fn passes_take_all_samples_in_order() {
 /// search, for any division; it is also found for numbers beyond an exhaustive search.
 #[test]
 fn the_fewest_samples_that_go_on() {
-    for asked in [None, Some(1), Some(2), Some(3), Some(5), Some(16)] {
-        let of = |n| {
+    for requested in [None, Some(1), Some(2), Some(3), Some(5), Some(16)] {
+        let value_of = |n| {
             plan(Sampling::General(1))
-                .with_division(asked)
+                .with_division(requested)
                 .with_samples(n)
         };
         for (fewer, more) in (1..90).flat_map(|fewer| (1..90).map(move |more| (fewer, more))) {
-            let found = (fewer.max(more)..).find(|&n| of(n).continues(&of(fewer)));
+            let found = (fewer.max(more)..).find(|&n| value_of(n).continues(&value_of(fewer)));
             assert_eq!(
-                of(more).least_continuing(&of(fewer)),
+                value_of(more).least_continuing(&value_of(fewer)),
                 found,
-                "{asked:?}, {fewer}, {more}"
+                "{requested:?}, {fewer}, {more}"
             );
         }
     }
-    let of = |n, replicates| Plan {
+    let value_of = |n, replicates| FilmPlan {
         samples: n,
         replicates,
         asked: Some(replicates),
@@ -163,8 +166,11 @@ fn the_fewest_samples_that_go_on() {
     };
     // Its replicates hold 60,000 samples each.
     assert_eq!(
-        of(70_000, 60_000).least_continuing(&of(60_000, 1)),
+        value_of(70_000, 60_000).least_continuing(&value_of(60_000, 1)),
         Some(59_999 * 60_000 + 1)
     );
-    assert_eq!(of(80_000, 80_000).least_continuing(&of(60_000, 1)), None);
+    assert_eq!(
+        value_of(80_000, 80_000).least_continuing(&value_of(60_000, 1)),
+        None
+    );
 }

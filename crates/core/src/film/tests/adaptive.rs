@@ -3,22 +3,22 @@
 use core::sync::atomic::{AtomicU32, Ordering};
 
 use super::{in_order, scene};
-use crate::film::adaptive::Aim;
+use crate::film::adaptive::ErrorProgress;
 use crate::film::{Doubt, Film, ReplicateBuffer};
 use crate::hash::mix;
 use crate::observer::Observer;
 use crate::scene::{Integrator, Scene};
 use crate::settings::{Aov, Sampling, Settings};
-use crate::{Ready, prepare};
+use crate::{ReadyScene, prepare};
 
 /// A film of a row of tiles, each 16 × 16 pixels.
-pub(super) fn row(tiles: u32, most: u32) -> Film {
+pub(super) fn row(tiles: u32, maximum: u32) -> Film {
     let size = [16 * tiles, 16];
     let settings = Settings {
         size,
-        sampling: Sampling::General(most),
+        sampling: Sampling::General(maximum),
         max_error: Some(0.1),
-        ..Settings::of(&Scene::default())
+        ..Settings::from_scene(&Scene::default())
     };
     prepare(&Scene::default(), &settings, &())
         .expect("an empty scene")
@@ -27,18 +27,18 @@ pub(super) fn row(tiles: u32, most: u32) -> Film {
 
 /// Takes the requested samples: the mean of replicate r of each pixel is given by its tile and
 /// number of samples.
-pub(super) fn take(film: &mut Film, mean: impl Fn(u32, u32, f64) -> f64) {
+pub(super) fn add_samples(film: &mut Film, mean: impl Fn(u32, u32, f64) -> f64) {
     let plan = film.plan.clone();
     for replicate in 0..4 {
         let tile_of = |pixel: usize| plan.tile_of(pixel);
         let samples: Vec<u16> = (0..plan.pixels())
-            .map(|p| film.goal(tile_of(p), replicate) as u16)
+            .map(|p| film.sample_goal(tile_of(p), replicate) as u16)
             .collect();
-        let of = |(pixel, &n): (usize, &u16)| {
+        let value_of = |(pixel, &n): (usize, &u16)| {
             [mean(replicate, tile_of(pixel), f64::from(n)) * f64::from(n); 3]
         };
-        let sums = samples.iter().enumerate().map(of).collect();
-        film.planes[replicate as usize] = Some(ReplicateBuffer {
+        let sums = samples.iter().enumerate().map(value_of).collect();
+        film.buffers[replicate as usize] = Some(ReplicateBuffer {
             sums,
             samples,
             ..ReplicateBuffer::default()
@@ -54,7 +54,7 @@ fn known(sigma: impl Fn(u32) -> f64) -> impl Fn(u32, u32, f64) -> f64 {
 }
 
 fn total(film: &Film) -> u64 {
-    film.progress(&film.whole()).0
+    film.progress(&film.whole_part()).0
 }
 
 /// Protects: tiles whose samples deviate four times as much get four times as many, up to the grid
@@ -67,7 +67,7 @@ fn samples_go_where_the_error_is() {
     let mut before = 0;
     let mut claimed = f64::INFINITY;
     loop {
-        take(&mut film, known(sigma));
+        add_samples(&mut film, known(sigma));
         let now = total(&film);
         assert!(
             before == 0 || now as f64 <= 1.25 * before as f64,
@@ -78,23 +78,23 @@ fn samples_go_where_the_error_is() {
             .expect("four replicates")
             .root_relmse
             .high;
-        match film.aim(0.05, &()) {
-            Aim::Further => assert!(high > 0.05 && now > before),
-            Aim::Reached => {
+        match film.advance_to_error(0.05, &()) {
+            ErrorProgress::Further => assert!(high > 0.05 && now > before),
+            ErrorProgress::Reached => {
                 assert!(high <= 0.05 && claimed > 0.05);
                 assert!(now as f64 <= 1.2 * before as f64 || before == 0);
                 break;
             }
-            Aim::Exhausted => panic!("at {high}"),
+            ErrorProgress::Exhausted => panic!("at {high}"),
         }
         (before, claimed) = (now, high);
     }
-    let (quiet, noisy) = (film.drawn(2, 0), film.drawn(7, 0));
+    let (quiet, noisy) = (film.samples_drawn(2, 0), film.samples_drawn(7, 0));
     let ratio = f64::from(noisy) / f64::from(quiet);
     assert!((3.5..=4.6).contains(&ratio), "{quiet} and {noisy}");
     for tile in 0..10 {
         assert!(
-            (0..4).all(|r| film.drawn(tile, r) == film.drawn(tile, 0)),
+            (0..4).all(|r| film.samples_drawn(tile, r) == film.samples_drawn(tile, 0)),
             "both halves know the same"
         );
     }
@@ -106,10 +106,13 @@ fn samples_go_where_the_error_is() {
 fn nothing_is_left_behind() {
     let mut film = row(12, 65_536);
     for _ in 0..30 {
-        take(&mut film, known(|tile| if tile < 6 { 0.0 } else { 2.0 }));
-        assert_eq!(film.aim(0.01, &()), Aim::Further);
+        add_samples(&mut film, known(|tile| if tile < 6 { 0.0 } else { 2.0 }));
+        assert_eq!(film.advance_to_error(0.01, &()), ErrorProgress::Further);
     }
-    let (still, noisy) = (f64::from(film.goal(0, 0)), f64::from(film.goal(10, 0)));
+    let (still, noisy) = (
+        f64::from(film.sample_goal(0, 0)),
+        f64::from(film.sample_goal(10, 0)),
+    );
     // The mean variance is half the noisy tiles'.
     let expected = noisy / 4.0 / 2.0_f64.sqrt();
     assert!((still / expected - 1.0).abs() < 0.15, "{still} and {noisy}");
@@ -117,11 +120,11 @@ fn nothing_is_left_behind() {
 
 /// Protects: each half of the replicates decides for the other half, and not for itself.
 #[test]
-fn halves_decide_for_each_other() {
+fn each_half_decides_for_the_other() {
     let mut film = row(12, 65_536);
     for _ in 0..12 {
         // The even replicates differ in the first tiles, the odd ones in the last.
-        take(&mut film, |replicate, tile, n| {
+        add_samples(&mut film, |replicate, tile, n| {
             let loud = if replicate % 2 == 0 {
                 tile < 3
             } else {
@@ -129,11 +132,11 @@ fn halves_decide_for_each_other() {
             };
             1.0 + if replicate < 2 { 1.0 } else { -1.0 } * if loud { 2.0 } else { 0.2 } / n.sqrt()
         });
-        assert_eq!(film.aim(0.005, &()), Aim::Further);
+        assert_eq!(film.advance_to_error(0.005, &()), ErrorProgress::Further);
     }
     for (replicate, more, fewer) in [(0, 11, 0), (2, 11, 0), (1, 0, 11), (3, 0, 11)] {
         assert!(
-            film.goal(more, replicate) > 3 * film.goal(fewer, replicate),
+            film.sample_goal(more, replicate) > 3 * film.sample_goal(fewer, replicate),
             "replicate {replicate}"
         );
     }
@@ -142,22 +145,24 @@ fn halves_decide_for_each_other() {
 /// Protects: no pixel exceeds the greatest number of samples, and reaching it is reported, also for
 /// small numbers.
 #[test]
-fn there_is_an_end() {
-    for most in [4, 10, 100, 1000] {
-        let mut film = row(3, most);
+fn samples_have_a_maximum() {
+    for maximum in [4, 10, 100, 1000] {
+        let mut film = row(3, maximum);
         let mut rounds = 0;
         loop {
-            take(&mut film, known(|_| 3.0));
+            add_samples(&mut film, known(|_| 3.0));
             rounds += 1;
-            match film.aim(1e-6, &()) {
-                Aim::Further => assert!(rounds < 60),
-                end => break assert_eq!(end, Aim::Exhausted),
+            match film.advance_to_error(1e-6, &()) {
+                ErrorProgress::Further => assert!(rounds < 60),
+                end => break assert_eq!(end, ErrorProgress::Exhausted),
             }
         }
-        let all: Vec<u32> = (0..4).map(|replicate| film.drawn(1, replicate)).collect();
+        let all: Vec<u32> = (0..4)
+            .map(|replicate| film.samples_drawn(1, replicate))
+            .collect();
         assert!(
-            all.iter().sum::<u32>() <= most && all.iter().all(|&n| n >= most / 4),
-            "{most}: {all:?}"
+            all.iter().sum::<u32>() <= maximum && all.iter().all(|&n| n >= maximum / 4),
+            "{maximum}: {all:?}"
         );
     }
 }
@@ -174,7 +179,7 @@ fn replicates_count_the_same() {
     {
         let pixels = film.plan.pixels();
         let sums = vec![[mean * f64::from(n); 3]; pixels];
-        film.planes[replicate] = Some(ReplicateBuffer {
+        film.buffers[replicate] = Some(ReplicateBuffer {
             sums,
             samples: vec![n; pixels],
             ..ReplicateBuffer::default()
@@ -200,7 +205,7 @@ fn coverage_counts_replicates_the_same() {
         size,
         max_error: Some(0.1),
         background,
-        ..Settings::of(&Scene::default())
+        ..Settings::from_scene(&Scene::default())
     };
     let settings = Settings {
         sampling: Sampling::General(4096),
@@ -218,13 +223,13 @@ fn coverage_counts_replicates_the_same() {
             };
             256
         ];
-        let plane = ReplicateBuffer {
+        let buffer = ReplicateBuffer {
             sums: vec![[0.0; 3]; 256],
             samples: vec![n; 256],
             covered,
             ..ReplicateBuffer::default()
         };
-        film.planes[replicate] = Some(plane);
+        film.buffers[replicate] = Some(buffer);
     }
     assert!(
         film.picture()
@@ -241,32 +246,35 @@ fn coverage_counts_replicates_the_same() {
 fn the_end_is_told_by_the_claim() {
     for found in [1000, 39] {
         let mut film = row(3, 65_536);
-        take(&mut film, known(|_| 0.1));
+        add_samples(&mut film, known(|_| 0.1));
         (film.counters.unaided, film.counters.found) = (1000, found);
         let claim = film.uncertainty().expect("four replicates");
         assert!(found == 1000 || claim.doubt.is_some());
-        assert_eq!(film.aim(0.1 * claim.root_relmse.high, &()), Aim::Further);
-        let (done, all) = film.progress(&film.whole());
-        let told = all as f64 / done as f64;
-        assert!((told - 100.0).abs() < 0.01, "{told}");
+        assert_eq!(
+            film.advance_to_error(0.1 * claim.root_relmse.high, &()),
+            ErrorProgress::Further
+        );
+        let (done, all) = film.progress(&film.whole_part());
+        let reported = all as f64 / done as f64;
+        assert!((reported - 100.0).abs() < 0.01, "{reported}");
     }
 }
 
 /// Protects: a doubted error does not count as reached, however small the claim. The first such
 /// event is recorded with its reason, and none where the claim itself is too large.
 #[test]
-fn doubt_goes_on() {
+fn doubted_errors_are_not_reached() {
     let mut film = row(3, 65_536);
-    take(&mut film, known(|_| 0.01));
+    add_samples(&mut film, known(|_| 0.01));
     (film.counters.unaided, film.counters.found) = (1000, 39);
     assert_eq!(
-        (film.aim(1e-9, &()), film.doubted_aim()),
-        (Aim::Further, None)
+        (film.advance_to_error(1e-9, &()), film.doubted_progress()),
+        (ErrorProgress::Further, None)
     );
-    take(&mut film, known(|_| 0.01));
-    assert_eq!(film.aim(0.5, &()), Aim::Further);
-    let first = film.doubted_aim().expect("a claim below");
-    let samples = film.samples(&film.whole());
+    add_samples(&mut film, known(|_| 0.01));
+    assert_eq!(film.advance_to_error(0.5, &()), ErrorProgress::Further);
+    let first = film.doubted_progress().expect("a claim below");
+    let samples = film.samples(&film.whole_part());
     assert_eq!(
         (first.samples, first.doubt),
         ([*samples.start(), *samples.end()], Doubt::LightByChance)
@@ -278,13 +286,13 @@ fn doubt_goes_on() {
             .root_relmse
             .value
     );
-    take(&mut film, known(|_| 0.01));
+    add_samples(&mut film, known(|_| 0.01));
     assert_eq!(
-        (film.aim(0.5, &()), film.doubted_aim()),
-        (Aim::Further, Some(first))
+        (film.advance_to_error(0.5, &()), film.doubted_progress()),
+        (ErrorProgress::Further, Some(first))
     );
     film.counters.found = 40;
-    assert_eq!(film.aim(0.5, &()), Aim::Reached);
+    assert_eq!(film.advance_to_error(0.5, &()), ErrorProgress::Reached);
 }
 
 /// Protects: no tile more than doubles its samples in a round, however noisy it looks.
@@ -292,13 +300,13 @@ fn doubt_goes_on() {
 fn tiles_grow_by_two_at_most() {
     let mut film = row(12, 65_536);
     for _ in 0..8 {
-        take(&mut film, known(|tile| if tile == 5 { 50.0 } else { 0.01 }));
-        let before = film.drawn(5, 0);
-        assert_eq!(film.aim(1e-6, &()), Aim::Further);
+        add_samples(&mut film, known(|tile| if tile == 5 { 50.0 } else { 0.01 }));
+        let before = film.samples_drawn(5, 0);
+        assert_eq!(film.advance_to_error(1e-6, &()), ErrorProgress::Further);
         assert!(
-            film.goal(5, 0) <= 2 * before,
+            film.sample_goal(5, 0) <= 2 * before,
             "{before} to {}",
-            film.goal(5, 0)
+            film.sample_goal(5, 0)
         );
     }
 }
@@ -314,16 +322,16 @@ fn m14_black_tiles_are_not_given_up() {
         let mut film = row(8, 65_536);
         let loud = known(|_| 2.0);
         for _ in 0..30 {
-            take(&mut film, |replicate, tile, n| {
+            add_samples(&mut film, |replicate, tile, n| {
                 if black.contains(&tile) {
                     0.0
                 } else {
                     loud(replicate, tile, n)
                 }
             });
-            assert_eq!(film.aim(1e-3, &()), Aim::Further);
+            assert_eq!(film.advance_to_error(1e-3, &()), ErrorProgress::Further);
         }
-        let [still, other] = [black.start, 7].map(|tile| f64::from(film.goal(tile, 0)));
+        let [still, other] = [black.start, 7].map(|tile| f64::from(film.sample_goal(tile, 0)));
         assert!(
             (still / (share * other) - 1.0).abs() < 0.15,
             "{black:?}: {still} and {other}"
@@ -343,28 +351,31 @@ fn m14_rare_light_is_not_lost() {
         loop {
             let plan = film.plan.clone();
             for replicate in 0..4_u32 {
-                let goal = |pixel: usize| film.goal(plan.tile_of(pixel), replicate);
-                let met = |pixel: usize, index: u32| {
+                let goal = |pixel: usize| film.sample_goal(plan.tile_of(pixel), replicate);
+                let is_hit = |pixel: usize, index: u32| {
                     let address = run << 48
                         | u64::from(replicate) << 44
                         | (pixel as u64) << 20
                         | u64::from(index);
                     (mix(mix(address) ^ 77) >> 11) as f64 / (1_u64 << 53) as f64 > 1.0 - chance
                 };
-                let count =
-                    |pixel: usize| (0..goal(pixel)).filter(|&index| met(pixel, index)).count();
+                let count = |pixel: usize| {
+                    (0..goal(pixel))
+                        .filter(|&index| is_hit(pixel, index))
+                        .count()
+                };
                 let sums = (0..plan.pixels())
                     .map(|pixel| [bright * count(pixel) as f64; 3])
                     .collect();
                 let samples = (0..plan.pixels()).map(|pixel| goal(pixel) as u16).collect();
-                film.planes[replicate as usize] = Some(ReplicateBuffer {
+                film.buffers[replicate as usize] = Some(ReplicateBuffer {
                     sums,
                     samples,
                     ..ReplicateBuffer::default()
                 });
             }
             film.drawn.copy_from_slice(&film.goals.clone());
-            if film.aim(0.9, &()) != Aim::Further {
+            if film.advance_to_error(0.9, &()) != ErrorProgress::Further {
                 break;
             }
         }
@@ -388,19 +399,19 @@ fn settings() -> Settings {
         max_error: Some(0.03),
         aovs: vec![Aov::Samples, Aov::StandardError],
         integrator: Integrator::Whitted,
-        ..Settings::of(&scene())
+        ..Settings::from_scene(&scene())
     }
 }
 
-fn of(settings: &Settings) -> Ready {
+fn of(settings: &Settings) -> ReadyScene {
     prepare(&scene(), settings, &()).unwrap_or_else(|e| panic!("{e}"))
 }
 
-fn rendered(ready: &Ready) -> Film {
+fn rendered(ready: &ReadyScene) -> Film {
     let mut film = ready.film("scene");
-    let whole = film.whole();
+    let part = film.whole_part();
     ready
-        .render_part(&mut film, &whole, &())
+        .render_part(&mut film, &part, &())
         .unwrap_or_else(|e| panic!("{e}"));
     film
 }
@@ -436,7 +447,7 @@ impl Observer for EnoughAfter {
 fn only_the_picture_decides() {
     let ready = of(&settings());
     let whole = rendered(&ready);
-    let samples = whole.samples(&whole.whole());
+    let samples = whole.samples(&whole.whole_part());
     assert!(
         samples.start() < samples.end() && *samples.start() >= 16,
         "{samples:?}"
@@ -467,12 +478,12 @@ fn only_the_picture_decides() {
             in_order(|| {
                 ready.render_part(
                     &mut film,
-                    &whole.whole(),
+                    &whole.whole_part(),
                     &EnoughAfter(AtomicU32::new(step)),
                 )
             })
             .expect("its own film");
-            if film.lacking(&whole.whole()) == 0 {
+            if film.lacking(&whole.whole_part()) == 0 {
                 break;
             }
             pauses += 1;
@@ -490,17 +501,17 @@ fn only_the_picture_decides() {
 fn maps_are_replayed() {
     let ready = of(&settings());
     let mut film = ready.film("scene");
-    let whole = film.whole();
-    in_order(|| ready.render_part(&mut film, &whole, &EnoughAfter(AtomicU32::new(70))))
+    let part = film.whole_part();
+    in_order(|| ready.render_part(&mut film, &part, &EnoughAfter(AtomicU32::new(70))))
         .expect("its own film");
-    assert!(film.lacking(&whole) > 0);
+    assert!(film.lacking(&part) > 0);
     let mut again = ready.film("scene");
     again.replay(&film).expect("a map of the same picture");
     ready
-        .render_part(&mut again, &whole, &())
+        .render_part(&mut again, &part, &())
         .expect("its own film");
     assert!(bits(&again) == bits(&film));
-    assert_eq!(again.lacking(&whole), 0);
+    assert_eq!(again.lacking(&part), 0);
     assert!(
         of(&Settings {
             seed: 9,

@@ -1,7 +1,7 @@
 //! The film against f64, closed forms and its own parts.
 
 mod adaptive;
-mod again;
+mod leave_one_out;
 mod parts;
 mod picture;
 mod sums;
@@ -9,7 +9,7 @@ mod uncertainty;
 
 use crate::film::Film;
 use crate::settings::{Aov, Sampling, Settings};
-use crate::{Ready, Scene, prepare};
+use crate::{ReadyScene, Scene, prepare};
 
 /// A lens, a lamp with a penumbra, a half-transparent sheet, glass, and a sky in part of the
 /// picture: everything that uses random numbers, and paths that divide.
@@ -36,11 +36,11 @@ pub(super) fn settings(samples: u32) -> Settings {
         tile_size: 3,
         sampling,
         replicates: Some(4),
-        ..Settings::of(&scene())
+        ..Settings::from_scene(&scene())
     }
 }
 
-pub(super) fn ready(settings: &Settings) -> Ready {
+pub(super) fn ready(settings: &Settings) -> ReadyScene {
     prepare(&scene(), settings, &()).unwrap_or_else(|e| panic!("{e}"))
 }
 
@@ -73,25 +73,28 @@ pub(crate) fn film_of(size: [u32; 2], seen: impl Fn(usize, usize) -> ReplicateSa
         size,
         sampling: Sampling::General(8),
         denoise: true,
-        ..Settings::of(&Scene::default())
+        ..Settings::from_scene(&Scene::default())
     };
     let ready = prepare(&Scene::default(), &settings, &()).unwrap_or_else(|e| panic!("{e}"));
     let mut film = ready.film("");
     let count = film.plan.pixels();
     for replicate in 0..4 {
-        let twice = |of: [f64; 3]| of.map(|x| 2.0 * x);
+        let twice = |value: [f64; 3]| value.map(|x| 2.0 * x);
         let all: Vec<ReplicateSample> = (0..count).map(|pixel| seen(pixel, replicate)).collect();
         let layer = |(aov, _): &(Aov, _)| {
-            let of = |seen: &ReplicateSample| match aov {
-                Aov::Albedo => twice(seen.albedo),
-                Aov::Emission => twice(seen.emission),
+            let value_of = |replicate_sample: &ReplicateSample| match aov {
+                Aov::Albedo => twice(replicate_sample.albedo),
+                Aov::Emission => twice(replicate_sample.emission),
                 _ => [0.0, 0.0, 2.0],
             };
-            all.iter().map(of).collect()
+            all.iter().map(value_of).collect()
         };
         let layers = film.plan.layers.mean.iter().map(layer).collect();
-        let sums = all.iter().map(|seen| twice(seen.radiance)).collect();
-        film.planes[replicate] = Some(crate::film::ReplicateBuffer {
+        let sums = all
+            .iter()
+            .map(|replicate_sample| twice(replicate_sample.radiance))
+            .collect();
+        film.buffers[replicate] = Some(crate::film::ReplicateBuffer {
             sums,
             samples: vec![2; count],
             layers,
@@ -104,11 +107,11 @@ pub(crate) fn film_of(size: [u32; 2], seen: impl Fn(usize, usize) -> ReplicateSa
 }
 
 /// The film of a single render.
-pub(super) fn rendered(ready: &Ready) -> Film {
+pub(super) fn rendered(ready: &ReadyScene) -> Film {
     let mut film = ready.film("scene");
-    let whole = film.whole();
+    let part = film.whole_part();
     ready
-        .render_part(&mut film, &whole, &())
+        .render_part(&mut film, &part, &())
         .unwrap_or_else(|e| panic!("{e}"));
     film
 }

@@ -11,7 +11,7 @@ use proptest::prelude::*;
 
 use super::{in_order, layers, ready, rendered, settings};
 use crate::effects::Effect;
-use crate::film::{Film, FilmHeader, Part, PartError};
+use crate::film::{Film, FilmHeader, FilmPart, PartError};
 use crate::filter::PixelFilter;
 use crate::material::FresnelRule;
 use crate::picture::Picture;
@@ -20,11 +20,11 @@ use crate::settings::{
     AreaShadows, Background, Crop, LightSampling, Microfacets, PrecisionChoice, Roulette,
     SamplerKind, Sampling, Settings,
 };
-use crate::{Observer, Ready};
+use crate::{Observer, ReadyScene};
 
-fn part(ready: &Ready, tile: u32, replicate: u32) -> Film {
+fn part(ready: &ReadyScene, tile: u32, replicate: u32) -> Film {
     let mut film = ready.film("scene");
-    let part = Part {
+    let part = FilmPart {
         tiles: tile..tile + 1,
         step: 1,
         replicates: replicate..replicate + 1,
@@ -72,12 +72,12 @@ proptest! {
     ) {
         let ready = ready(&full());
         let whole = rendered(&ready);
-        let tiles = whole.whole().tiles.end;
+        let tiles = whole.whole_part().tiles.end;
         let mut groups: Vec<Vec<Film>> = vec![Vec::new(); 5];
         for (unit, &owner) in owners.iter().enumerate() {
             groups[owner].push(part(&ready, unit as u32 % tiles, unit as u32 / tiles));
         }
-        prop_assert_eq!(owners.len() as u32, tiles * whole.whole().replicates.end);
+        prop_assert_eq!(owners.len() as u32, tiles * whole.whole_part().replicates.end);
         let parts: Vec<Film> = groups.iter().filter(|group| !group.is_empty()).map(|g| Film::merge(g).expect("parts")).collect();
         let shuffled: Vec<Film> = order.iter().filter_map(|&i| parts.get(i).cloned()).collect();
         let merged = Film::merge(&shuffled).expect("parts");
@@ -101,7 +101,7 @@ impl Observer for StopAfter {
         assert!(done <= total);
         self.0.fetch_sub(1, Ordering::Relaxed);
     }
-    fn cancelled(&self) -> bool {
+    fn is_cancelled(&self) -> bool {
         self.0.load(Ordering::Relaxed) == 0
     }
 }
@@ -117,8 +117,9 @@ fn a_stopped_render_goes_on() {
     let mut steps = 0;
     while film.unfinished() > 0 {
         let before = film.counters().samples;
-        let patience = StopAfter(AtomicU32::new(5));
-        in_order(|| ready.render_part(&mut film, &whole.whole(), &patience)).expect("its own film");
+        let stop_after = StopAfter(AtomicU32::new(5));
+        in_order(|| ready.render_part(&mut film, &whole.whole_part(), &stop_after))
+            .expect("its own film");
         assert!(film.counters().samples > before);
         steps += 1;
         let empty = film
@@ -140,7 +141,7 @@ fn a_stopped_render_goes_on() {
     assert_eq!(bits(&film.picture()), bits(&whole.picture()));
     // No work is left, and none is repeated.
     ready
-        .render_part(&mut film, &whole.whole(), &())
+        .render_part(&mut film, &whole.whole_part(), &())
         .expect("its own film");
     assert_eq!(film.counters(), whole.counters());
 }
@@ -172,14 +173,14 @@ fn a_stopped_picture_says_how_much_is_missing() {
 /// Protects: where one tile is ahead of another, layers are means over the present samples of each
 /// pixel.
 #[test]
-fn tiles_may_be_ahead_of_others() {
+fn layers_of_uneven_tiles() {
     let ready = ready(&Settings {
         aovs: layers(),
         ..settings(6)
     });
-    let first = Part {
+    let first = FilmPart {
         replicates: 0..1,
-        ..ready.film("scene").whole()
+        ..ready.film("scene").whole_part()
     };
     let mut film = ready.film("scene");
     ready
@@ -189,7 +190,7 @@ fn tiles_may_be_ahead_of_others() {
     ready
         .render_part(
             &mut film,
-            &Part {
+            &FilmPart {
                 tiles: 0..1,
                 step: 1,
                 replicates: 1..2,
@@ -238,7 +239,7 @@ fn what_does_not_belong_together_is_refused() {
         part(&ready(&settings), 3, 2)
     };
     let foreign = |film: Film| match Film::merge(&[a.clone(), film]) {
-        Err(PartError::Foreign { part: 1, what }) => what,
+        Err(PartError::Foreign { part: 1, label }) => label,
         other => panic!("not refused as foreign: {:?}", other.map(|_| ())),
     };
     assert_eq!(foreign(other(|s| s.seed = 1)), "seed");
@@ -333,7 +334,7 @@ fn what_does_not_belong_together_is_refused() {
     .film("scene");
     let refused = own.render_part(
         &mut strange,
-        &Part {
+        &FilmPart {
             tiles: 0..1,
             step: 1,
             replicates: 0..1,
@@ -345,7 +346,7 @@ fn what_does_not_belong_together_is_refused() {
         refused,
         Err(PartError::Foreign {
             part: 0,
-            what: "seed".to_owned()
+            label: "seed".to_owned()
         })
     );
 }
@@ -354,9 +355,9 @@ fn what_does_not_belong_together_is_refused() {
 #[test]
 fn nothing_is_held_beyond_the_picture() {
     let film = rendered(&ready(&settings(6)));
-    let Part {
+    let FilmPart {
         tiles, replicates, ..
-    } = film.whole();
+    } = film.whole_part();
     for tile in 0..tiles.end + 2 {
         for replicate in 0..replicates.end + 2 {
             let expected = if tiles.contains(&tile) && replicates.contains(&replicate) {
@@ -364,7 +365,11 @@ fn nothing_is_held_beyond_the_picture() {
             } else {
                 0
             };
-            assert_eq!(film.drawn(tile, replicate), expected, "{tile} {replicate}");
+            assert_eq!(
+                film.samples_drawn(tile, replicate),
+                expected,
+                "{tile} {replicate}"
+            );
         }
     }
 }
@@ -393,7 +398,7 @@ fn headers_that_make_no_sense_are_refused() {
         ],
         [Ok(()), Ok(())]
     );
-    let wrong = |what: &str| Err(format!("its {what} makes no sense"));
+    let wrong = |label: &str| Err(format!("its {label} makes no sense"));
     assert_eq!(refused("/drawn/0", 3.into()), wrong("number of samples"));
     assert_eq!(refused("/drawn/47", 2.into()), wrong("number of samples"));
     assert_eq!(
@@ -417,28 +422,28 @@ fn headers_that_make_no_sense_are_refused() {
 /// a share are shares.
 #[test]
 fn shares_are_the_whole() {
-    let whole = ready(&settings(6)).film("scene").whole();
-    let tiles = |part: &Part| {
+    let whole_part = ready(&settings(6)).film("scene").whole_part();
+    let tiles = |part: &FilmPart| {
         part.tiles
             .clone()
             .step_by(part.step as usize)
             .collect::<Vec<u32>>()
     };
-    assert_eq!(tiles(&whole.clone().share(1, 5)), [1, 6, 11]);
-    assert_eq!(tiles(&whole.clone().share(1, 5).share(1, 2)), [6]);
-    assert_eq!(tiles(&whole.clone().share(0, 1)), tiles(&whole));
-    for of in [1, 2, 5, 12, 30] {
-        let mut all: Vec<u32> = (0..of)
-            .flat_map(|index| tiles(&whole.clone().share(index, of)))
+    assert_eq!(tiles(&whole_part.clone().share(1, 5)), [1, 6, 11]);
+    assert_eq!(tiles(&whole_part.clone().share(1, 5).share(1, 2)), [6]);
+    assert_eq!(tiles(&whole_part.clone().share(0, 1)), tiles(&whole_part));
+    for total in [1, 2, 5, 12, 30] {
+        let mut all: Vec<u32> = (0..total)
+            .flat_map(|index| tiles(&whole_part.clone().share(index, total)))
             .collect();
         all.sort_unstable();
-        assert_eq!(all, tiles(&whole), "{of} shares");
+        assert_eq!(all, tiles(&whole_part), "{total} shares");
     }
 }
 
 /// Film of a picture whose number of samples grows step by step.
 fn grown(counts: &[u32], replicates: Option<u32>) -> Result<Film, PartError> {
-    let of = |samples| {
+    let value_of = |samples| {
         ready(&Settings {
             replicates,
             ..Settings {
@@ -447,13 +452,13 @@ fn grown(counts: &[u32], replicates: Option<u32>) -> Result<Film, PartError> {
             }
         })
     };
-    let mut film = of(counts[0]).film("scene");
+    let mut film = value_of(counts[0]).film("scene");
     for &samples in counts {
-        let ready = of(samples);
+        let ready = value_of(samples);
         let mut next = ready.film("scene");
         next.adopt(film)?;
-        let whole = next.whole();
-        ready.render_part(&mut next, &whole, &())?;
+        let part = next.whole_part();
+        ready.render_part(&mut next, &part, &())?;
         film = next;
     }
     Ok(film)
@@ -509,7 +514,7 @@ fn fewer_samples_are_refused() {
         refused(&[63, 64]),
         Err(PartError::Samples {
             has: 63,
-            asked: 64,
+            requested: 64,
             least: 125
         })
     );
@@ -517,7 +522,7 @@ fn fewer_samples_are_refused() {
         refused(&[40, 20]),
         Err(PartError::Samples {
             has: 40,
-            asked: 20,
+            requested: 20,
             least: 40
         })
     );
@@ -525,7 +530,7 @@ fn fewer_samples_are_refused() {
         refused(&[5, 8]),
         Err(PartError::Samples {
             has: 5,
-            asked: 8,
+            requested: 8,
             least: 9
         })
     );
@@ -540,15 +545,15 @@ fn fewer_samples_are_refused() {
         foreign,
         Err(PartError::Foreign {
             part: 0,
-            what: "seed".to_owned()
+            label: "seed".to_owned()
         })
     );
 }
 
 /// Has enough as soon as every pixel has samples.
-struct Modest;
+struct EnoughEverywhere;
 
-impl Observer for Modest {
+impl Observer for EnoughEverywhere {
     fn has_enough(&self, everywhere: bool) -> bool {
         everywhere
     }
@@ -560,46 +565,46 @@ impl Observer for Modest {
 fn a_pass_comes_before_enough() {
     let ready = ready(&settings(200));
     let mut film = ready.film("scene");
-    let whole = film.whole();
-    in_order(|| ready.render_part(&mut film, &whole, &Modest)).expect("its own film");
+    let part = film.whole_part();
+    in_order(|| ready.render_part(&mut film, &part, &EnoughEverywhere)).expect("its own film");
     assert_eq!(
         (
-            film.samples(&whole),
+            film.samples(&part),
             film.counters().samples,
             film.unfinished()
         ),
         (4..=4, 77 * 4, 77)
     );
     let before = bits(&film.picture());
-    in_order(|| ready.render_part(&mut film, &whole, &Modest)).expect("its own film");
+    in_order(|| ready.render_part(&mut film, &part, &EnoughEverywhere)).expect("its own film");
     assert!(
         bits(&film.picture()) == before,
         "everywhere is something already"
     );
     ready
-        .render_part(&mut film, &whole, &())
+        .render_part(&mut film, &part, &())
         .expect("its own film");
     assert!(bits(&film.picture()) == bits(&rendered(&ready).picture()));
 }
 
 /// Waits within a tile until another thread works on a tile, too.
 #[derive(Default)]
-struct Company(Mutex<HashMap<ThreadId, u32>>);
+struct PairingObserver(Mutex<HashMap<ThreadId, u32>>);
 
-impl Company {
+impl PairingObserver {
     /// Returns the threads that called more than once: before a tile, and then within it.
     fn at_work(&self) -> usize {
         self.0
             .lock()
             .expect("no panic")
             .values()
-            .filter(|&&asked| asked > 1)
+            .filter(|&&requested| requested > 1)
             .count()
     }
 }
 
-impl Observer for Company {
-    fn cancelled(&self) -> bool {
+impl Observer for PairingObserver {
+    fn is_cancelled(&self) -> bool {
         *self
             .0
             .lock()
@@ -618,11 +623,11 @@ impl Observer for Company {
 /// works on a tile.
 #[test]
 fn tiles_are_rendered_side_by_side() {
-    let company = Company::default();
+    let observer = PairingObserver::default();
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(2)
         .build()
         .expect("two threads");
-    pool.install(|| ready(&settings(6)).render(&company));
-    assert_eq!(company.at_work(), 2);
+    pool.install(|| ready(&settings(6)).render(&observer));
+    assert_eq!(observer.at_work(), 2);
 }

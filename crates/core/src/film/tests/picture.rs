@@ -7,9 +7,9 @@ use crate::hash::mix;
 use crate::metrics::student_95;
 use crate::scene::{Integrator, Pattern, Scene};
 use crate::settings::{Aov, Background, Sampling, Settings};
-use crate::{Rendered, prepare};
+use crate::{RenderOutput, prepare};
 
-fn render(scene: &Scene, settings: &Settings) -> Rendered {
+fn render(scene: &Scene, settings: &Settings) -> RenderOutput {
     prepare(scene, settings, &())
         .unwrap_or_else(|e| panic!("{e}"))
         .render(&())
@@ -27,8 +27,8 @@ fn planes(of: &[(f64, u16)]) -> Vec<ReplicateBuffer> {
 }
 
 fn error(of: &[(f64, u16)]) -> f32 {
-    let planes = planes(of);
-    ReplicateStats::new(planes.iter(), false).standard_errors(1, 1)[0][0]
+    let buffers = planes(of);
+    ReplicateStats::new(buffers.iter(), false).standard_errors(1, 1)[0][0]
 }
 
 /// Protects: the standard error of replicates, by hand. Means 1, 2, 3, 4 of equal weight: variance
@@ -76,11 +76,12 @@ fn no_error_is_far_below_the_neighbours() {
                 ..ReplicateBuffer::default()
             }
         };
-        let mut planes: Vec<ReplicateBuffer> = (0..4).map(plane).collect();
-        planes
+        let mut buffers: Vec<ReplicateBuffer> = (0..4).map(plane).collect();
+        buffers
             .iter_mut()
-            .for_each(|plane| plane.covered.clone_from(&covered));
-        let errors = ReplicateStats::new(planes.iter(), false).standard_errors(pixels.len(), width);
+            .for_each(|buffer| buffer.covered.clone_from(&covered));
+        let errors =
+            ReplicateStats::new(buffers.iter(), false).standard_errors(pixels.len(), width);
         errors
             .iter()
             .map(|error| f64::from(error[1]))
@@ -148,9 +149,9 @@ fn channels_are_held_against_the_picture_one_by_one() {
             ..ReplicateBuffer::default()
         }
     };
-    let planes: Vec<ReplicateBuffer> = (0..4).map(plane).collect();
+    let buffers: Vec<ReplicateBuffer> = (0..4).map(plane).collect();
     let [red, green, blue] =
-        ReplicateStats::new(planes.iter(), false).standard_errors(4, 4)[0].map(f64::from);
+        ReplicateStats::new(buffers.iter(), false).standard_errors(4, 4)[0].map(f64::from);
     assert!(
         [red, blue] == [0.0; 2] && (green - (0.117_282_f64 / 4.0).sqrt()).abs() < 1e-6,
         "{red} {green} {blue}"
@@ -182,14 +183,14 @@ fn errors_of_pixels_hold_rare_light() {
                 ..ReplicateBuffer::default()
             }
         };
-        let planes: Vec<ReplicateBuffer> = (0..4).map(plane).collect();
-        let there = ReplicateStats::new(planes.iter(), false);
-        for (pixel, error) in there
+        let buffers: Vec<ReplicateBuffer> = (0..4).map(plane).collect();
+        let replicate_stats = ReplicateStats::new(buffers.iter(), false);
+        for (pixel, error) in replicate_stats
             .standard_errors(SIDE * SIDE, SIDE)
             .into_iter()
             .enumerate()
         {
-            let off = (there.mean(pixel).0[0] - chance).abs();
+            let off = (replicate_stats.mean(pixel).0[0] - chance).abs();
             held += usize::from(off <= student_95(3) * f64::from(error[0]));
         }
         let share = held as f64 / (SIDE * SIDE) as f64;
@@ -217,7 +218,7 @@ fn errors_say_what_they_are() {
             size: [11, 7],
             aovs: vec![Aov::StandardError],
             integrator: Integrator::Whitted,
-            ..Settings::of(scene)
+            ..Settings::from_scene(scene)
         };
         let picture = render(scene, &settings).picture;
         picture
@@ -272,7 +273,7 @@ fn m13_the_variance_is_that_of_the_samples() {
         let settings = Settings {
             size: [11, 7],
             sampling: Sampling::General(u32::from(samples)),
-            ..Settings::of(&scene)
+            ..Settings::from_scene(&scene)
         };
         let ready = prepare(&scene, &settings, &()).unwrap_or_else(|e| panic!("{e}"));
         let (film, n) = (rendered(&ready), f64::from(samples));
@@ -371,7 +372,7 @@ fn layers_do_not_depend_on_how_far_paths_go() {
 
 /// Protects: the memory estimate equals the memory that film and picture take in the end.
 #[test]
-fn memory_is_reckoned_as_it_is_taken() {
+fn memory_estimate_equals_allocation() {
     let check = |settings: &Settings, expected: Option<u64>| {
         let ready = ready(settings);
         let film: Film = rendered(&ready);
@@ -435,7 +436,7 @@ fn memory_is_reckoned_as_it_is_taken() {
 /// Whitted's integrator it shows lamp and sky, and no lit surface.
 #[test]
 fn emission_is_what_camera_rays_see() {
-    let channel = |rendered: &Rendered, i: usize| {
+    let channel = |rendered: &RenderOutput, i: usize| {
         rendered
             .picture
             .layer(["emission.R", "emission.G", "emission.B"][i])
@@ -527,7 +528,7 @@ fn denoising_is_asked_of_the_same_picture() {
         };
         (
             render(&scene(), &settings).picture,
-            ready(&settings).film("").whole().replicates.end,
+            ready(&settings).film("").whole_part().replicates.end,
         )
     };
     let ((plain, four), (denoised, also)) = (with(64, false), with(64, true));
@@ -562,7 +563,7 @@ fn one_sample(scene: &Scene) -> Vec<[f32; 3]> {
             size: [16, 8],
             sampling: Sampling::General(1),
             integrator: Integrator::Whitted,
-            ..Settings::of(scene)
+            ..Settings::from_scene(scene)
         },
     )
     .picture

@@ -3,10 +3,12 @@
 use glam::{DVec3, Vec3};
 use proptest::prelude::*;
 
-use crate::film::sums::{Block, Gather, Moments, Plain, Sums, WHOLE, parts};
+use crate::film::sums::{
+    BlockAccumulator, MomentSums, PixelSums, PlainSums, SampleAccumulator, WHOLE, parts,
+};
 
-fn gathered<B: Block<f32>>(samples: impl IntoIterator<Item = f32>) -> Sums {
-    let mut pixel = Gather::<f32, B>::default();
+fn gathered<B: BlockAccumulator<f32>>(samples: impl IntoIterator<Item = f32>) -> PixelSums {
+    let mut pixel = SampleAccumulator::<f32, B>::default();
     for sample in samples {
         pixel.add(Vec3::splat(sample), [WHOLE, 0]);
     }
@@ -36,8 +38,8 @@ fn m12_long_sums_keep_their_digits() {
     const EACH: u32 = 62_500;
     for replicate in 0..160 {
         let samples = move || (EACH * replicate..EACH * (replicate + 1)).map(sample);
-        plain += gathered::<Plain<f32>>(samples()).total()[0];
-        exact += gathered::<Moments>(samples()).total()[0];
+        plain += gathered::<PlainSums<f32>>(samples()).total()[0];
+        exact += gathered::<MomentSums>(samples()).total()[0];
         expected += samples().map(f64::from).sum::<f64>();
     }
     assert!(
@@ -57,7 +59,7 @@ fn m13_moments_of_nearly_equal_samples() {
     for count in [2, 15, 16, 17, 250, 65_535] {
         let samples = close_together(count);
         let (found, expected) = (
-            f64::from(gathered::<Moments>(samples.clone()).spread[1]).powi(2),
+            f64::from(gathered::<MomentSums>(samples.clone()).spread[1]).powi(2),
             moment(&samples),
         );
         assert!(
@@ -76,7 +78,7 @@ fn m13_equal_samples_do_not_vary() {
     for value in [0.0, 0.1, 1e4, 3e38] {
         for count in [1, 16, 40] {
             assert_eq!(
-                gathered::<Moments>(vec![value; count]).spread,
+                gathered::<MomentSums>(vec![value; count]).spread,
                 [0.0; 3],
                 "{count} of {value}"
             );
@@ -88,8 +90,8 @@ fn m13_equal_samples_do_not_vary() {
 /// and the next pixel starts clean.
 #[test]
 fn f04_not_finite_samples_are_dropped() {
-    fn check<B: Block<f32>>(spread: f32) {
-        let mut pixel = Gather::<f32, B>::default();
+    fn check<B: BlockAccumulator<f32>>(spread: f32) {
+        let mut pixel = SampleAccumulator::<f32, B>::default();
         for _ in 0..2 {
             assert!(pixel.add(Vec3::ONE, [WHOLE, 1]));
             assert!(!pixel.add(Vec3::new(f32::NAN, 0.0, 0.0), [WHOLE; 2]));
@@ -97,7 +99,7 @@ fn f04_not_finite_samples_are_dropped() {
             assert!(pixel.add(Vec3::splat(3.0), [0, 5]));
             assert_eq!(
                 pixel.finish(),
-                Sums {
+                PixelSums {
                     open: [4.0; 3],
                     sum: [0.0; 3],
                     spread: [spread; 3],
@@ -108,8 +110,8 @@ fn f04_not_finite_samples_are_dropped() {
             );
         }
     }
-    check::<Plain<f32>>(0.0);
-    check::<Moments>(2.0_f32.sqrt());
+    check::<PlainSums<f32>>(0.0);
+    check::<MomentSums>(2.0_f32.sqrt());
 }
 
 proptest! {
@@ -121,22 +123,22 @@ proptest! {
         offset in -1e6_f32..1e6,
         scale in -30_i32..30,
     ) {
-        let mut pixel = Gather::<f64, Moments>::default();
+        let mut pixel = SampleAccumulator::<f64, MomentSums>::default();
         let mut entered = Vec::new();
         for (sample, drop) in samples {
             let sample = if drop { f64::NAN } else { f64::from(sample + offset) * 2.0_f64.powi(scale) };
             pixel.add(DVec3::splat(sample), [WHOLE, 0]);
             entered.extend((!drop).then_some(sample));
         }
-        let found = pixel.finish();
+        let sums = pixel.finish();
         let n = entered.len() as f64;
         let mean = entered.iter().sum::<f64>() / n.max(1.0);
         let expected = entered.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>().sqrt();
-        prop_assert_eq!(usize::from(found.samples), entered.len());
-        prop_assert!((found.total()[2] - mean * n).abs() <= 1e-12 * mean.abs() * n);
+        prop_assert_eq!(usize::from(sums.samples), entered.len());
+        prop_assert!((sums.total()[2] - mean * n).abs() <= 1e-12 * mean.abs() * n);
         // Rounding of the samples themselves limits the accuracy of any formula.
         let allowed = 1e-6 * expected + 1e-13 * mean.abs() * n;
-        prop_assert!((f64::from(found.spread[2]) - expected).abs() <= allowed, "{} instead of {expected}", found.spread[2]);
+        prop_assert!((f64::from(sums.spread[2]) - expected).abs() <= allowed, "{} instead of {expected}", sums.spread[2]);
     }
 }
 
@@ -153,21 +155,21 @@ fn coverage_is_counted_in_parts() {
         [21_845, 43_691]
     );
     assert!(WHOLE.checked_mul(u32::from(u16::MAX)).is_some());
-    let mut pixel = Gather::<f32, Plain<f32>>::default();
+    let mut pixel = SampleAccumulator::<f32, PlainSums<f32>>::default();
     for covered in [0, 1, WHOLE] {
         pixel.add(Vec3::ONE, [covered, 1]);
     }
-    assert_eq!((pixel.finish().covered, pixel.met), (WHOLE + 1, 2));
+    assert_eq!((pixel.finish().covered, pixel.hits), (WHOLE + 1, 2));
 }
 
 /// Protects: sums continued at any point end with the bits of a single run, where rounding
 /// distinguishes orders: in f32 the block of 16 samples of 1/3 is not sixteen times one of them.
 #[test]
 fn sums_go_on_where_they_were() {
-    fn check<B: Block<f32>>() {
+    fn check<B: BlockAccumulator<f32>>() {
         let sample = |i: u32| Vec3::splat(1.0 / (3.0 + i as f32));
         let once = |n: u32| {
-            let mut pixel = Gather::<f32, B>::default();
+            let mut pixel = SampleAccumulator::<f32, B>::default();
             (0..n).for_each(|i| {
                 _ = pixel.add(
                     sample(i),
@@ -177,33 +179,33 @@ fn sums_go_on_where_they_were() {
             pixel.finish()
         };
         for (n, m) in (0..40).flat_map(|n| (n..70).map(move |m| (n, m))) {
-            let mut pixel = Gather::<f32, B>::default();
+            let mut pixel = SampleAccumulator::<f32, B>::default();
             // As a film stores it: in one number where no block is open.
-            let kept = once(n);
-            let kept = if n > 0 && n % 16 == 0 {
-                Sums {
-                    sum: kept.total(),
+            let sums = once(n);
+            let sums = if n > 0 && n % 16 == 0 {
+                PixelSums {
+                    sum: sums.total(),
                     open: [0.0; 3],
-                    ..kept
+                    ..sums
                 }
             } else {
-                kept
+                sums
             };
-            pixel.resume(kept, n);
+            pixel.resume(sums, n);
             (n..m).for_each(|i| {
                 _ = pixel.add(
                     sample(i),
                     [1.0, 2.0].map(|k| parts(k * i as f32 / 3.0 % 1.0)),
                 )
             });
-            let (found, expected) = (pixel.finish(), once(m));
+            let (found_sums, expected) = (pixel.finish(), once(m));
             assert_eq!(
-                (found.total(), found.samples, found.covered),
+                (found_sums.total(), found_sums.samples, found_sums.covered),
                 (expected.total(), expected.samples, expected.covered),
                 "{n} of {m}"
             );
         }
     }
-    check::<Plain<f32>>();
-    check::<Moments>();
+    check::<PlainSums<f32>>();
+    check::<MomentSums>();
 }

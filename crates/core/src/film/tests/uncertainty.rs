@@ -6,7 +6,7 @@ use crate::hash::mix;
 use crate::metrics::student_95;
 use crate::scene::Scene;
 use crate::settings::{Sampling, Settings};
-use crate::{Ready, prepare};
+use crate::{ReadyScene, prepare};
 
 /// A film of pixels whose replicates have these means, each of two samples.
 pub(super) fn film(pixels: &[[f64; 4]]) -> Film {
@@ -14,7 +14,7 @@ pub(super) fn film(pixels: &[[f64; 4]]) -> Film {
         size: [pixels.len() as u32, 1],
         sampling: Sampling::General(8),
         replicates: Some(4),
-        ..Settings::of(&Scene::default())
+        ..Settings::from_scene(&Scene::default())
     };
     let ready = prepare(&Scene::default(), &all, &()).expect("an empty scene");
     let mut film = ready.film("");
@@ -23,7 +23,7 @@ pub(super) fn film(pixels: &[[f64; 4]]) -> Film {
             .iter()
             .map(|means| [2.0 * means[replicate]; 3])
             .collect();
-        film.planes[replicate] = Some(ReplicateBuffer {
+        film.buffers[replicate] = Some(ReplicateBuffer {
             sums,
             samples: vec![2; pixels.len()],
             ..ReplicateBuffer::default()
@@ -41,13 +41,13 @@ pub(super) fn film(pixels: &[[f64; 4]]) -> Film {
 fn errors_of_pictures_by_hand() {
     let mut pixels = [[2.5; 4]; 100];
     pixels[20..70].fill([1.0, 2.0, 3.0, 4.0]);
-    let found = film(&pixels).uncertainty().expect("four replicates");
-    assert!((found.rmse.value - (5.0_f64 / 24.0).sqrt()).abs() < 1e-12);
-    assert!((found.rmse.carriers - 50.0).abs() < 1e-9);
+    let uncertainty = film(&pixels).uncertainty().expect("four replicates");
+    assert!((uncertainty.rmse.value - (5.0_f64 / 24.0).sqrt()).abs() < 1e-12);
+    assert!((uncertainty.rmse.carriers - 50.0).abs() < 1e-9);
     let half = 1.983_971_5 * (78.0 / 24.0 / (1.25_f64 * 1.25) / 50.0).sqrt() / 2.0;
-    assert!((found.rmse.high / found.rmse.value - half.exp()).abs() < 1e-6);
-    assert!((found.rmse.low / found.rmse.value - (-half).exp()).abs() < 1e-6);
-    assert_eq!((found.doubt, found.replicates), (None, 4));
+    assert!((uncertainty.rmse.high / uncertainty.rmse.value - half.exp()).abs() < 1e-6);
+    assert!((uncertainty.rmse.low / uncertainty.rmse.value - (-half).exp()).abs() < 1e-6);
+    assert_eq!((uncertainty.doubt, uncertainty.replicates), (None, 4));
 }
 
 /// Protects: a squared difference is relative to 0.01 plus each of the product of the two other
@@ -60,27 +60,29 @@ fn errors_of_pictures_by_hand() {
 /// middle from the value if that is more.
 #[test]
 fn relative_errors_by_hand() {
-    let found = film(&[[1.0, 1.0, 1.0, 2.0]; 100])
+    let estimate = film(&[[1.0, 1.0, 1.0, 2.0]; 100])
         .uncertainty()
         .expect("four replicates")
         .root_relmse;
     let of_means: f64 = 2.0 / 1.5725 - 1.0 / 2.26;
-    assert!((found.value - (3.0 / 48.0 * of_means).sqrt()).abs() < 1e-12);
+    assert!((estimate.value - (3.0 / 48.0 * of_means).sqrt()).abs() < 1e-12);
     let (in_pixels, in_all) = (1.0 - 1.01 / 1.51, (1.51_f64 / 1.01).ln());
     assert!(in_all > (1.0 / (1.01_f64 * 1.51).sqrt() / of_means).ln().abs());
-    let (least, weights): (f64, f64) = (8.0 / 9.0 / 100.0, in_pixels * in_pixels / 100.0);
-    let spread: f64 = least + weights + in_all * in_all / 4.0;
-    assert!(((found.high / found.low).ln() - 1.959_963_984_540_054 * spread.sqrt()).abs() < 1e-6);
+    let (minimum, weights): (f64, f64) = (8.0 / 9.0 / 100.0, in_pixels * in_pixels / 100.0);
+    let spread: f64 = minimum + weights + in_all * in_all / 4.0;
+    assert!(
+        ((estimate.high / estimate.low).ln() - 1.959_963_984_540_054 * spread.sqrt()).abs() < 1e-6
+    );
     // Pairs that differ themselves count for less, by the noise of their product: four of six, with
     // 1 and 2. That affects the width alone.
-    let found = film(&[[1.0, 2.0, 1.0, 2.0]; 100])
+    let estimate = film(&[[1.0, 2.0, 1.0, 2.0]; 100])
         .uncertainty()
         .expect("four replicates")
         .root_relmse;
     let of_means: f64 = 2.0 / 2.26 - 1.0 / 2.26;
     assert!(
-        (found.value - (4.0 / 48.0 * of_means).sqrt()).abs() < 1e-12,
-        "{found:?}"
+        (estimate.value - (4.0 / 48.0 * of_means).sqrt()).abs() < 1e-12,
+        "{estimate:?}"
     );
     let (across, among) = (
         2.01 / (2.01 * 2.01 + 1.5 * 1.5),
@@ -99,8 +101,8 @@ fn relative_errors_by_hand() {
     let width = student_95(200) * (0.04 + weights + relative_to * relative_to).sqrt();
     // Two hundred degrees of freedom may be rounded down by one.
     assert!(
-        ((found.high / found.low).ln() / width - 1.0).abs() < 5e-5,
-        "{found:?} and {width}"
+        ((estimate.high / estimate.low).ln() / width - 1.0).abs() < 5e-5,
+        "{estimate:?} and {width}"
     );
 }
 
@@ -110,12 +112,12 @@ fn relative_errors_by_hand() {
 #[test]
 fn rare_bright_samples_are_in_both() {
     let width = |pixels: &[[f64; 4]]| {
-        let found = film(pixels).uncertainty().expect("four replicates").rmse;
-        (found.high / found.low).ln()
+        let estimate = film(pixels).uncertainty().expect("four replicates").rmse;
+        (estimate.high / estimate.low).ln()
     };
-    let least = 1.959_963_984_540_054 * (8.0_f64 / 9.0 / 100.0).sqrt();
-    assert!((width(&[[0.0, 0.0, 0.0, 5.0]; 100]) - least).abs() < 1e-6);
-    assert!(width(&[[0.0, 5.0, 0.0, 5.0]; 100]) > 1.15 * least);
+    let minimum = 1.959_963_984_540_054 * (8.0_f64 / 9.0 / 100.0).sqrt();
+    assert!((width(&[[0.0, 0.0, 0.0, 5.0]; 100]) - minimum).abs() < 1e-6);
+    assert!(width(&[[0.0, 5.0, 0.0, 5.0]; 100]) > 1.15 * minimum);
 }
 
 /// Protects: intervals of pictures with known noise contain the error in 93 to 97 of 100, for even
@@ -151,17 +153,17 @@ fn intervals_hold_known_errors() {
                         .map(|channel| 2.0 * truth(pixel) * (1.0 + noise(pixel, address, channel)))
                 };
                 let sums = (0..PIXELS).map(sum).collect();
-                film.planes[replicate] = Some(ReplicateBuffer {
+                film.buffers[replicate] = Some(ReplicateBuffer {
                     sums,
                     samples: vec![2; PIXELS],
                     ..ReplicateBuffer::default()
                 });
             }
             let square = |(pixel, colour): (usize, &[f32; 3])| {
-                let of = |&c: &f32| {
+                let value_of = |&c: &f32| {
                     (f64::from(c) - truth(pixel)).powi(2) / (truth(pixel).powi(2) + 0.01)
                 };
-                colour.iter().map(of).sum::<f64>()
+                colour.iter().map(value_of).sum::<f64>()
             };
             let error = (film
                 .picture()
@@ -172,8 +174,8 @@ fn intervals_hold_known_errors() {
                 .sum::<f64>()
                 / (3 * PIXELS) as f64)
                 .sqrt();
-            let claimed = film.uncertainty().expect("four replicates").root_relmse;
-            held += u64::from((claimed.low..=claimed.high).contains(&error));
+            let estimate = film.uncertainty().expect("four replicates").root_relmse;
+            held += u64::from((estimate.low..=estimate.high).contains(&error));
         }
         let share = held as f64 / FILMS as f64;
         assert!((0.93..=0.97).contains(&share), "{name}: {share}");
@@ -184,13 +186,13 @@ fn intervals_hold_known_errors() {
 /// the previous one; no reliable interval is claimed.
 #[test]
 fn two_replicates_are_held_against_neighbours() {
-    let of = |pixels: &[[f64; 2]], width: u32| {
+    let value_of = |pixels: &[[f64; 2]], width: u32| {
         let size = [width, pixels.len() as u32 / width];
         let all = Settings {
             size,
             sampling: Sampling::General(8),
             replicates: Some(2),
-            ..Settings::of(&Scene::default())
+            ..Settings::from_scene(&Scene::default())
         };
         let mut film = prepare(&Scene::default(), &all, &())
             .expect("an empty scene")
@@ -200,25 +202,25 @@ fn two_replicates_are_held_against_neighbours() {
                 .iter()
                 .map(|means| [4.0 * means[replicate]; 3])
                 .collect();
-            film.planes[replicate] = Some(ReplicateBuffer {
+            film.buffers[replicate] = Some(ReplicateBuffer {
                 sums,
                 samples: vec![4; pixels.len()],
                 ..ReplicateBuffer::default()
             });
         }
-        let found = film.uncertainty().expect("two replicates");
+        let uncertainty = film.uncertainty().expect("two replicates");
         assert_eq!(
-            (found.doubt, found.replicates),
+            (uncertainty.doubt, uncertainty.replicates),
             (Some(Doubt::FewSamples), 2)
         );
-        found.rmse
+        uncertainty.rmse
     };
     // Variances of 3/4 in the upper row, and products of 9 there alone, over 4 = 2R(R − 1); two
     // products have four degrees of freedom.
-    let found = of(&[[0.0, 1.0], [0.0, 1.0], [0.0, 0.0], [0.0, 0.0]], 2);
-    assert!((found.value - (1.5_f64 / 12.0).sqrt()).abs() < 1e-12);
+    let estimate = value_of(&[[0.0, 1.0], [0.0, 1.0], [0.0, 0.0], [0.0, 0.0]], 2);
+    assert!((estimate.value - (1.5_f64 / 12.0).sqrt()).abs() < 1e-12);
     let expected = 2.776_445 * (18.0_f64 / 4.0 / (1.5 * 1.5)).sqrt();
-    assert!(((found.high / found.low).ln() - expected).abs() < 1e-5);
+    assert!(((estimate.high / estimate.low).ln() - expected).abs() < 1e-5);
 }
 
 /// Protects: with three replicates the difference of the first two is used: its square over six is
@@ -230,26 +232,26 @@ fn three_replicates_are_surer_than_two() {
         size: [10, 1],
         sampling: Sampling::General(6),
         replicates: Some(3),
-        ..Settings::of(&Scene::default())
+        ..Settings::from_scene(&Scene::default())
     };
     let mut film = prepare(&Scene::default(), &all, &())
         .expect("an empty scene")
         .film("");
     for (replicate, mean) in [0.0, 1.0, 0.5].into_iter().enumerate() {
-        film.planes[replicate] = Some(ReplicateBuffer {
+        film.buffers[replicate] = Some(ReplicateBuffer {
             sums: vec![[2.0 * mean; 3]; 10],
             samples: vec![2; 10],
             ..ReplicateBuffer::default()
         });
     }
-    let found = film.uncertainty().expect("three replicates");
+    let uncertainty = film.uncertainty().expect("three replicates");
     assert_eq!(
-        (found.doubt, found.replicates),
+        (uncertainty.doubt, uncertainty.replicates),
         (Some(Doubt::FewSamples), 3)
     );
     assert!(
-        (found.rmse.value - (1.0_f64 / 6.0).sqrt()).abs() < 1e-12,
-        "{found:?}"
+        (uncertainty.rmse.value - (1.0_f64 / 6.0).sqrt()).abs() < 1e-12,
+        "{uncertainty:?}"
     );
 }
 
@@ -263,11 +265,14 @@ fn deviations_count_as_their_means_do() {
         samples: vec![n],
         ..ReplicateBuffer::default()
     };
-    let planes = [plane(0.0, 1), plane(0.0, 1), plane(3.0, 4)];
+    let buffers = [plane(0.0, 1), plane(0.0, 1), plane(3.0, 4)];
     for (even, mean) in [(true, 1.0), (false, 2.0)] {
-        let there = crate::film::estimate::ReplicateStats::new(planes.iter(), even);
+        let replicate_stats = crate::film::estimate::ReplicateStats::new(buffers.iter(), even);
         assert_eq!(
-            (there.mean(0).0, there.means(0).variance()),
+            (
+                replicate_stats.mean(0).0,
+                replicate_stats.means(0).variance()
+            ),
             ([mean; 3], [1.0; 3]),
             "{even}"
         );
@@ -280,10 +285,10 @@ fn deviations_count_as_their_means_do() {
 fn few_pixels_say_little() {
     let mut pixels = [[1.0, 1.01, 0.99, 1.0]; 100];
     pixels[40] = [1.0, 1.0, 1.0, 90.0];
-    let found = film(&pixels).uncertainty().expect("four replicates");
+    let uncertainty = film(&pixels).uncertainty().expect("four replicates");
     assert!(
-        found.doubt == Some(Doubt::FewPixels) && found.rmse.carriers < 2.0,
-        "{found:?}"
+        uncertainty.doubt == Some(Doubt::FewPixels) && uncertainty.rmse.carriers < 2.0,
+        "{uncertainty:?}"
     );
     let still = film(&[[0.5; 4]; 10])
         .uncertainty()
@@ -299,21 +304,21 @@ fn few_pixels_say_little() {
 /// has 2.5.
 #[test]
 fn light_that_others_miss_is_doubted() {
-    let of = |means| film(&[means; 100]).uncertainty().expect("four replicates");
-    let rare = of([0.0, 0.0, 0.0, 5.0]);
+    let value_of = |means| film(&[means; 100]).uncertainty().expect("four replicates");
+    let rare = value_of([0.0, 0.0, 0.0, 5.0]);
     assert!(
         rare.root_relmse.carriers > 99.0 && rare.doubt == Some(Doubt::FewPixels),
         "{rare:?}"
     );
     // Of 1 and 0.8, each is nearly relative to the other.
-    assert_eq!(of([1.0, 1.0, 1.0, 0.8]).doubt, None);
+    assert_eq!(value_of([1.0, 1.0, 1.0, 0.8]).doubt, None);
 }
 
 /// Protects: where paths continued by mirrors or through glass and hit no lamp, or few, the picture
 /// is doubted. Where they hit many, or no path did so, it is not.
 #[test]
 fn light_by_chance_is_doubted() {
-    let of = |unaided, found| {
+    let value_of = |unaided, found| {
         let mut film = film(&[[1.0, 2.0, 3.0, 4.0]; 100]);
         film.counters = Counters {
             unaided,
@@ -323,7 +328,12 @@ fn light_by_chance_is_doubted() {
         film.uncertainty().expect("four replicates").doubt
     };
     assert_eq!(
-        [of(0, 0), of(1, 0), of(9, 39), of(9, 40)],
+        [
+            value_of(0, 0),
+            value_of(1, 0),
+            value_of(9, 39),
+            value_of(9, 40)
+        ],
         [
             None,
             Some(Doubt::LightByChance),
@@ -338,7 +348,7 @@ fn light_by_chance_is_doubted() {
 /// so rough that light sampling works.
 #[test]
 fn a_small_sun_in_chrome_is_met_by_chance() {
-    let of = |exponent: f64, roughness: f64| {
+    let value_of = |exponent: f64, roughness: f64| {
         let text = format!(
             r#"{{ "format": 1,
             "cameras": [{{ "pose": {{ "look_at": {{ "eye": [0, 1, 4], "target": [0, 0.4, 0] }} }}, "projection": {{ "pinhole": {{ "vertical_fov": 40 }} }} }}],
@@ -353,7 +363,7 @@ fn a_small_sun_in_chrome_is_met_by_chance() {
         let settings = Settings {
             size: [12, 8],
             sampling: Sampling::General(64),
-            ..Settings::of(&scene)
+            ..Settings::from_scene(&scene)
         };
         let ready = prepare(&scene, &settings, &()).expect("a scene");
         let film = rendered(&ready);
@@ -363,7 +373,11 @@ fn a_small_sun_in_chrome_is_met_by_chance() {
         )
     };
     assert_eq!(
-        [of(4000.0, 0.02), of(20.0, 0.02), of(4000.0, 0.4)],
+        [
+            value_of(4000.0, 0.02),
+            value_of(20.0, 0.02),
+            value_of(4000.0, 0.4)
+        ],
         [(true, true), (false, false), (false, false)]
     );
 }
@@ -371,29 +385,29 @@ fn a_small_sun_in_chrome_is_met_by_chance() {
 /// Protects: the uncertainty is `None` where it is unknown: with one replicate, for a pixel without
 /// samples, for a pattern.
 #[test]
-fn nothing_is_said_of_nothing() {
-    let of = |settings: Settings| rendered(&ready(&settings)).uncertainty();
+fn unknown_uncertainty_is_none() {
+    let value_of = |settings: Settings| rendered(&ready(&settings)).uncertainty();
     assert!(
-        of(Settings {
+        value_of(Settings {
             replicates: Some(1),
             ..settings(6)
         })
         .is_none()
     );
-    assert!(of(settings(6)).is_some());
+    assert!(value_of(settings(6)).is_some());
     assert!(
-        of(Settings {
+        value_of(Settings {
             sampling: Sampling::Pattern(crate::scene::Pattern::Corners),
             aovs: layers(),
             ..settings(4)
         })
         .is_none()
     );
-    let ready: Ready = ready(&settings(6));
+    let ready: ReadyScene = ready(&settings(6));
     let mut film = ready.film("scene");
-    let first = crate::film::Part {
+    let first = crate::film::FilmPart {
         tiles: 0..1,
-        ..film.whole()
+        ..film.whole_part()
     };
     ready
         .render_part(&mut film, &first, &())
@@ -428,16 +442,16 @@ fn pixels_without_noise_do_not_count() {
 fn doubts_of_few_pixels_fall_silent_far_below() {
     let mut pixels = [[1.0, 1.01, 0.99, 1.0]; 100];
     pixels[40] = [1.0, 1.0, 1.0, 9.0];
-    let found = film(&pixels).uncertainty().expect("four replicates");
-    let high = found.root_relmse.high;
-    assert_eq!(found.doubt, Some(Doubt::FewPixels));
+    let uncertainty = film(&pixels).uncertainty().expect("four replicates");
+    let high = uncertainty.root_relmse.high;
+    assert_eq!(uncertainty.doubt, Some(Doubt::FewPixels));
     assert_eq!(
-        [9.99, 10.01].map(|times| found.reaches(times * high)),
+        [9.99, 10.01].map(|times| uncertainty.reaches(times * high)),
         [false, true]
     );
     let by_chance = crate::film::Uncertainty {
         doubt: Some(Doubt::LightByChance),
-        ..found
+        ..uncertainty
     };
     assert!(!by_chance.reaches(100.0 * high));
 }
@@ -446,16 +460,16 @@ fn doubts_of_few_pixels_fall_silent_far_below() {
 /// no error, and its pixels' errors are unknown. Without such rays a black picture is valid.
 #[test]
 fn a_black_picture_is_doubted_where_there_are_lamps() {
-    let of = |shadow| {
+    let value_of = |shadow| {
         let mut film = film(&[[0.0; 4]; 10]);
         film.counters.shadow = shadow;
-        let found = film.uncertainty().expect("four replicates");
+        let uncertainty = film.uncertainty().expect("four replicates");
         (
-            found.doubt,
-            found.reaches(1.0),
+            uncertainty.doubt,
+            uncertainty.reaches(1.0),
             film.standard_errors().expect("four replicates").0[0],
         )
     };
-    assert_eq!(of(0), (None, true, [0.0; 3]));
-    assert_eq!(of(100), (Some(Doubt::FewPixels), false, [-1.0; 3]));
+    assert_eq!(value_of(0), (None, true, [0.0; 3]));
+    assert_eq!(value_of(100), (Some(Doubt::FewPixels), false, [-1.0; 3]));
 }

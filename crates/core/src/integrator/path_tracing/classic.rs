@@ -15,25 +15,29 @@ use crate::texture::ShadingContext;
 #[inline(always)]
 pub(super) fn lobes<R: Real>(
     (m, glass): (&ClassicInputs<R>, Option<&Glass<R>>),
-    here: &ShadingContext<'_, R>,
-    at: &Interaction<R>,
+    context: &ShadingContext<'_, R>,
+    interaction: &Interaction<R>,
     normal: R::Vec3,
 ) -> Bsdf<R> {
-    let colour = m.colour.colour(here);
-    let local = unit(m.local.number(here));
+    let colour = m.colour.colour(context);
+    let local = unit(m.local.number(context));
     let mut bsdf = Bsdf::new(normal);
     let mut taken = R::Vec3::ZERO;
     if let Some(glass) = glass {
-        bsdf = bsdf.with(Lobe::Dielectric(glass.boundary(at.outside, R::ONE, None)));
+        bsdf = bsdf.with_lobe(Lobe::Dielectric(glass.boundary(
+            interaction.outside,
+            R::ONE,
+            None,
+        )));
         taken = R::Vec3::ONE;
     } else if let Some(reflection) = &m.reflection {
-        let weight = R::Vec3::splat(unit(reflection.weight.number(here)));
+        let weight = R::Vec3::splat(unit(reflection.weight.number(context)));
         let mirror = unit_colour::<R>(if reflection.tinted {
             weight * colour
         } else {
             weight
         });
-        bsdf = bsdf.with(Lobe::Mirror {
+        bsdf = bsdf.with_lobe(Lobe::Mirror {
             f0: mirror,
             f90: mirror,
         });
@@ -49,10 +53,10 @@ pub(super) fn lobes<R: Real>(
         } else {
             R::Vec3::splat(local)
         };
-        let f0 = unit_colour::<R>(scale * unit(specular.strength.number(here)))
+        let f0 = unit_colour::<R>(scale * unit(specular.strength.number(context)))
             .min(R::Vec3::ONE - taken);
         if f0 != R::Vec3::ZERO {
-            bsdf = bsdf.with(Lobe::Rough {
+            bsdf = bsdf.with_lobe(Lobe::Rough {
                 f0,
                 f90: f0,
                 roughness: roughness(specular),
@@ -61,11 +65,11 @@ pub(super) fn lobes<R: Real>(
         }
     }
     let albedo =
-        unit_colour::<R>(colour * (local * m.diffuse.number(here))).min(R::Vec3::ONE - taken);
+        unit_colour::<R>(colour * (local * m.diffuse.number(context))).min(R::Vec3::ONE - taken);
     if albedo == R::Vec3::ZERO {
         bsdf
     } else {
-        bsdf.with(Lobe::Lambert(Lambert { albedo }))
+        bsdf.with_lobe(Lobe::Lambert(Lambert { albedo }))
     }
 }
 
@@ -74,10 +78,10 @@ pub(super) fn lobes<R: Real>(
 #[inline(always)]
 pub(super) fn matte<R: Real>(
     m: &ClassicInputs<R>,
-    here: &ShadingContext<'_, R>,
+    context: &ShadingContext<'_, R>,
 ) -> MetallicRoughness<R> {
     let base = unit_colour::<R>(
-        m.colour.colour(here) * (unit(m.local.number(here)) * m.diffuse.number(here)),
+        m.colour.colour(context) * (unit(m.local.number(context)) * m.diffuse.number(context)),
     );
     MetallicRoughness {
         base,

@@ -6,7 +6,7 @@ use raywright_bvh::{Hit, Real, Vector};
 use super::light::weight;
 use super::{NARROW, PathState, PathTracer, PreviousVertex};
 use crate::interaction::Interaction;
-use crate::light::{LightId, SkySample, Target};
+use crate::light::{LightId, LightTarget, SkySample};
 use crate::settings::LightSampling;
 
 impl<R: Real> PathTracer<'_, R> {
@@ -16,28 +16,33 @@ impl<R: Real> PathTracer<'_, R> {
         &mut self,
         path: &mut PathState<R>,
         hit: &Hit<R>,
-        at: &Interaction<R>,
+        interaction: &Interaction<R>,
         emission: R::Vec3,
     ) {
         // Partly emissive surfaces are mostly dark, and zero emission needs no weight.
-        if emission == Vector::ZERO || !self.scene.shines(at) {
+        if emission == Vector::ZERO || !self.scene.shines(interaction) {
             return;
         }
-        let share = match self.scene.lights.emitters.of(at.object, hit.primitive) {
+        let share = match self
+            .scene
+            .lights
+            .emitters
+            .index_of(interaction.object, hit.primitive)
+        {
             Some(emitter) => {
                 let light = LightId::Emitter(emitter);
                 self.usage.count(light, true);
                 let (lights, from, direction) = (
                     &self.scene.lights,
                     path.previous.from,
-                    path.leg.ray.direction,
+                    path.segment.ray.direction,
                 );
                 self.found(path, light, |probability| {
                     lights.density(
                         light,
                         from,
                         direction,
-                        &Target::Surface(at.surface),
+                        &LightTarget::Surface(interaction.surface),
                         probability,
                     )
                 })
@@ -71,19 +76,19 @@ impl<R: Real> PathTracer<'_, R> {
 
     /// Radiance of a ray that escapes to the sky, with its weight.
     #[inline(always)]
-    pub(super) fn escaped(&mut self, path: &PathState<R>, seen: &SkySample<R>) -> R::Vec3 {
-        let direction = path.leg.ray.direction;
+    pub(super) fn escaped(&mut self, path: &PathState<R>, sky_sample: &SkySample<R>) -> R::Vec3 {
+        let direction = path.segment.ray.direction;
         let lights = &self.scene.lights;
         if self.is_unaided(path)
             && let Some(density) = lights.sky_sampler().and_then(|sampler| sampler.small())
         {
             self.counters.unaided += 1;
             self.counters.found +=
-                u64::from(lights.density_of_sky(direction, seen.place, 1.0) >= density);
+                u64::from(lights.density_of_sky(direction, sky_sample.place, 1.0) >= density);
         }
-        seen.radiance
+        sky_sample.radiance
             * self.found(path, LightId::Sky, |probability| {
-                lights.density_of_sky(direction, seen.place, probability)
+                lights.density_of_sky(direction, sky_sample.place, probability)
             })
     }
 
@@ -91,7 +96,7 @@ impl<R: Real> PathTracer<'_, R> {
     /// by chance alone.
     #[inline(always)]
     pub(super) fn is_unaided(&self, path: &PathState<R>) -> bool {
-        path.spread < NARROW && path.previous.density >= NARROW
+        path.min_pdf < NARROW && path.previous.density >= NARROW
     }
 
     /// Weight of scattering in finding a hit light; `drawn` is the density of sampling the light

@@ -6,15 +6,15 @@ use core::f64::consts::PI;
 
 use raywright_bvh::{Hit, Real};
 
+use super::bsdf_lanes::perturbed_normals;
 use super::classic::matte;
 use super::general::GeneralSurfaces;
-use super::respond::perturbed_normals;
 use super::vertices::{LitSides, VertexList};
 use super::{PathState, PathTracer};
 use crate::interaction::Interaction;
-use crate::light::{LANES, put};
+use crate::light::{LANES, set_lane};
 use crate::material::{MetallicRoughness, NormalMap};
-use crate::prepare::Material;
+use crate::prepare::PreparedMaterial;
 use crate::sampler::{Purpose, pair};
 use crate::scene::AlphaMode;
 use crate::texture::Bump;
@@ -28,7 +28,7 @@ pub(super) struct VertexQueues<R: Real> {
     pub general: VertexList<R>,
     pub surfaces: GeneralSurfaces<R>,
     /// Normal maps' values, with the indices of their vertices among the glossy ones.
-    bent: Vec<(usize, NormalMap<R>)>,
+    normal_maps: Vec<(usize, NormalMap<R>)>,
 }
 
 impl<R: Real> VertexQueues<R> {
@@ -37,18 +37,18 @@ impl<R: Real> VertexQueues<R> {
         self.glossy.clear();
         self.general.clear();
         self.surfaces.clear();
-        self.bent.clear();
+        self.normal_maps.clear();
     }
 
     /// Perturbs the normals of the common surfaces with normal maps.
-    pub fn bend_normals(&mut self, met: &mut [Interaction<R>]) {
+    pub fn perturb_normals(&mut self, interactions: &mut [Interaction<R>]) {
         let vertices = self.glossy.lanes();
-        for these in self.bent.chunks(LANES) {
+        for these in self.normal_maps.chunks(LANES) {
             let normals = perturbed_normals(|lane| &these[lane.min(these.len() - 1)].1);
             for (&(vertex, _), normal) in these.iter().zip(normals) {
                 let (vertices, lane) = (&mut vertices[vertex / LANES], vertex % LANES);
-                put::<R>(&mut vertices.normal, lane, normal);
-                met[vertices.place[lane] as usize].normal = normal;
+                set_lane::<R>(&mut vertices.normal, lane, normal);
+                interactions[vertices.place[lane] as usize].normal = normal;
             }
         }
     }
@@ -63,44 +63,54 @@ impl<R: Real> PathTracer<'_, R> {
     #[inline(always)]
     pub(super) fn gather(
         &mut self,
-        place: u32,
-        (path, hit, at): (&mut PathState<R>, &Hit<R>, &mut Interaction<R>),
+        index: u32,
+        (path, hit, interaction): (&mut PathState<R>, &Hit<R>, &mut Interaction<R>),
         vertices: &mut VertexQueues<R>,
     ) -> bool {
         let scene = self.scene;
-        let material = &scene.materials[at.material as usize];
+        let material = &scene.materials[interaction.material as usize];
         let common = if path.traced - path.matched + 1 < self.max_depth {
-            self.common(material, at)
+            self.common(material, interaction)
         } else {
             None
         };
         if common.is_none() {
-            at.perturb_where_bumpy(scene, &path.leg, hit);
+            interaction.perturb_where_bumpy(scene, &path.segment, hit);
         }
-        self.pass_media(path, at);
+        self.pass_media(path, interaction);
         self.keep_first(path, hit);
         if common.is_none()
-            && let Some(goes_on) = self.pass_by(path, at)
+            && let Some(continues) = self.pass_by(path, interaction)
         {
-            return goes_on;
+            return continues;
         }
         path.hit = true;
         path.traced += 1;
         if path.traced == 1
-            && let Some(edge) = scene.edge_at(&path.leg, hit, at)
+            && let Some(edge) = scene.edge_at(&path.segment, hit, interaction)
         {
             self.draw_edge(path, edge);
             return false;
         }
         if material.glows() {
-            self.emits(path, hit, at, material.emission_at(&scene.sources.at(at)));
+            self.emits(
+                path,
+                hit,
+                interaction,
+                material.emission_at(&scene.texture_tables.shading_context(interaction)),
+            );
         }
         let Some((mut model, gain, bump)) = common else {
-            return self.gather_other(place, (path, hit, at), vertices);
+            return self.gather_other(index, (path, hit, interaction), vertices);
         };
         // A matte surface does not depend on an index.
-        if self.nests() && matches!(material, Material::Physical(_)) {
-            self.immersed(path, at, &scene.sources.at(at), &mut model);
+        if self.nests() && matches!(material, PreparedMaterial::Physical(_)) {
+            self.immersed(
+                path,
+                interaction,
+                &scene.texture_tables.shading_context(interaction),
+                &mut model,
+            );
         }
         // Normal maps are applied to the glossy queue alone.
         let list = if model.is_matte() && bump.is_none() {
@@ -109,15 +119,16 @@ impl<R: Real> PathTracer<'_, R> {
             &mut vertices.glossy
         };
         if let Some(bump) = bump {
-            vertices
-                .bent
-                .push((list.len(), at.normal_map(bump, scene, &path.leg, hit)));
+            vertices.normal_maps.push((
+                list.len(),
+                interaction.normal_map(bump, scene, &path.segment, hit),
+            ));
         }
         let lanes = list.open();
         let lane = lanes.push(
-            place,
-            (path, at),
-            (at.normal, LitSides::One, gain),
+            index,
+            (path, interaction),
+            (interaction.normal, LitSides::One, gain),
             scene.roulette,
         );
         lanes.put_model(lane, &model);
@@ -128,15 +139,17 @@ impl<R: Real> PathTracer<'_, R> {
     #[inline(always)]
     fn common<'a>(
         &self,
-        material: &'a Material<R>,
-        at: &Interaction<R>,
+        material: &'a PreparedMaterial<R>,
+        interaction: &Interaction<R>,
     ) -> Option<CommonSurface<'a, R>> {
-        let here = self.scene.sources.at(at);
+        let context = self.scene.texture_tables.shading_context(interaction);
         let surface = match material {
-            Material::Physical(m) if m.plain => (m.model_at(&here), R::ONE, m.bump.as_ref()),
+            PreparedMaterial::Physical(m) if m.is_common => {
+                (m.model_at(&context), R::ONE, m.bump.as_ref())
+            }
             // A delta light's unit is the radiance of a white classic surface facing it, not its
             // irradiance.
-            Material::Classic(m) if m.matte => (matte(m, &here), R::from_f64(PI), None),
+            PreparedMaterial::Classic(m) if m.matte => (matte(m, &context), R::from_f64(PI), None),
             _ => return None,
         };
         surface.0.is_rough().then_some(surface)
@@ -145,49 +158,50 @@ impl<R: Real> PathTracer<'_, R> {
     /// Continues a path through a surface that is absent at the hit or leaves it unchanged. Returns
     /// whether the path goes on; `None` at a real hit.
     #[inline]
-    fn pass_by(&mut self, path: &mut PathState<R>, at: &Interaction<R>) -> Option<bool> {
-        if let Material::Physical(m) = &self.scene.materials[at.material as usize]
+    fn pass_by(&mut self, path: &mut PathState<R>, interaction: &Interaction<R>) -> Option<bool> {
+        if let PreparedMaterial::Physical(m) = &self.scene.materials[interaction.material as usize]
             && m.alpha != AlphaMode::Opaque
         {
-            let alpha = m.alpha_at(&self.scene.sources.at(at));
+            let alpha = m.alpha_at(&self.scene.texture_tables.shading_context(interaction));
             // Stochastic alpha: a partly transparent surface is present with a probability of its
             // alpha.
             let absent = alpha < R::ONE
                 && (alpha <= R::ZERO
                     || R::from_f32(pair(path.address, Purpose::Coverage)[0]) >= alpha);
             if absent {
-                return Some(self.pass(path, at));
+                return Some(self.pass(path, interaction));
             }
         }
         if self.nests()
-            && let Some(beyond) = self.hidden(&path.media, at)
+            && let Some(beyond) = self.hidden(&path.media, interaction)
         {
             path.media = beyond;
-            return Some(self.pass(path, at));
+            return Some(self.pass(path, interaction));
         }
-        let tint = self.matched(path, at)?;
-        Some(self.pass_matched(path, at, tint))
+        let tint = self.matched(path, interaction)?;
+        Some(self.pass_matched(path, interaction, tint))
     }
 
     /// Adds a vertex on an uncommon surface to the general queue, unless the path ends there.
     fn gather_other(
         &mut self,
-        place: u32,
-        (path, hit, at): (&mut PathState<R>, &Hit<R>, &Interaction<R>),
+        index: u32,
+        (path, hit, interaction): (&mut PathState<R>, &Hit<R>, &Interaction<R>),
         vertices: &mut VertexQueues<R>,
     ) -> bool {
-        if let Material::Physical(m) = &self.scene.materials[at.material as usize]
+        if let PreparedMaterial::Physical(m) = &self.scene.materials[interaction.material as usize]
             && m.unlit
         {
-            let shown = path.throughput * m.base_at(&self.scene.sources.at(at));
+            let shown = path.throughput
+                * m.base_at(&self.scene.texture_tables.shading_context(interaction));
             path.radiance += shown;
             self.see(path.traced == 1, shown);
             return false;
         }
         !self.is_at_limit(path)
             && self.gather_general(
-                place,
-                (path, hit, at),
+                index,
+                (path, hit, interaction),
                 (&mut vertices.general, &mut vertices.surfaces),
             )
     }

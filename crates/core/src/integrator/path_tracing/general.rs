@@ -5,16 +5,16 @@ use core::f64::consts::PI;
 
 use raywright_bvh::{Hit, Real, Vector};
 
-use super::super::spawn::stored;
+use super::super::spawn::round_direction;
+use super::bsdf_lanes::{BsdfLanes, LaneVertex, eval_light};
 use super::mixture::MixtureSurface;
-use super::respond::{Answers, LaneVertex, respond};
-use super::scatter::Onward;
-use super::vertices::{Bounce, LitSides, VertexLanes, VertexList};
+use super::scatter::ScatteredRay;
+use super::vertices::{LitSides, VertexLanes, VertexList, WavefrontSlice};
 use super::{PathState, PathTracer, classic};
 use crate::interaction::Interaction;
-use crate::light::{Column, LightLanes, vector};
-use crate::material::{Bsdf, Frame, Glass, LayeredBsdf, LobeFamily};
-use crate::prepare::Material;
+use crate::light::{Column, LightLanes, lane_vector};
+use crate::material::{Bsdf, Glass, LayeredBsdf, LobeFamily, ShadingFrame};
+use crate::prepare::PreparedMaterial;
 
 /// Lobes of a surface at a hit.
 enum SurfaceLobes<R: Real> {
@@ -41,18 +41,18 @@ impl<R: Real> GeneralSurfaces<R> {
 
     /// An unused layered BSDF, and its index.
     fn open_layered(&mut self) -> (&mut LayeredBsdf<R>, usize) {
-        let place = self.layered_used;
-        if place == self.layered.len() {
+        let index = self.layered_used;
+        if index == self.layered.len() {
             self.layered.push(LayeredBsdf::new(Vector::ZERO));
         }
         self.layered_used += 1;
-        (&mut self.layered[place], place)
+        (&mut self.layered[index], index)
     }
 }
 
 /// The sides on which the lobes receive sampled light.
 fn sides<R: Real, L: LobeFamily<R>, const MOST: usize>(bsdf: &Bsdf<R, L, MOST>) -> LitSides {
-    match (bsdf.is_delta(), bsdf.lets_through()) {
+    match (bsdf.is_delta(), bsdf.is_transmissive()) {
         (true, _) => LitSides::None,
         (false, true) => LitSides::Both,
         (false, false) => LitSides::One,
@@ -63,24 +63,27 @@ impl<R: Real> PathTracer<'_, R> {
     /// Adds a hit to these vertices. Returns false if its material needs no vertex.
     pub(super) fn gather_general(
         &self,
-        place: u32,
-        (path, hit, at): (&mut PathState<R>, &Hit<R>, &Interaction<R>),
+        position: u32,
+        (path, hit, interaction): (&mut PathState<R>, &Hit<R>, &Interaction<R>),
         (vertices, surfaces): (&mut VertexList<R>, &mut GeneralSurfaces<R>),
     ) -> bool {
         let scene = self.scene;
-        let here = scene.sources.at(at);
-        let (lobes, glass, (normal, sides, gain)) = match &scene.materials[at.material as usize] {
-            Material::Classic(m) => {
+        let context = scene.texture_tables.shading_context(interaction);
+        let (lobes, glass, (normal, sides, gain)) = match &scene.materials
+            [interaction.material as usize]
+        {
+            PreparedMaterial::Classic(m) => {
                 // A delta light's unit is the radiance of a white classic surface facing it, not
                 // its irradiance.
                 let gain = R::from_f64(PI);
                 if let Some(mixture) = &m.mixture {
-                    let surface = MixtureSurface::new(mixture, at, m.colour.colour(&here));
+                    let surface =
+                        MixtureSurface::new(mixture, interaction, m.colour.colour(&context));
                     let sides = surface.sides(mixture);
                     (
                         SurfaceLobes::Mixture(surface),
                         None,
-                        (at.facing_normal(), sides, gain),
+                        (interaction.facing_normal(), sides, gain),
                     )
                 } else {
                     let mut glass = m
@@ -88,132 +91,147 @@ impl<R: Real> PathTracer<'_, R> {
                         .as_ref()
                         .map(|transmission| transmission.glass);
                     if let Some(glass) = glass.as_mut().filter(|_| self.nests()) {
-                        glass.ior = self.relative_index(path, at, &here);
+                        glass.ior = self.relative_index(path, interaction, &context);
                     }
                     let normal = if glass.is_some() {
-                        at.facing_normal()
+                        interaction.facing_normal()
                     } else {
-                        at.normal
+                        interaction.normal
                     };
-                    let bsdf = classic::lobes((m, glass.as_ref()), &here, at, normal);
-                    let answers = (normal, sides(&bsdf), gain);
-                    (SurfaceLobes::Plain(bsdf), glass, answers)
+                    let bsdf = classic::lobes((m, glass.as_ref()), &context, interaction, normal);
+                    let vertex_response = (normal, sides(&bsdf), gain);
+                    (SurfaceLobes::Plain(bsdf), glass, vertex_response)
                 }
             }
-            Material::Physical(m) => {
+            PreparedMaterial::Physical(m) => {
                 if let Some(layers) = m.layered {
                     let (bsdf, index) = surfaces.open_layered();
-                    let glass =
-                        self.layers_at(path, hit, at, (m, &scene.layers[layers as usize]), bsdf);
+                    let glass = self.layers_at(
+                        path,
+                        hit,
+                        interaction,
+                        (m, &scene.layers[layers as usize]),
+                        bsdf,
+                    );
                     (
                         SurfaceLobes::Layered(index),
                         glass,
                         (bsdf.normal(), sides(bsdf), R::ONE),
                     )
                 } else {
-                    let mut model = m.model_at(&here);
+                    let mut model = m.model_at(&context);
                     if self.nests() {
-                        self.immersed(path, at, &here, &mut model);
+                        self.immersed(path, interaction, &context, &mut model);
                     }
                     let normal = if model.glass.is_some() {
-                        at.facing_normal()
+                        interaction.facing_normal()
                     } else {
-                        at.normal
+                        interaction.normal
                     };
-                    let bsdf =
-                        model.transport(normal, -at.direction, at.outside, scene.compensates);
-                    let answers = (normal, sides(&bsdf), R::ONE);
-                    (SurfaceLobes::Plain(bsdf), model.glass, answers)
+                    let bsdf = model.transport(
+                        normal,
+                        -interaction.direction,
+                        interaction.outside,
+                        scene.compensates,
+                    );
+                    let vertex_response = (normal, sides(&bsdf), R::ONE);
+                    (SurfaceLobes::Plain(bsdf), model.glass, vertex_response)
                 }
             }
-            Material::Unused => return false,
+            PreparedMaterial::Unused => return false,
         };
-        vertices
-            .open()
-            .push(place, (path, at), (normal, sides, gain), scene.roulette);
+        vertices.open().push(
+            position,
+            (path, interaction),
+            (normal, sides, gain),
+            scene.roulette,
+        );
         surfaces.each.push((lobes, glass));
         true
     }
 
     /// Responses of these vertices to their lights, and how their paths go on; `before` is the
     /// number of earlier vertices.
-    pub(super) fn answer_general(
+    pub(super) fn shade_general(
         &self,
-        bounce: &Bounce<'_, R>,
+        slice: &WavefrontSlice<'_, R>,
         (surfaces, before): (&GeneralSurfaces<R>, usize),
         (vertices, lights): (&VertexLanes<R>, &LightLanes<R>),
-        onward: &mut Column<Onward<R>>,
-    ) -> Answers<R> {
-        let mut answers = Answers::NONE;
-        for (lane, (onward, (lobes, glass))) in onward
+        scattered_rays: &mut Column<ScatteredRay<R>>,
+    ) -> BsdfLanes<R> {
+        let mut vertex_response = BsdfLanes::NONE;
+        for (lane, (scattered_ray, (lobes, glass))) in scattered_rays
             .iter_mut()
             .zip(&surfaces.each[before..][..vertices.len])
             .enumerate()
         {
-            let here = LaneVertex {
-                bounce,
+            let vertex = LaneVertex {
+                slice,
                 vertices,
                 lights,
                 lane,
             };
-            *onward = match lobes {
+            *scattered_ray = match lobes {
                 SurfaceLobes::Plain(bsdf) => {
-                    self.answer(&here, (bsdf, glass.as_ref()), &mut answers)
+                    self.shade_vertex(&vertex, (bsdf, glass.as_ref()), &mut vertex_response)
                 }
-                SurfaceLobes::Layered(place) => self.answer(
-                    &here,
+                SurfaceLobes::Layered(place) => self.shade_vertex(
+                    &vertex,
                     (&surfaces.layered[*place], glass.as_ref()),
-                    &mut answers,
+                    &mut vertex_response,
                 ),
-                SurfaceLobes::Mixture(surface) => self.answer_mixture(&here, surface, &mut answers),
+                SurfaceLobes::Mixture(surface) => {
+                    self.shade_mixture(&vertex, surface, &mut vertex_response)
+                }
             };
         }
-        answers
+        vertex_response
     }
 
     /// Response of lobes at a vertex, and how its path goes on.
-    fn answer<L: LobeFamily<R>, const MOST: usize>(
+    fn shade_vertex<L: LobeFamily<R>, const MOST: usize>(
         &self,
-        here: &LaneVertex<'_, R>,
+        vertex: &LaneVertex<'_, R>,
         (bsdf, glass): (&Bsdf<R, L, MOST>, Option<&Glass<R>>),
-        answers: &mut Answers<R>,
-    ) -> Onward<R> {
-        let (normal, view) = (bsdf.normal(), here.view());
-        if let Some(light) = here.light() {
-            answers.put_response(here.lane, &respond(bsdf, view, light));
+        vertex_response: &mut BsdfLanes<R>,
+    ) -> ScatteredRay<R> {
+        let (normal, view) = (bsdf.normal(), vertex.view());
+        if let Some(light) = vertex.light() {
+            vertex_response.put_response(vertex.lane, &eval_light(bsdf, view, light));
         }
-        let [lobe, u, v, _] = here.numbers();
-        let mut drawn = bsdf.sample(&Frame::about(normal), view, [lobe, u, v]);
-        let through = drawn.direction.dot(normal) < R::ZERO;
+        let [lobe, u, v, _] = vertex.numbers();
+        let mut bsdf_sample = bsdf.sample(&ShadingFrame::from_normal(normal), view, [lobe, u, v]);
+        let through = bsdf_sample.direction.dot(normal) < R::ZERO;
         // A shading normal must not turn a reflection below the surface, nor a transmission above
         // it.
-        let geometric = vector::<R>(&here.vertices.geometric, here.lane);
-        if !drawn.some || (geometric.dot(drawn.direction) < R::ZERO) != through {
-            return Onward::REFLECTED;
+        let geometric = lane_vector::<R>(&vertex.vertices.geometric, vertex.lane);
+        if !bsdf_sample.some || (geometric.dot(bsdf_sample.direction) < R::ZERO) != through {
+            return ScatteredRay::REFLECTED;
         }
-        let (place, mut rest) = (here.vertices.place[here.lane], Vector::ZERO);
-        let (path, at) = here.bounce.of(place);
+        let (index, mut rest) = (vertex.vertices.place[vertex.lane], Vector::ZERO);
+        let (path, interaction) = vertex.slice.of(index);
         // A coat may mirror about its own normal.
-        if let Some(glass) = glass.filter(|_| drawn.delta && (through || !L::COATED))
-            && let Some(hit) = &here.bounce.hits[place as usize]
+        if let Some(glass) = glass.filter(|_| bsdf_sample.delta && (through || !L::COATED))
+            && let Some(hit) = &vertex.slice.hits[index as usize]
         {
             // Including the digits lost in storing the direction.
-            let interface = self.scene.interface(&path.leg, hit, at, glass);
+            let interface = self.scene.interface(&path.segment, hit, interaction, glass);
             let exact = if through {
                 interface.refracted
             } else {
                 Some(interface.reflected)
             };
-            (drawn.direction, rest) = exact.map_or((drawn.direction, rest), stored::<R>);
+            (bsdf_sample.direction, rest) =
+                exact.map_or((bsdf_sample.direction, rest), round_direction::<R>);
         }
-        let material = &self.scene.materials[at.material as usize];
+        let material = &self.scene.materials[interaction.material as usize];
         // Among delta lobes only thin walls transmit straight, if their alpha is opaque.
         let straight =
-            L::COATED && drawn.delta && through && material.is_wall() && material.covers();
-        answers.put_sample(here.lane, &drawn);
-        Onward {
+            L::COATED && bsdf_sample.delta && through && material.is_thin() && material.covers();
+        vertex_response.put_sample(vertex.lane, &bsdf_sample);
+        ScatteredRay {
             rest,
-            smooth: drawn.delta,
+            smooth: bsdf_sample.delta,
             through,
             straight,
         }

@@ -4,7 +4,7 @@
 use raywright_bvh::{Interval, Ray, Real, Vector};
 
 use super::{PathState, PathTracer};
-use crate::light::Target;
+use crate::light::LightTarget;
 use crate::sampler::{Purpose, Sequence, fours};
 
 impl<R: Real> PathTracer<'_, R> {
@@ -19,21 +19,27 @@ impl<R: Real> PathTracer<'_, R> {
         let Some(ground) = &scene.ground else {
             return paths.map(|_| R::ONE).collect();
         };
-        let (mut shares, mut met, mut sequences) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut shares, mut hit_points, mut sequences) = (Vec::new(), Vec::new(), Vec::new());
         for PathState {
-            leg, way, address, ..
+            segment,
+            sample_hash,
+            address,
+            ..
         } in paths
         {
-            let ray = &leg.ray;
+            let ray = &segment.ray;
             let t = (ground.height - ray.origin.y()) / ray.direction.y();
             // The ground is invisible from below.
-            let is_met = ray.direction.y() < zero && t > -leg.ahead;
-            let at = ray.at(t);
-            let point: R::Vec3 = Vector::new(at.x(), ground.height, at.z());
+            let is_met = ray.direction.y() < zero && t > -segment.ahead;
+            let position = ray.at(t);
+            let point: R::Vec3 = Vector::new(position.x(), ground.height, position.z());
             let is_near = (point - ground.centre).length() <= ground.reach;
             if is_met && is_near {
-                met.push((shares.len(), point, ray.time));
-                sequences.push((Sequence::on(*way, *address, Purpose::Ground), address.index));
+                hit_points.push((shares.len(), point, ray.time));
+                sequences.push((
+                    Sequence::on(*sample_hash, *address, Purpose::Ground),
+                    address.index,
+                ));
             }
             shares.push(R::ONE);
         }
@@ -43,7 +49,7 @@ impl<R: Real> PathTracer<'_, R> {
             .iter()
             .map(|&[u, v, ..]| Vector::from_f64(ground.light.direction([u.into(), v.into()])))
             .collect();
-        for (&(place, point, time), &direction) in met.iter().zip(&directions) {
+        for (&(index, point, time), &direction) in hit_points.iter().zip(&directions) {
             let (towards, range) = (
                 Ray::new(point, direction).at_time(time),
                 Interval {
@@ -52,8 +58,8 @@ impl<R: Real> PathTracer<'_, R> {
                 },
             );
             self.counters.shadow += 1;
-            shares[place] = scene
-                .between((&towards, range), &Target::Infinity, false)
+            shares[index] = scene
+                .trace_shadow((&towards, range), &LightTarget::Infinity, false)
                 .share;
         }
         shares

@@ -5,12 +5,15 @@ use raywright_bvh::{Hit, Real, Vector};
 use super::super::PathSegment;
 use super::{PathState, PathTracer};
 use crate::interaction::Interaction;
-use crate::material::{Frame, Glass, Hero, LayeredBsdf, MetallicRoughness, ReadAt, index_at};
-use crate::prepare::{
-    Boundary, Directions, InputStage, LayeredInputs, PhysicalInputs, Prepared, Thickness,
+use crate::material::{
+    Glass, HeroWavelength, LayeredBsdf, MetallicRoughness, ReadAt, ShadingFrame, index_at,
 };
-use crate::sampler::{Address, Purpose, pair};
-use crate::texture::{Bump, Input, Product, ShadingContext};
+use crate::prepare::{
+    DielectricBoundary, InputStage, LayeredInputs, PhysicalInputs, Prepared, SurfaceDirections,
+    Thickness,
+};
+use crate::sampler::{Purpose, SampleAddress, pair};
+use crate::texture::{Bump, InputProduct, PreparedInput, ShadingContext};
 
 impl<R: Real> PathTracer<'_, R> {
     /// Builds the lobes of a layered surface at a hit, and returns its refractive glass, if any.
@@ -19,15 +22,15 @@ impl<R: Real> PathTracer<'_, R> {
         &self,
         path: &mut PathState<R>,
         hit: &Hit<R>,
-        at: &Interaction<R>,
+        interaction: &Interaction<R>,
         (m, layered): (&PhysicalInputs<R>, &LayeredInputs<R>),
         bsdf: &mut LayeredBsdf<R>,
     ) -> Option<Glass<R>> {
-        let here = self.scene.sources.at(at);
-        let (mut base, mut boundary) = (m.model_at(&here), m.boundary_at(&here));
+        let context = self.scene.texture_tables.shading_context(interaction);
+        let (mut base, mut boundary) = (m.model_at(&context), m.boundary_at(&context));
         let mut ior = boundary.ior;
         if self.nests() && !m.thin {
-            boundary = Boundary::new(self.relative_index(path, at, &here));
+            boundary = DielectricBoundary::new(self.relative_index(path, interaction, &context));
             ior = boundary.ior;
         } else if base.glass.is_some() && layered.ior > 0.0 {
             ior = index_at(ior, layered.ior, wavelength::<R>(path));
@@ -37,9 +40,9 @@ impl<R: Real> PathTracer<'_, R> {
         }
         let two_sided = base.glass.is_some() || layered.diffused.is_some();
         let normal = if two_sided {
-            at.facing_normal()
+            interaction.facing_normal()
         } else {
-            at.normal
+            interaction.normal
         };
         let base = MetallicRoughness {
             dielectric: boundary.f0,
@@ -49,10 +52,10 @@ impl<R: Real> PathTracer<'_, R> {
         let model = layered.at(
             &PointReader {
                 scene: self.scene,
-                leg: &path.leg,
+                segment: &path.segment,
                 hit,
-                at,
-                here,
+                interaction,
+                context,
                 normal,
                 bumpy,
             },
@@ -60,7 +63,7 @@ impl<R: Real> PathTracer<'_, R> {
             ior,
         );
         bsdf.renew(normal);
-        model.add_to(bsdf, -at.direction, at.outside);
+        model.add_to(bsdf, -interaction.direction, interaction.outside);
         model.base.glass.filter(|_| !m.thin)
     }
 }
@@ -68,10 +71,10 @@ impl<R: Real> PathTracer<'_, R> {
 /// Evaluates the inputs of layers at a hit.
 struct PointReader<'a, R: Real> {
     scene: &'a Prepared<R>,
-    leg: &'a PathSegment<R>,
+    segment: &'a PathSegment<R>,
     hit: &'a Hit<R>,
-    at: &'a Interaction<R>,
-    here: ShadingContext<'a, R>,
+    interaction: &'a Interaction<R>,
+    context: ShadingContext<'a, R>,
     /// The normal of the lobes.
     normal: R::Vec3,
     /// Whether the surface has a normal map.
@@ -79,22 +82,22 @@ struct PointReader<'a, R: Real> {
 }
 
 impl<R: Real> ReadAt<InputStage<R>, R> for PointReader<'_, R> {
-    fn share(&self, input: &Product<R>) -> R {
-        Real::clamp(input.number(&self.here).max(R::ZERO), R::ZERO, R::ONE)
+    fn share(&self, input: &InputProduct<R>) -> R {
+        Real::clamp(input.number(&self.context).max(R::ZERO), R::ZERO, R::ONE)
     }
 
-    fn tint(&self, input: &Product<R>) -> R::Vec3 {
+    fn tint(&self, input: &InputProduct<R>) -> R::Vec3 {
         self.colour(input).min(Vector::ONE)
     }
 
-    fn colour(&self, input: &Product<R>) -> R::Vec3 {
-        input.tint(&self.here, Vector::ONE).max(Vector::ZERO)
+    fn colour(&self, input: &InputProduct<R>) -> R::Vec3 {
+        input.tint(&self.context, Vector::ONE).max(Vector::ZERO)
     }
 
     fn thickness(&self, input: &Thickness<R>) -> R {
-        let thickest = input.thickest.number(&self.here).max(R::ZERO);
-        let between = |image: &Input<R>| {
-            input.thinnest + (thickest - input.thinnest) * image.number(&self.here)
+        let thickest = input.thickest.number(&self.context).max(R::ZERO);
+        let between = |image: &PreparedInput<R>| {
+            input.thinnest + (thickest - input.thinnest) * image.number(&self.context)
         };
         input.image.as_ref().map_or(thickest, between)
     }
@@ -109,30 +112,34 @@ impl<R: Real> ReadAt<InputStage<R>, R> for PointReader<'_, R> {
 
     /// The unperturbed shading normal, or perturbed by the layer's own normal map.
     fn normal(&self, input: &Option<Bump<R>>) -> R::Vec3 {
-        let (at, normal) = (self.at, self.normal);
+        let (interaction, normal) = (self.interaction, self.normal);
         let own = if self.bumpy || input.is_some() {
-            let smooth = Interaction::smooth(self.scene, self.leg, self.hit);
+            let smooth = Interaction::smooth(self.scene, self.segment, self.hit);
             input.as_ref().map_or(smooth.normal, |bump| {
                 smooth
-                    .normal_map(bump, self.scene, self.leg, self.hit)
+                    .normal_map(bump, self.scene, self.segment, self.hit)
                     .perturbed_normal()
             })
         } else {
-            at.normal
+            interaction.normal
         };
         // On the side of the surface's normal.
-        if normal == at.normal { own } else { -own }
+        if normal == interaction.normal {
+            own
+        } else {
+            -own
+        }
     }
 
-    fn frame(&self, input: &Directions<R>) -> Frame<R> {
-        let frame = self.at.frame(self.scene, self.leg, self.hit);
+    fn frame(&self, input: &SurfaceDirections<R>) -> ShadingFrame<R> {
+        let frame = self.interaction.frame(self.scene, self.segment, self.hit);
         let [cos, sin] = input.turn;
         let (x, y) = input.image.as_ref().map_or((R::ONE, R::ZERO), |image| {
-            let code = image.colour(&self.here);
+            let code = image.colour(&self.context);
             (code.x() + code.x() - R::ONE, code.y() + code.y() - R::ONE)
         });
         let along = frame.tangent * (x * cos - y * sin) + frame.bitangent * (x * sin + y * cos);
-        Frame::along(self.normal, along, false)
+        ShadingFrame::from_tangent(self.normal, along, false)
     }
 }
 
@@ -140,13 +147,13 @@ impl<R: Real> ReadAt<InputStage<R>, R> for PointReader<'_, R> {
 pub(super) fn wavelength<R: Real>(path: &mut PathState<R>) -> f64 {
     *path.wavelength.get_or_insert_with(|| {
         let [u, _] = pair(
-            Address {
+            SampleAddress {
                 bounce: 0,
                 ..path.address
             },
             Purpose::Wavelength,
         );
-        let hero = Hero::drawn(f64::from(u));
+        let hero = HeroWavelength::drawn(f64::from(u));
         path.throughput *= R::Vec3::from_f64(hero.weight.into());
         hero.nanometres
     })

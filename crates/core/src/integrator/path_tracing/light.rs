@@ -5,9 +5,9 @@ use core::array::from_fn;
 use raywright_bvh::{Real, Vector};
 
 use super::PathTracer;
-use super::vertices::{Bounce, LitSides, MisStrategy, VertexLanes};
+use super::vertices::{LitSides, MisStrategy, VertexLanes, WavefrontSlice};
 use crate::light::{
-    ChoiceQuery, ChosenLight, Density, LANES, LightId, LightLanes, TargetKind, vector,
+    ChoiceQuery, ChosenLight, Density, LANES, LightId, LightLanes, LightTargetKind, lane_vector,
 };
 use crate::settings::LightSampling;
 
@@ -24,15 +24,15 @@ pub(super) fn weight(own: f64, other: f64) -> f64 {
 
 /// The sampled lights of vertices; kept to reuse the memory of the lists.
 #[derive(Default)]
-pub(super) struct AskedLights<R: Real> {
-    chosen: Vec<Option<ChosenLight<R>>>,
+pub(super) struct LightQueries<R: Real> {
+    chosen_lights: Vec<Option<ChosenLight<R>>>,
     lights: Vec<LightLanes<R>>,
 }
 
-impl<R: Real> AskedLights<R> {
+impl<R: Real> LightQueries<R> {
     /// Batches of as many lights as lanes.
     pub fn lanes(&self) -> impl Iterator<Item = (&[Option<ChosenLight<R>>], &LightLanes<R>)> {
-        self.chosen.chunks(LANES).zip(&self.lights)
+        self.chosen_lights.chunks(LANES).zip(&self.lights)
     }
 }
 
@@ -40,13 +40,16 @@ impl<R: Real> PathTracer<'_, R> {
     /// Samples a light for each vertex.
     pub(super) fn sample_lights(
         &self,
-        bounce: &Bounce<'_, R>,
+        slice: &WavefrontSlice<'_, R>,
         vertices: &mut [VertexLanes<R>],
-        AskedLights { chosen, lights }: &mut AskedLights<R>,
+        LightQueries {
+            chosen_lights,
+            lights,
+        }: &mut LightQueries<R>,
     ) {
-        chosen.clear();
+        chosen_lights.clear();
         for vertices in &*vertices {
-            let numbers = |lane: usize| bounce.of(vertices.place[lane]).0.draws.light;
+            let numbers = |lane: usize| slice.of(vertices.place[lane]).0.draws.light;
             let point = |lane: usize| vertices.surface.lane(lane).point;
             let drawn = self
                 .scene
@@ -55,7 +58,7 @@ impl<R: Real> PathTracer<'_, R> {
                 .draw_each::<R, LANES>(from_fn(|lane| {
                     let normal = match vertices.sides[lane] {
                         LitSides::None => return None,
-                        LitSides::One => vector::<R>(&vertices.normal, lane),
+                        LitSides::One => lane_vector::<R>(&vertices.normal, lane),
                         LitSides::Both => Vector::ZERO,
                     };
                     let [coarse, fine, ..] = if lane < vertices.len {
@@ -69,7 +72,7 @@ impl<R: Real> PathTracer<'_, R> {
                         numbers: [coarse, fine],
                     })
                 }));
-            chosen.extend((0..vertices.len).map(|lane| {
+            chosen_lights.extend((0..vertices.len).map(|lane| {
                 let ([.., u, v], (light, probability)) = (numbers(lane), drawn[lane]?);
                 Some(ChosenLight {
                     light,
@@ -79,18 +82,21 @@ impl<R: Real> PathTracer<'_, R> {
                 })
             }));
         }
-        self.scene.lights.sample_each(chosen, lights);
-        for ((vertices, chosen), lights) in
-            vertices.iter_mut().zip(chosen.chunks(LANES)).zip(lights)
+        self.scene.lights.sample_each(chosen_lights, lights);
+        for ((vertices, chosen_lights), lights) in vertices
+            .iter_mut()
+            .zip(chosen_lights.chunks(LANES))
+            .zip(lights)
         {
-            for (lane, chosen) in chosen.iter().enumerate() {
-                let asked = chosen
+            for (lane, chosen_light) in chosen_lights.iter().enumerate() {
+                let requested = chosen_light
                     .as_ref()
-                    .filter(|_| lights.aim[lane] != TargetKind::Nothing);
-                match asked.and_then(|chosen| self.strategy(chosen.light, lights.density_of(lane)))
-                {
+                    .filter(|_| lights.target_kinds[lane] != LightTargetKind::Nothing);
+                match requested.and_then(|chosen_light| {
+                    self.strategy(chosen_light.light, lights.density_of(lane))
+                }) {
                     Some(strategy) => vertices.strategy[lane] = strategy,
-                    None => lights.aim[lane] = TargetKind::Nothing,
+                    None => lights.target_kinds[lane] = LightTargetKind::Nothing,
                 }
             }
         }
@@ -117,7 +123,7 @@ impl<R: Real> PathTracer<'_, R> {
 #[cfg(test)]
 mod tests {
     use super::weight;
-    use raywright_bvh::stability::judge::Random;
+    use raywright_bvh::stability::judge::CaseRng;
 
     /// Protects: the weights of two techniques are numbers from 0 to 1 that sum to one for any
     /// densities, zero, infinite or with squares beyond `f64`; and they follow the definition where
@@ -140,16 +146,16 @@ mod tests {
             );
         }
         for index in 0..10_000 {
-            let random = &mut Random::new(1, index);
-            let exponent = random.between(-140.0, 140.0);
+            let rng = &mut CaseRng::new(1, index);
+            let exponent = rng.uniform(-140.0, 140.0);
             let (own, other) = (
                 10_f64.powf(exponent),
-                10_f64.powf(exponent + random.between(-10.0, 10.0)),
+                10_f64.powf(exponent + rng.uniform(-10.0, 10.0)),
             );
             // If a square underflows, it is negligible beside the other.
-            let wanted = own * own / (own * own + other * other);
+            let requested = own * own / (own * own + other * other);
             assert!(
-                (weight(own, other) - wanted).abs() <= 1e-14 * wanted,
+                (weight(own, other) - requested).abs() <= 1e-14 * requested,
                 "{:016x}, {:016x}",
                 own.to_bits(),
                 other.to_bits()

@@ -3,63 +3,71 @@
 
 use raywright_bvh::{Real, Vector};
 
-use super::scatter::Onward;
+use super::scatter::ScatteredRay;
 use super::{PathState, PathTracer};
 use crate::interaction::Interaction;
-use crate::prepare::{Index, Material};
+use crate::prepare::{PreparedMaterial, RefractiveIndex};
 
 impl<R: Real> PathTracer<'_, R> {
     /// The tint of a surface that is an index-matched boundary and nothing else.
     #[inline(always)]
-    pub(super) fn matched(&self, path: &mut PathState<R>, at: &Interaction<R>) -> Option<R::Vec3> {
-        let may_match = self.bounds_glass(at.material)
-            && match &self.scene.materials[at.material as usize] {
-                Material::Classic(m) => {
+    pub(super) fn matched(
+        &self,
+        path: &mut PathState<R>,
+        interaction: &Interaction<R>,
+    ) -> Option<R::Vec3> {
+        let may_match = self.bounds_glass(interaction.material)
+            && match &self.scene.materials[interaction.material as usize] {
+                PreparedMaterial::Classic(m) => {
                     self.nests()
                         || m.transmission
                             .is_some_and(|transmission| transmission.glass.ior == 1.0)
                 }
-                Material::Physical(m) => {
+                PreparedMaterial::Physical(m) => {
                     self.nests()
-                        || !matches!(&m.index, Index::Even(boundary) if boundary.ior != 1.0)
+                        || !matches!(&m.index, RefractiveIndex::Even(boundary) if boundary.ior != 1.0)
                 }
-                Material::Unused => false,
+                PreparedMaterial::Unused => false,
             };
         if may_match {
-            self.matched_tint(path, at)
+            self.matched_tint(path, interaction)
         } else {
             None
         }
     }
 
     #[inline(never)]
-    fn matched_tint(&self, path: &mut PathState<R>, at: &Interaction<R>) -> Option<R::Vec3> {
-        let (material, here) = (
-            &self.scene.materials[at.material as usize],
-            self.scene.sources.at(at),
+    fn matched_tint(
+        &self,
+        path: &mut PathState<R>,
+        interaction: &Interaction<R>,
+    ) -> Option<R::Vec3> {
+        let (material, context) = (
+            &self.scene.materials[interaction.material as usize],
+            self.scene.texture_tables.shading_context(interaction),
         );
         if material.glows() {
             return None;
         }
         match material {
-            Material::Classic(m) => {
+            PreparedMaterial::Classic(m) => {
                 let glass = m.transmission.as_ref()?.glass;
                 let ior = if self.nests() {
-                    self.relative_index(path, at, &here)
+                    self.relative_index(path, interaction, &context)
                 } else {
                     glass.ior
                 };
                 (ior == 1.0).then_some(glass.transmitted)
             }
-            Material::Physical(m) if m.layered.is_none() && !m.unlit => {
-                let mut model = m.model_at(&here);
+            PreparedMaterial::Physical(m) if m.layered.is_none() && !m.unlit => {
+                let mut model = m.model_at(&context);
                 if self.nests() {
-                    self.immersed(path, at, &here, &mut model);
+                    self.immersed(path, interaction, &context, &mut model);
                 }
                 let glass = model.glass.filter(|_| model.through() >= R::ONE)?;
                 (glass.ior == 1.0).then_some(glass.transmitted)
             }
-            Material::Physical(_) | Material::Unused => None,
+            PreparedMaterial::Physical(_) | PreparedMaterial::Unused => None,
         }
     }
 
@@ -67,23 +75,25 @@ impl<R: Real> PathTracer<'_, R> {
     pub(super) fn pass_matched(
         &mut self,
         path: &mut PathState<R>,
-        at: &Interaction<R>,
+        interaction: &Interaction<R>,
         tint: R::Vec3,
     ) -> bool {
         (path.hit, path.traced, path.matched) = (true, path.traced + 1, path.matched + 1);
-        let ray = self.scene.spawn(at, at.direction, -R::ONE);
-        let onward = Onward {
-            rest: path.leg.rest,
+        let ray = self
+            .scene
+            .spawn(interaction, interaction.direction, -R::ONE);
+        let scattered_ray = ScatteredRay {
+            rest: path.segment.rest,
             smooth: true,
             through: true,
             straight: false,
         };
         self.leave(
             path,
-            at,
+            interaction,
             (path.throughput * tint, f64::INFINITY),
             (&ray, Vector::ZERO),
-            &onward,
+            &scattered_ray,
         );
         path.throughput != Vector::ZERO && self.counts_passage(path)
     }

@@ -26,19 +26,19 @@ impl Media {
         let count = self.count as usize;
         if outside {
             self.insert(count, material);
-        } else if let Some(place) = self.last_of(material) {
-            self.inside.copy_within(place + 1..count, place);
+        } else if let Some(index) = self.last_of(material) {
+            self.inside.copy_within(index + 1..count, index);
             self.count -= 1;
         }
         self
     }
 
     /// Inserts a medium before the ones from an index on, which lie inside it.
-    fn insert(&mut self, place: usize, material: u32) {
+    fn insert(&mut self, index: usize, material: u32) {
         if (self.count as usize) < DEEPEST {
             self.inside
-                .copy_within(place..self.count as usize, place + 1);
-            self.inside[place] = material;
+                .copy_within(index..self.count as usize, index + 1);
+            self.inside[index] = material;
             self.count += 1;
         }
     }
@@ -71,7 +71,8 @@ impl<R: Real> PathTracer<'_, R> {
     /// innermost first.
     pub(super) fn media_of_camera(&self) -> Media {
         let (scene, mut entered, mut around) = (self.scene, Media::default(), Media::default());
-        let mut leg = PathSegment::of(scene.camera.ray(R::ZERO, R::ZERO, [0.5; 2]));
+        let mut segment =
+            PathSegment::from_ray(scene.camera.generate_ray(R::ZERO, R::ZERO, [0.5; 2]));
         if scene.camera.ahead() != R::ZERO {
             return around;
         }
@@ -80,30 +81,37 @@ impl<R: Real> PathTracer<'_, R> {
                 min: self.least.secondary,
                 max: R::INFINITY,
             };
-            let Some(hit) = scene.geometry.closest(&leg.ray, range, &mut ()) else {
+            let Some(hit) = scene.geometry.closest(&segment.ray, range, &mut ()) else {
                 break;
             };
-            let at = Interaction::of(scene, &leg, &hit);
-            if scene.materials[at.material as usize].absorption().is_some()
-                || self.nests() && self.bounds_glass(at.material)
+            let interaction = Interaction::from_hit(scene, &segment, &hit);
+            if scene.materials[interaction.material as usize]
+                .absorption()
+                .is_some()
+                || self.nests() && self.bounds_glass(interaction.material)
             {
-                if at.outside || entered.has(at.material) {
-                    entered = entered.beyond(at.material, at.outside);
+                if interaction.outside || entered.has(interaction.material) {
+                    entered = entered.beyond(interaction.material, interaction.outside);
                 } else {
-                    around.insert(0, at.material);
+                    around.insert(0, interaction.material);
                 }
             }
-            leg.go_on(&self.scene.spawn(&at, at.direction, -R::ONE), Vector::ZERO);
+            segment.advance(
+                &self
+                    .scene
+                    .spawn(&interaction, interaction.direction, -R::ONE),
+                Vector::ZERO,
+            );
         }
         around
     }
 
     /// The media of a path beyond a surface; a thin wall does not change them.
     #[inline]
-    pub(super) fn beyond(&self, media: &Media, at: &Interaction<R>) -> Media {
-        let bounds = self.scene.materials[at.material as usize].bounds_body();
+    pub(super) fn beyond(&self, media: &Media, interaction: &Interaction<R>) -> Media {
+        let bounds = self.scene.materials[interaction.material as usize].bounds_body();
         if bounds {
-            media.beyond(at.material, at.outside)
+            media.beyond(interaction.material, interaction.outside)
         } else {
             *media
         }
@@ -117,33 +125,33 @@ impl<R: Real> PathTracer<'_, R> {
 
     /// Attenuates a path by the absorption on its way to a hit.
     #[inline(always)]
-    pub(super) fn pass_media(&self, path: &mut PathState<R>, at: &Interaction<R>) {
+    pub(super) fn pass_media(&self, path: &mut PathState<R>, interaction: &Interaction<R>) {
         if self.scene.absorbs {
             // Includes a body that the path entered without a recorded hit.
             let around = self
                 .around(&path.media)
-                .or((!at.outside).then_some(at.material));
-            path.throughput *= self.passes_body(around, at.distance);
+                .or((!interaction.outside).then_some(interaction.material));
+            path.throughput *= self.body_transmittance(around, interaction.distance);
         }
     }
 
     /// Transmittance of the media along an unoccluded shadow ray.
-    pub(super) fn passes_media(&self, media: &Media, distance: R) -> R::Vec3 {
-        self.passes_body(self.around(media).filter(|_| self.scene.absorbs), distance)
+    pub(super) fn media_transmittance(&self, media: &Media, distance: R) -> R::Vec3 {
+        self.body_transmittance(self.around(media).filter(|_| self.scene.absorbs), distance)
     }
 
     /// Transmittance through a medium; 1 outside of media.
-    fn passes_body(&self, body: Option<u32>, distance: R) -> R::Vec3 {
+    fn body_transmittance(&self, body: Option<u32>, distance: R) -> R::Vec3 {
         let absorption =
             body.and_then(|material| self.scene.materials[material as usize].absorption());
         absorption.map_or(Vector::ONE, |absorption| {
-            absorbed::<R>(absorption, distance)
+            beer_lambert::<R>(absorption, distance)
         })
     }
 }
 
 /// Transmittance for an absorption coefficient per metre (Beer and Lambert).
-fn absorbed<R: Real>(absorption: R::Vec3, distance: R) -> R::Vec3 {
+fn beer_lambert<R: Real>(absorption: R::Vec3, distance: R) -> R::Vec3 {
     // A zero distance absorbs nothing even for infinite absorption, and zero absorption nothing
     // even over an infinite distance.
     let share = |a: R| {
@@ -181,8 +189,8 @@ mod tests {
         ];
         for (a, d) in finite.into_iter().chain(infinite) {
             let (single, double) = (
-                absorbed::<f32>(Vec3::splat(a as f32), d as f32).x,
-                absorbed::<f64>(DVec3::splat(a), d).x,
+                beer_lambert::<f32>(Vec3::splat(a as f32), d as f32).x,
+                beer_lambert::<f64>(DVec3::splat(a), d).x,
             );
             let expected = if d == 0.0 || a == 0.0 {
                 1.0

@@ -6,13 +6,13 @@ use core::f64::consts::PI;
 use raywright_bvh::{Real, Vector};
 
 use super::PathTracer;
-use super::respond::{Answers, LaneVertex, respond};
-use super::scatter::Onward;
+use super::bsdf_lanes::{BsdfLanes, LaneVertex, eval_light};
+use super::scatter::ScatteredRay;
 use super::vertices::LitSides;
 use crate::interaction::Interaction;
-use crate::light::vector;
-use crate::material::{Bsdf, BsdfSample, Frame, Interface, Lambert, cosine_sample};
-use crate::prepare::Material;
+use crate::light::lane_vector;
+use crate::material::{Bsdf, BsdfSample, Interface, Lambert, ShadingFrame, cosine_sample};
+use crate::prepare::PreparedMaterial;
 use crate::scene::Mixture;
 
 /// Least probability by which the published shader divides.
@@ -28,12 +28,12 @@ pub(super) struct MixtureSurface<R: Real> {
 }
 
 impl<R: Real> MixtureSurface<R> {
-    pub fn new(m: &Mixture, at: &Interaction<R>, albedo: R::Vec3) -> Self {
-        let normal = at.facing_normal();
+    pub fn new(m: &Mixture, interaction: &Interaction<R>, albedo: R::Vec3) -> Self {
+        let normal = interaction.facing_normal();
         let eta = m
             .ior
-            .map_or(1.0, |ior| if at.outside { 1.0 / ior } else { ior });
-        let interface = Interface::new(at.direction.to_f64(), normal.to_f64(), eta);
+            .map_or(1.0, |ior| if interaction.outside { 1.0 / ior } else { ior });
+        let interface = Interface::new(interaction.direction.to_f64(), normal.to_f64(), eta);
         let s = m.specular_chance;
         let (mut mirrored, mut through) = (s, m.refraction_chance);
         if s > 0.0 && m.ior.is_some() {
@@ -86,38 +86,40 @@ impl<R: Real> MixtureSurface<R> {
 impl<R: Real> PathTracer<'_, R> {
     /// Response of a mixture surface at a vertex, and how the path goes on.
     #[inline(never)]
-    pub(super) fn answer_mixture(
+    pub(super) fn shade_mixture(
         &self,
-        here: &LaneVertex<'_, R>,
+        vertex: &LaneVertex<'_, R>,
         surface: &MixtureSurface<R>,
-        answers: &mut Answers<R>,
-    ) -> Onward<R> {
-        let normal = vector::<R>(&here.vertices.normal, here.lane);
+        bsdf_lanes: &mut BsdfLanes<R>,
+    ) -> ScatteredRay<R> {
+        let normal = lane_vector::<R>(&vertex.vertices.normal, vertex.lane);
         let diffused = surface.diffused();
-        if let Some(light) = here.light() {
+        if let Some(light) = vertex.light() {
             let albedo = surface.albedo * R::from_f64(diffused);
-            let matte = Bsdf::<R, Lambert<R>, 1>::new(normal).with(Lambert { albedo });
-            answers.put_response(here.lane, &respond(&matte, here.view(), light));
+            let matte = Bsdf::<R, Lambert<R>, 1>::new(normal).with_lobe(Lambert { albedo });
+            bsdf_lanes.put_response(vertex.lane, &eval_light(&matte, vertex.view(), light));
         }
-        let Material::Classic(classic) = &self.scene.materials[here.met().material as usize] else {
-            return Onward::REFLECTED;
+        let PreparedMaterial::Classic(classic) =
+            &self.scene.materials[vertex.interaction().material as usize]
+        else {
+            return ScatteredRay::REFLECTED;
         };
         let Some(m) = &classic.mixture else {
-            return Onward::REFLECTED;
+            return ScatteredRay::REFLECTED;
         };
-        let [way, u, v, luck] = here.numbers();
-        let way = way.to_f64();
+        let [u_lobe, u, v, u_roulette] = vertex.numbers();
+        let u_lobe = u_lobe.to_f64();
         // The normal plus a uniform point of the unit sphere has a cosine-weighted direction.
-        let h = Frame::<R>::about(normal).to_world(cosine_sample::<R>([u, v]));
+        let h = ShadingFrame::<R>::from_normal(normal).to_world(cosine_sample::<R>([u, v]));
         let blend = |smooth: glam::DVec3, about: R::Vec3, roughness: f64| {
             let share = roughness * roughness;
             R::Vec3::from_f64((smooth * (1.0 - share) + about.to_f64() * share).normalize())
         };
-        let (one, is_mirrored) = (R::ONE, way < surface.mirrored);
+        let (one, is_mirrored) = (R::ONE, u_lobe < surface.mirrored);
         let refracted = surface
             .interface
             .refracted
-            .filter(|_| !is_mirrored && way < surface.mirrored + surface.through);
+            .filter(|_| !is_mirrored && u_lobe < surface.mirrored + surface.through);
         let (direction, mut weight, chance) = if is_mirrored {
             let colour = R::Vec3::from_f64(m.specular_colour.0.into());
             (
@@ -145,15 +147,15 @@ impl<R: Real> PathTracer<'_, R> {
         if m.published_roulette {
             weight *= R::from_f64(1.0 / chance.max(LEAST_CHANCE));
             let largest =
-                (vector::<R>(&here.vertices.throughput, here.lane) * weight).max_element();
+                (lane_vector::<R>(&vertex.vertices.throughput, vertex.lane) * weight).max_element();
             // NaN and infinity go on unchanged, so that the sample is dropped at the end.
             if largest.is_finite() {
-                some = luck < largest;
+                some = u_roulette < largest;
                 weight *= one / largest;
             }
         }
-        answers.put_sample(
-            here.lane,
+        bsdf_lanes.put_sample(
+            vertex.lane,
             &BsdfSample {
                 some,
                 direction,
@@ -162,10 +164,10 @@ impl<R: Real> PathTracer<'_, R> {
                 delta: !priced,
             },
         );
-        Onward {
+        ScatteredRay {
             smooth: is_mirrored,
             through: refracted.is_some(),
-            ..Onward::REFLECTED
+            ..ScatteredRay::REFLECTED
         }
     }
 }

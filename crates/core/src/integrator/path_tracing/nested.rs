@@ -13,7 +13,7 @@ use super::layered::wavelength;
 use super::{Media, PathState, PathTracer};
 use crate::interaction::Interaction;
 use crate::material::MetallicRoughness;
-use crate::prepare::{Boundary, Material};
+use crate::prepare::{DielectricBoundary, PreparedMaterial};
 use crate::texture::ShadingContext;
 
 impl<R: Real> PathTracer<'_, R> {
@@ -26,31 +26,31 @@ impl<R: Real> PathTracer<'_, R> {
     /// Whether a material bounds a refractive body.
     pub(super) fn bounds_glass(&self, material: u32) -> bool {
         match &self.scene.materials[material as usize] {
-            Material::Classic(m) => m.transmission.is_some() && m.mixture.is_none(),
-            Material::Physical(m) => m.transmission.is_some() && !m.thin,
-            Material::Unused => false,
+            PreparedMaterial::Classic(m) => m.transmission.is_some() && m.mixture.is_none(),
+            PreparedMaterial::Physical(m) => m.transmission.is_some() && !m.thin,
+            PreparedMaterial::Unused => false,
         }
     }
 
     /// The media on the near and on the far side of a boundary. A body that is left counts as
     /// entered, even without a recorded hit.
-    fn sides(&self, media: &Media, at: &Interaction<R>) -> [Media; 2] {
-        let known = at.outside || media.has(at.material);
+    fn sides(&self, media: &Media, interaction: &Interaction<R>) -> [Media; 2] {
+        let known = interaction.outside || media.has(interaction.material);
         let near = if known {
             *media
         } else {
-            media.beyond(at.material, true)
+            media.beyond(interaction.material, true)
         };
-        [near, near.beyond(at.material, at.outside)]
+        [near, near.beyond(interaction.material, interaction.outside)]
     }
 
     /// The media beyond a boundary that is hidden by a body of greater priority on both sides.
     #[inline(never)]
-    pub(super) fn hidden(&self, media: &Media, at: &Interaction<R>) -> Option<Media> {
-        if !self.bounds_glass(at.material) {
+    pub(super) fn hidden(&self, media: &Media, interaction: &Interaction<R>) -> Option<Media> {
+        if !self.bounds_glass(interaction.material) {
             return None;
         }
-        let [near, far] = self.sides(media, at);
+        let [near, far] = self.sides(media, interaction);
         (self.around(&near) == self.around(&far)).then_some(far)
     }
 
@@ -59,10 +59,10 @@ impl<R: Real> PathTracer<'_, R> {
         &self,
         path: &mut PathState<R>,
         body: Option<u32>,
-        here: &ShadingContext<'_, R>,
+        context: &ShadingContext<'_, R>,
     ) -> f64 {
         match body.map(|material| &self.scene.materials[material as usize]) {
-            Some(Material::Classic(m)) => {
+            Some(PreparedMaterial::Classic(m)) => {
                 let of_glass = || {
                     m.transmission
                         .as_ref()
@@ -73,18 +73,18 @@ impl<R: Real> PathTracer<'_, R> {
                     .map_or_else(of_glass, |mixture| mixture.ior)
                     .unwrap_or(1.0)
             }
-            Some(Material::Physical(m)) => {
+            Some(PreparedMaterial::Physical(m)) => {
                 let dispersion = m
                     .layered
-                    .map_or(0.0, |place| self.scene.layers[place as usize].ior);
-                let ior = m.boundary_at(here).ior;
+                    .map_or(0.0, |index| self.scene.layers[index as usize].ior);
+                let ior = m.boundary_at(context).ior;
                 if dispersion > 0.0 {
                     crate::material::index_at(ior, dispersion, wavelength::<R>(path))
                 } else {
                     ior
                 }
             }
-            Some(Material::Unused) | None => 1.0,
+            Some(PreparedMaterial::Unused) | None => 1.0,
         }
     }
 
@@ -94,19 +94,25 @@ impl<R: Real> PathTracer<'_, R> {
     pub(super) fn relative_index(
         &self,
         path: &mut PathState<R>,
-        at: &Interaction<R>,
-        here: &ShadingContext<'_, R>,
+        interaction: &Interaction<R>,
+        context: &ShadingContext<'_, R>,
     ) -> f64 {
-        if !self.bounds_glass(at.material) {
+        if !self.bounds_glass(interaction.material) {
             let around = self.around(&path.media);
             let [own, around] =
-                [Some(at.material), around].map(|body| self.index_of(path, body, here));
+                [Some(interaction.material), around].map(|body| self.index_of(path, body, context));
             // In a medium without an index, as in air.
             return if around > 0.0 { own / around } else { own };
         }
-        let [near, far] = self.sides(&path.media, at).map(|media| self.around(&media));
-        let [near, far] = [near, far].map(|body| self.index_of(path, body, here));
-        if at.outside { far / near } else { near / far }
+        let [near, far] = self
+            .sides(&path.media, interaction)
+            .map(|media| self.around(&media));
+        let [near, far] = [near, far].map(|body| self.index_of(path, body, context));
+        if interaction.outside {
+            far / near
+        } else {
+            near / far
+        }
     }
 
     /// Adapts a plain physical surface to the medium around it.
@@ -114,11 +120,12 @@ impl<R: Real> PathTracer<'_, R> {
     pub(super) fn immersed(
         &self,
         path: &mut PathState<R>,
-        at: &Interaction<R>,
-        here: &ShadingContext<'_, R>,
+        interaction: &Interaction<R>,
+        context: &ShadingContext<'_, R>,
         model: &mut MetallicRoughness<R>,
     ) {
-        let boundary = Boundary::<R>::new(self.relative_index(path, at, here));
+        let boundary =
+            DielectricBoundary::<R>::new(self.relative_index(path, interaction, context));
         model.dielectric = boundary.f0 * model.grazing;
         if let Some(glass) = &mut model.glass {
             glass.ior = boundary.ior;

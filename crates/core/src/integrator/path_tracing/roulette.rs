@@ -38,13 +38,13 @@ fn most_survival<R: Real>(traced: u32, roulette: Roulette) -> R {
     }
 }
 
-/// Throughput after roulette with a survival probability of at most `most`, and whether the path
-/// survives; no roulette if `most` is infinite. Without a branch, for several paths side by side.
+/// Throughput after roulette with a survival probability of at most `maximum`, and whether the path
+/// survives; no roulette if `maximum` is infinite. Without a branch, for several paths side by side.
 #[inline(always)]
-pub(super) fn survive<R: Real>(throughput: R::Vec3, most: R, u_roulette: R) -> (R::Vec3, bool) {
+pub(super) fn survive<R: Real>(throughput: R::Vec3, maximum: R, u_roulette: R) -> (R::Vec3, bool) {
     // Ends NaN too.
-    let survival = throughput.max_element().min(most);
-    let may_end = most < R::INFINITY;
+    let survival = throughput.max_element().min(maximum);
+    let may_end = maximum < R::INFINITY;
     let divided = throughput * (R::ONE / survival);
     let throughput = if may_end { divided } else { throughput };
     (
@@ -79,32 +79,33 @@ mod tests {
     #[test]
     fn m07_survivors_count_for_what_ends() {
         const COUNT: u32 = 10_000;
-        for (throughput, most) in [
+        for (throughput, maximum) in [
             (DVec3::new(0.3, 0.1, 0.05), 1.0),
             (DVec3::new(3.0, 1.0, 0.5), 0.95),
             (DVec3::new(3.0, 1.0, 0.5), 1.0),
             (DVec3::new(0.3, 0.1, 0.0), f64::INFINITY),
         ] {
-            let each = (0..COUNT)
-                .map(|i| survive::<f64>(throughput, most, (f64::from(i) + 0.5) / f64::from(COUNT)));
+            let each = (0..COUNT).map(|i| {
+                survive::<f64>(throughput, maximum, (f64::from(i) + 0.5) / f64::from(COUNT))
+            });
             let (mut sum, mut ended) = (DVec3::ZERO, 0);
-            for (throughput, goes_on) in each {
-                sum += if goes_on { throughput } else { DVec3::ZERO };
-                ended += u32::from(!goes_on);
+            for (throughput, continues) in each {
+                sum += if continues { throughput } else { DVec3::ZERO };
+                ended += u32::from(!continues);
             }
             let off = (sum / f64::from(COUNT) - throughput).abs().max_element();
             assert!(
                 off < 1e-3 * throughput.max_element(),
-                "{throughput} at {most}: {off} off"
+                "{throughput} at {maximum}: {off} off"
             );
-            let wanted = if most == f64::INFINITY {
+            let requested = if maximum == f64::INFINITY {
                 0.0
             } else {
-                1.0 - throughput.x.min(most)
+                1.0 - throughput.x.min(maximum)
             };
             assert!(
-                (f64::from(ended) / f64::from(COUNT) - wanted).abs() < 1e-3,
-                "{throughput} at {most}: {ended} ended"
+                (f64::from(ended) / f64::from(COUNT) - requested).abs() < 1e-3,
+                "{throughput} at {maximum}: {ended} ended"
             );
         }
         for nothing in [
@@ -116,7 +117,7 @@ mod tests {
             assert!(
                 [1.0, f64::INFINITY]
                     .iter()
-                    .all(|&most| !survive::<f64>(nothing, most, 0.0).1),
+                    .all(|&maximum| !survive::<f64>(nothing, maximum, 0.0).1),
                 "{nothing}"
             );
         }
@@ -125,27 +126,27 @@ mod tests {
     /// Tests throughputs from a thousandth to 1e-30, or nearly one: the survival probability is
     /// above zero and at most one, and survivors count for ended paths to within rounding.
     fn is_unbiased<R: Real>() {
-        for (share, most) in [1e-3, 1e-10, 1e-20, 1e-30, 0.999_999, 1.0, 7.0]
+        for (share, maximum) in [1e-3, 1e-10, 1e-20, 1e-30, 0.999_999, 1.0, 7.0]
             .into_iter()
             .flat_map(|share| [(share, 1.0), (share, GOES_ON)])
         {
             let throughput = R::Vec3::from_f64(DVec3::new(share, 0.5 * share, 0.0));
-            let survival = R::from_f64(share).min(R::from_f64(most));
+            let survival = R::from_f64(share).min(R::from_f64(maximum));
             let below = R::from_f64(survival.to_f64() * (1.0 - 1e-6));
-            let (left, goes_on) = survive::<R>(throughput, R::from_f64(most), below);
+            let (left, continues) = survive::<R>(throughput, R::from_f64(maximum), below);
             assert!(
-                goes_on && survival > R::ZERO && survival <= R::ONE,
-                "{share:e} at {most}"
+                continues && survival > R::ZERO && survival <= R::ONE,
+                "{share:e} at {maximum}"
             );
             let mean = left.to_f64() * survival.to_f64();
             let off = (mean - throughput.to_f64()).abs().max_element() / share;
             assert!(
                 off <= 4.0 * R::ROUNDOFF.to_f64(),
-                "{share:e} at {most}: {off:e} off"
+                "{share:e} at {maximum}: {off:e} off"
             );
             assert!(
-                !survive::<R>(throughput, R::from_f64(most), survival).1,
-                "{share:e} at {most} never ends"
+                !survive::<R>(throughput, R::from_f64(maximum), survival).1,
+                "{share:e} at {maximum} never ends"
             );
         }
     }
@@ -157,7 +158,7 @@ mod tests {
         is_unbiased::<f32>();
         is_unbiased::<f64>();
         for rule in [Roulette::Early, Roulette::Late, Roulette::Off] {
-            let may_end = |most: f64| most > 0.0 && most < 1.0;
+            let may_end = |maximum: f64| maximum > 0.0 && maximum < 1.0;
             assert!(
                 (ENDS_FROM..200).all(|traced| may_end(most_survival(traced, rule))),
                 "{rule:?}"

@@ -2,17 +2,17 @@
 
 use raywright_bvh::{Ray, Real, Vector};
 
-use super::respond::Answers;
+use super::bsdf_lanes::BsdfLanes;
 use super::shade::NextRays;
-use super::vertices::{Bounce, LitSides, VertexLanes};
+use super::vertices::{LitSides, VertexLanes, WavefrontSlice};
 use super::{PathState, PathTracer, PreviousVertex};
 use crate::interaction::Interaction;
-use crate::light::vector;
-use crate::prepare::Spawn;
+use crate::light::lane_vector;
+use crate::prepare::PreparedSpawn;
 
 /// Properties of a scattered ray besides its direction.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Onward<R: Real> {
+pub(super) struct ScatteredRay<R: Real> {
     /// Rounding error of the stored direction.
     pub rest: R::Vec3,
     /// Whether a delta lobe scattered the ray, and whether the ray goes through the surface.
@@ -22,7 +22,7 @@ pub(super) struct Onward<R: Real> {
     pub straight: bool,
 }
 
-impl<R: Real> Onward<R> {
+impl<R: Real> ScatteredRay<R> {
     /// A ray from a rough opaque surface.
     pub const REFLECTED: Self = Self {
         rest: <R::Vec3 as Vector<R>>::ZERO,
@@ -35,31 +35,31 @@ impl<R: Real> Onward<R> {
 impl<R: Real> PathTracer<'_, R> {
     /// Continues a path in the sampled direction.
     #[inline(always)]
-    pub(super) fn send_on(
+    pub(super) fn continue_path(
         &mut self,
-        bounce: &mut Bounce<'_, R>,
+        slice: &mut WavefrontSlice<'_, R>,
         (vertices, lane): (&VertexLanes<R>, usize),
-        (answers, next): (&Answers<R>, &NextRays<R>),
-        onward: &Onward<R>,
+        (bsdf_lanes, next): (&BsdfLanes<R>, &NextRays<R>),
+        scattered_ray: &ScatteredRay<R>,
     ) {
-        let place = vertices.place[lane] as usize;
-        let (path, at) = (
-            &mut bounce.paths[bounce.going[place] as usize],
-            &bounce.met[place],
+        let index = vertices.place[lane] as usize;
+        let (path, interaction) = (
+            &mut slice.paths[slice.active[index] as usize],
+            &slice.interactions[index],
         );
         let mut ray = Ray::new(
-            vector::<R>(&next.origin, lane),
-            vector::<R>(&answers.direction, lane),
+            lane_vector::<R>(&next.origin, lane),
+            lane_vector::<R>(&bsdf_lanes.direction, lane),
         );
-        let normal = vector::<R>(&vertices.normal, lane);
-        if !matches!(self.scene.rules.spawn, Spawn::ErrorBound) {
+        let normal = lane_vector::<R>(&vertices.normal, lane);
+        if !matches!(self.scene.rules.spawn, PreparedSpawn::ErrorBound) {
             // Ray origins are offset along the object's normal.
-            let side = if onward.through == (normal == at.normal) {
+            let side = if scattered_ray.through == (normal == interaction.normal) {
                 -R::ONE
             } else {
                 R::ONE
             };
-            ray = self.scene.spawn(at, ray.direction, side);
+            ray = self.scene.spawn(interaction, ray.direction, side);
         }
         let lit = if vertices.sides[lane] == LitSides::Both {
             Vector::ZERO
@@ -67,10 +67,10 @@ impl<R: Real> PathTracer<'_, R> {
             normal
         };
         let leaves = (
-            vector::<R>(&next.throughput, lane),
-            answers.density[lane].to_f64(),
+            lane_vector::<R>(&next.throughput, lane),
+            bsdf_lanes.density[lane].to_f64(),
         );
-        self.leave(path, at, leaves, (&ray, lit), onward);
+        self.leave(path, interaction, leaves, (&ray, lit), scattered_ray);
     }
 
     /// Continues a path along a ray, with its throughput and the density of its direction. `lit`:
@@ -79,32 +79,32 @@ impl<R: Real> PathTracer<'_, R> {
     pub(super) fn leave(
         &mut self,
         path: &mut PathState<R>,
-        at: &Interaction<R>,
+        interaction: &Interaction<R>,
         (throughput, density): (R::Vec3, f64),
         (ray, lit): (&Ray<R>, R::Vec3),
-        onward: &Onward<R>,
+        scattered_ray: &ScatteredRay<R>,
     ) {
-        *match (onward.smooth, onward.through) {
+        *match (scattered_ray.smooth, scattered_ray.through) {
             (_, true) => &mut self.counters.refraction,
             (true, false) => &mut self.counters.reflection,
             (false, false) => &mut self.counters.scatter,
         } += 1;
-        path.leg.go_on(ray, onward.rest);
+        path.segment.advance(ray, scattered_ray.rest);
         path.throughput = throughput;
         path.address.bounce += 1;
         // Light samples from before a thin wall still cover paths that pass straight through it.
-        if !onward.straight {
-            path.spread = path.spread.min(path.previous.density);
+        if !scattered_ray.straight {
+            path.min_pdf = path.min_pdf.min(path.previous.density);
             path.previous = PreviousVertex {
-                from: at.surface.point,
+                from: interaction.surface.point,
                 normal: lit,
                 density,
             };
             self.counters.unaided +=
                 u64::from(self.is_unaided(path) && !self.scene.lights.emitters.is_empty());
         }
-        if self.scene.tracks_media && onward.through {
-            path.media = self.beyond(&path.media, at);
+        if self.scene.tracks_media && scattered_ray.through {
+            path.media = self.beyond(&path.media, interaction);
         }
     }
 }

@@ -1,13 +1,13 @@
 //! Shading of several vertices: reflected light and scattered rays, step by step, each step for all
 //! vertices. Each vertex has the bits that it would have alone.
 
-use raywright_bvh::{Loops, Real, Vector, widest};
+use raywright_bvh::{Real, SimdTask, Vector, run_widest};
 
+use super::bsdf_lanes::BsdfLanes;
 use super::light::weight;
-use super::respond::Answers;
 use super::roulette::{is_number, is_some, survive};
 use super::vertices::{LitSides, MisStrategy, VertexLanes};
-use crate::light::{Column, LANES, LightLanes, TargetKind, Vec3Column, put, vector};
+use crate::light::{Column, LANES, LightLanes, LightTargetKind, Vec3Column, lane_vector, set_lane};
 
 /// Results of shading vertices. Each step is a function of its own, so that the compiler knows that
 /// outputs do not alias inputs.
@@ -25,21 +25,24 @@ impl<R: Real> ShadedLanes<R> {
     pub fn of(
         vertices: &VertexLanes<R>,
         lights: &LightLanes<R>,
-        answers: &Answers<R>,
+        bsdf_lanes: &BsdfLanes<R>,
         reach: R,
     ) -> Self {
         Self {
-            lit: widest(LightTask {
+            lit: run_widest(LightTask {
                 vertices,
                 lights,
-                answers,
+                bsdf_lanes,
             }),
-            shadow: widest(ShadowTask {
+            shadow: run_widest(ShadowTask {
                 vertices,
                 lights,
                 reach,
             }),
-            next: widest(ScatterTask { vertices, answers }),
+            next: run_widest(ScatterTask {
+                vertices,
+                bsdf_lanes,
+            }),
         }
     }
 }
@@ -57,17 +60,17 @@ pub(super) struct LitLanes<R: Real> {
 struct LightTask<'a, R: Real> {
     vertices: &'a VertexLanes<R>,
     lights: &'a LightLanes<R>,
-    answers: &'a Answers<R>,
+    bsdf_lanes: &'a BsdfLanes<R>,
 }
 
-impl<R: Real> Loops for LightTask<'_, R> {
+impl<R: Real> SimdTask for LightTask<'_, R> {
     type Output = LitLanes<R>;
     #[inline(always)]
     fn run(self) -> LitLanes<R> {
         let Self {
             vertices: v,
             lights,
-            answers,
+            bsdf_lanes,
         } = self;
         let mut out = LitLanes {
             is_lit: [false; LANES],
@@ -82,31 +85,32 @@ impl<R: Real> Loops for LightTask<'_, R> {
             weighed[lane] = matches!(v.strategy[lane], MisStrategy::Weighed);
             dull[lane] = v.strategy[lane].is_dull();
             sizeless[lane] = matches!(v.strategy[lane], MisStrategy::Delta { .. });
-            seen[lane] = lights.aim[lane] != TargetKind::Nothing;
+            seen[lane] = lights.target_kinds[lane] != LightTargetKind::Nothing;
         }
         for lane in 0..LANES {
-            let (towards, zero) = (vector::<R>(&lights.direction, lane), R::ZERO);
-            let facing = vector::<R>(&v.normal, lane).dot(towards);
+            let (direction, zero) = (lane_vector::<R>(&lights.direction, lane), R::ZERO);
+            let facing = lane_vector::<R>(&v.normal, lane).dot(direction);
             // The light must lie above both the shading and the geometric horizon, or below both
             // for transmissive surfaces. Lights without highlights are reflected alone.
-            let below = vector::<R>(&v.geometric, lane).dot(towards) < zero;
+            let below = lane_vector::<R>(&v.geometric, lane).dot(direction) < zero;
             let above = (facing > zero) & !below;
             let through = (v.sides[lane] == LitSides::Both) & (facing < zero) & below & !dull[lane];
             let (value, diffuse) = (
-                vector::<R>(&answers.value, lane),
-                vector::<R>(&answers.diffuse, lane),
+                lane_vector::<R>(&bsdf_lanes.value, lane),
+                lane_vector::<R>(&bsdf_lanes.diffuse, lane),
             );
             let value = if dull[lane] { diffuse } else { value };
             let both = R::from_f64(weight(
                 lights.density[lane],
-                answers.light_density[lane].to_f64(),
+                bsdf_lanes.light_density[lane].to_f64(),
             ));
             let share = if sizeless[lane] { v.gain[lane] } else { R::ONE };
             let share = if weighed[lane] { both } else { share };
-            let sent = vector::<R>(&lights.arriving, lane) * value * (Real::abs(facing) * share);
-            out.is_lit[lane] = seen[lane] & (above | through) & is_some::<R>(sent);
+            let scattered =
+                lane_vector::<R>(&lights.arriving, lane) * value * (Real::abs(facing) * share);
+            out.is_lit[lane] = seen[lane] & (above | through) & is_some::<R>(scattered);
             out.is_through[lane] = through;
-            put::<R>(&mut out.sent, lane, sent);
+            set_lane::<R>(&mut out.sent, lane, scattered);
         }
         out
     }
@@ -116,7 +120,7 @@ impl<R: Real> Loops for LightTask<'_, R> {
 #[derive(Clone, Copy)]
 pub(super) struct ShadowRays<R: Real> {
     pub start: Vec3Column<R>,
-    pub towards: Vec3Column<R>,
+    pub directions: Vec3Column<R>,
     /// Zero or negative if nothing can lie in between.
     pub length: Column<R>,
 }
@@ -127,48 +131,48 @@ struct ShadowTask<'a, R: Real> {
     reach: R,
 }
 
-impl<R: Real> Loops for ShadowTask<'_, R> {
+impl<R: Real> SimdTask for ShadowTask<'_, R> {
     type Output = ShadowRays<R>;
     #[inline(always)]
     fn run(self) -> ShadowRays<R> {
         let (v, lights, none) = (self.vertices, self.lights, [[R::ZERO; LANES]; 3]);
         let mut out = ShadowRays {
             start: none,
-            towards: none,
+            directions: none,
             length: none[0],
         };
         if (0..LANES).fold(false, |some, lane| {
-            some | (lights.aim[lane] == TargetKind::Surface)
+            some | (lights.target_kinds[lane] == LightTargetKind::Surface)
         }) {
             for lane in 0..LANES {
                 let (ray, length) = v
                     .surface
                     .lane(lane)
                     .way_to_surface(&lights.surface.lane(lane));
-                put::<R>(&mut out.start, lane, ray.origin);
-                put::<R>(&mut out.towards, lane, ray.direction);
+                set_lane::<R>(&mut out.start, lane, ray.origin);
+                set_lane::<R>(&mut out.directions, lane, ray.direction);
                 out.length[lane] = length;
             }
         }
         if (0..LANES).fold(false, |some, lane| {
-            some | (lights.aim[lane] == TargetKind::Infinity)
+            some | (lights.target_kinds[lane] == LightTargetKind::Infinity)
         }) {
             for lane in 0..LANES {
-                let far = lights.aim[lane] == TargetKind::Infinity;
-                let direction = vector::<R>(&lights.direction, lane);
+                let far = lights.target_kinds[lane] == LightTargetKind::Infinity;
+                let direction = lane_vector::<R>(&lights.direction, lane);
                 let start = v.surface.lane(lane).spawn(direction);
                 let length = if lights.density[lane] == 0.0 {
                     self.reach
                 } else {
                     R::INFINITY
                 };
-                let [before, towards] =
-                    [&out.start, &out.towards].map(|column| vector::<R>(column, lane));
-                put::<R>(&mut out.start, lane, if far { start } else { before });
-                put::<R>(
-                    &mut out.towards,
+                let [before, target_direction] =
+                    [&out.start, &out.directions].map(|column| lane_vector::<R>(column, lane));
+                set_lane::<R>(&mut out.start, lane, if far { start } else { before });
+                set_lane::<R>(
+                    &mut out.directions,
                     lane,
-                    if far { direction } else { towards },
+                    if far { direction } else { target_direction },
                 );
                 out.length[lane] = if far { length } else { out.length[lane] };
             }
@@ -180,7 +184,7 @@ impl<R: Real> Loops for ShadowTask<'_, R> {
 /// Scattered rays of paths.
 #[derive(Clone, Copy)]
 pub(super) struct NextRays<R: Real> {
-    pub goes_on: Column<bool>,
+    pub continues: Column<bool>,
     /// Whether the path ends because its throughput is not finite.
     pub overflows: Column<bool>,
     pub origin: Vec3Column<R>,
@@ -189,29 +193,30 @@ pub(super) struct NextRays<R: Real> {
 
 struct ScatterTask<'a, R: Real> {
     vertices: &'a VertexLanes<R>,
-    answers: &'a Answers<R>,
+    bsdf_lanes: &'a BsdfLanes<R>,
 }
 
-impl<R: Real> Loops for ScatterTask<'_, R> {
+impl<R: Real> SimdTask for ScatterTask<'_, R> {
     type Output = NextRays<R>;
     #[inline(always)]
     fn run(self) -> NextRays<R> {
-        let (v, answers, none) = (self.vertices, self.answers, [[R::ZERO; LANES]; 3]);
+        let (v, bsdf_lanes, none) = (self.vertices, self.bsdf_lanes, [[R::ZERO; LANES]; 3]);
         let mut out = NextRays {
-            goes_on: [false; LANES],
+            continues: [false; LANES],
             overflows: [false; LANES],
             origin: none,
             throughput: none,
         };
         for lane in 0..LANES {
-            let direction = vector::<R>(&answers.direction, lane);
-            let throughput = vector::<R>(&v.throughput, lane) * vector::<R>(&answers.weight, lane);
-            out.overflows[lane] = answers.some[lane] & !is_number::<R>(throughput);
-            let (throughput, goes_on) =
+            let direction = lane_vector::<R>(&bsdf_lanes.direction, lane);
+            let throughput =
+                lane_vector::<R>(&v.throughput, lane) * lane_vector::<R>(&bsdf_lanes.weight, lane);
+            out.overflows[lane] = bsdf_lanes.some[lane] & !is_number::<R>(throughput);
+            let (throughput, continues) =
                 survive(throughput, v.most_survival[lane], v.numbers[3][lane]);
-            out.goes_on[lane] = answers.some[lane] & goes_on;
-            put::<R>(&mut out.throughput, lane, throughput);
-            put::<R>(&mut out.origin, lane, v.surface.lane(lane).spawn(direction));
+            out.continues[lane] = bsdf_lanes.some[lane] & continues;
+            set_lane::<R>(&mut out.throughput, lane, throughput);
+            set_lane::<R>(&mut out.origin, lane, v.surface.lane(lane).spawn(direction));
         }
         out
     }

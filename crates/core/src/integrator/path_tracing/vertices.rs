@@ -4,27 +4,27 @@ use raywright_bvh::{Hit, Real};
 
 use super::PathState;
 use crate::interaction::Interaction;
-use crate::light::{Column, LANES, SurfaceLanes, Vec3Column, put};
+use crate::light::{Column, LANES, SurfaceLanes, Vec3Column, set_lane};
 use crate::material::MetallicRoughness;
 use crate::settings::Roulette;
 
 /// One segment of many paths.
-pub(super) struct Bounce<'a, R: Real> {
+pub(super) struct WavefrontSlice<'a, R: Real> {
     pub paths: &'a mut [PathState<R>],
     /// Indices of the paths with a hit.
-    pub going: &'a [u32],
+    pub active: &'a [u32],
     /// Their interactions, in the same order, and the hits.
-    pub met: &'a mut [Interaction<R>],
+    pub interactions: &'a mut [Interaction<R>],
     pub hits: &'a [Option<Hit<R>>],
 }
 
-impl<R: Real> Bounce<'_, R> {
+impl<R: Real> WavefrontSlice<'_, R> {
     /// The path and the interaction of a vertex.
     #[inline(always)]
-    pub fn of(&self, place: u32) -> (&PathState<R>, &Interaction<R>) {
+    pub fn of(&self, index: u32) -> (&PathState<R>, &Interaction<R>) {
         (
-            &self.paths[self.going[place as usize] as usize],
-            &self.met[place as usize],
+            &self.paths[self.active[index as usize] as usize],
+            &self.interactions[index as usize],
         )
     }
 }
@@ -112,29 +112,29 @@ impl<R: Real> VertexLanes<R> {
     #[inline(always)]
     pub fn push(
         &mut self,
-        place: u32,
-        (path, at): (&PathState<R>, &Interaction<R>),
+        index: u32,
+        (path, interaction): (&PathState<R>, &Interaction<R>),
         (normal, sides, gain): (R::Vec3, LitSides, R),
         roulette: Roulette,
     ) -> usize {
         let lane = self.len;
         self.len += 1;
-        self.place[lane] = place;
-        self.surface.put(lane, &at.surface);
-        put::<R>(
+        self.place[lane] = index;
+        self.surface.set_lane(lane, &interaction.surface);
+        set_lane::<R>(
             &mut self.geometric,
             lane,
-            if at.outside {
-                at.surface.normal
+            if interaction.outside {
+                interaction.surface.normal
             } else {
-                -at.surface.normal
+                -interaction.surface.normal
             },
         );
-        put::<R>(&mut self.normal, lane, normal);
-        put::<R>(&mut self.direction, lane, at.direction);
+        set_lane::<R>(&mut self.normal, lane, normal);
+        set_lane::<R>(&mut self.direction, lane, interaction.direction);
         self.sides[lane] = sides;
         self.gain[lane] = gain;
-        put::<R>(&mut self.throughput, lane, path.throughput);
+        set_lane::<R>(&mut self.throughput, lane, path.throughput);
         for (column, number) in self.numbers.iter_mut().zip(path.draws.scatter) {
             column[lane] = R::from_f32(number);
         }
@@ -145,7 +145,7 @@ impl<R: Real> VertexLanes<R> {
     /// Sets the model of a lane's common surface.
     #[inline(always)]
     pub fn put_model(&mut self, lane: usize, model: &MetallicRoughness<R>) {
-        put::<R>(&mut self.base, lane, model.base);
+        set_lane::<R>(&mut self.base, lane, model.base);
         let terms = [
             model.metallic,
             model.roughness,

@@ -2,15 +2,15 @@
 //! the next. Memory requests of one path overlap with the computation of others, and rays, sky and
 //! surfaces each have the caches to themselves. No path's bits depend on the other paths.
 
-use raywright_bvh::{Hit, Interval, Real, Vector, widest};
+use raywright_bvh::{Hit, Interval, Real, Vector, run_widest};
 
 use super::super::{CameraRays, FirstHits, PACKET, PathResult, PathResults};
+use super::bsdf_lanes::{BsdfLanes, BsdfTask};
 use super::gather::VertexQueues;
-use super::light::AskedLights;
-use super::respond::{Answers, Respond};
-use super::scatter::Onward;
+use super::light::LightQueries;
+use super::scatter::ScatteredRay;
 use super::shade::ShadedLanes;
-use super::vertices::{Bounce, VertexLanes};
+use super::vertices::{VertexLanes, WavefrontSlice};
 use super::{PathState, PathTracer, VertexSamples};
 use crate::interaction::Interaction;
 use crate::light::{Column, LANES, LightLanes, SkySample};
@@ -21,20 +21,20 @@ use crate::sampler::{Purpose, Sequence, fours};
 pub(super) struct Wavefront<R: Real> {
     paths: Vec<PathState<R>>,
     /// Indices of the active paths.
-    going: Vec<u32>,
+    active: Vec<u32>,
     /// Hits of the active paths, in their order.
     hits: Vec<Option<Hit<R>>>,
     /// Sky samples of the escaped paths.
-    seen: Vec<SkySample<R>>,
+    sky_samples: Vec<SkySample<R>>,
     /// Interactions of the other paths, and spare entries.
-    met: Vec<Interaction<R>>,
+    interactions: Vec<Interaction<R>>,
     sequences: Vec<(Sequence, u32)>,
     draws: Vec<[f32; 4]>,
     vertices: VertexQueues<R>,
     /// Sampled lights of the vertices of one kind.
-    asked: AskedLights<R>,
+    requested: LightQueries<R>,
     /// Whether each active path survives.
-    goes: Vec<bool>,
+    survives: Vec<bool>,
     first_hits: FirstHits<R>,
 }
 
@@ -51,7 +51,7 @@ impl<R: Real> PathTracer<'_, R> {
             results.first_hits.resize(rays.rays.len(), None);
             results.direct.resize(rays.rays.len(), Vector::ZERO);
         }
-        while !wave.going.is_empty() {
+        while !wave.active.is_empty() {
             self.escape(wave, &mut results.direct);
             self.locate(wave);
             self.draw(wave);
@@ -72,7 +72,7 @@ impl<R: Real> PathTracer<'_, R> {
     ) {
         let Wavefront {
             paths,
-            going,
+            active,
             hits,
             first_hits,
             ..
@@ -84,8 +84,8 @@ impl<R: Real> PathTracer<'_, R> {
                 .zip(addresses)
                 .map(|(&ray, &address)| self.camera_path(ray, address)),
         );
-        going.clear();
-        going.extend(0..rays.len() as u32);
+        active.clear();
+        active.extend(0..rays.len() as u32);
         hits.clear();
         for (rays, paths) in rays.chunks(PACKET).zip(paths.chunks(PACKET)) {
             first_hits.intersect(self.scene, rays);
@@ -102,23 +102,26 @@ impl<R: Real> PathTracer<'_, R> {
     fn intersect(
         &self,
         Wavefront {
-            paths, going, hits, ..
+            paths,
+            active,
+            hits,
+            ..
         }: &mut Wavefront<R>,
     ) {
         hits.clear();
-        hits.extend(going.iter().map(|&place| self.hit(&paths[place as usize])));
+        hits.extend(active.iter().map(|&index| self.hit(&paths[index as usize])));
     }
 
     /// The hit of a path's ray.
     #[inline(always)]
     fn hit(&self, path: &PathState<R>) -> Option<Hit<R>> {
         let min = if path.traced == 0 {
-            self.least.camera - path.leg.ahead
+            self.least.camera - path.segment.ahead
         } else {
             self.least.secondary
         };
         self.scene.geometry.closest(
-            &path.leg.ray,
+            &path.segment.ray,
             Interval {
                 min,
                 max: R::INFINITY,
@@ -132,59 +135,59 @@ impl<R: Real> PathTracer<'_, R> {
         &mut self,
         Wavefront {
             paths,
-            going,
+            active,
             hits,
-            seen,
+            sky_samples,
             ..
         }: &mut Wavefront<R>,
         directs: &mut [R::Vec3],
     ) {
         let escaped = || {
-            going
+            active
                 .iter()
                 .zip(&*hits)
                 .filter(|(_, hit)| hit.is_none())
-                .map(|(&place, _)| place as usize)
+                .map(|(&index, _)| index as usize)
         };
         let backdrop = self.scene.backdrop;
         let backdrop_of = |path: &PathState<R>| backdrop.filter(|_| path.traced == 0);
-        seen.clear();
+        sky_samples.clear();
         let under_sky = escaped()
-            .map(|place| &paths[place])
+            .map(|index| &paths[index])
             .filter(|path| backdrop_of(path).is_none());
         self.scene.lights.sky.look(
-            under_sky.map(|path| (path.leg.start(), path.leg.ray.direction)),
-            seen,
+            under_sky.map(|path| (path.segment.start(), path.segment.ray.direction)),
+            sky_samples,
         );
         let before_backdrop = escaped()
-            .map(|place| &paths[place])
+            .map(|index| &paths[index])
             .filter(|path| backdrop_of(path).is_some());
         let (mut seen, mut on_ground) = (
-            seen.iter(),
+            sky_samples.iter(),
             self.light_on_ground(before_backdrop).into_iter(),
         );
-        for place in escaped() {
-            let path = &mut paths[place];
+        for index in escaped() {
+            let path = &mut paths[index];
             let radiance = match backdrop_of(path) {
                 Some(backdrop) => {
                     let light = on_ground.next().unwrap_or(R::ONE);
                     path.shadow = R::ONE - light;
-                    backdrop.seen(path.leg.ray.direction) * light
+                    backdrop.seen(path.segment.ray.direction) * light
                 }
                 None => seen
                     .next()
-                    .map_or(Vector::ZERO, |seen| self.escaped(path, seen)),
+                    .map_or(Vector::ZERO, |sky_sample| self.escaped(path, sky_sample)),
             };
             let brought = path.throughput * radiance;
             path.radiance += brought;
             if path.traced == 0
-                && let Some(direct) = directs.get_mut(place)
+                && let Some(direct) = directs.get_mut(index)
             {
                 *direct += brought;
             }
         }
         let mut hit = hits.iter();
-        going.retain(|_| hit.next().is_some_and(Option::is_some));
+        active.retain(|_| hit.next().is_some_and(Option::is_some));
         hits.retain(Option::is_some);
     }
 
@@ -194,27 +197,29 @@ impl<R: Real> PathTracer<'_, R> {
         &self,
         Wavefront {
             paths,
-            going,
+            active,
             hits,
-            met,
+            interactions,
             ..
         }: &mut Wavefront<R>,
     ) {
-        if met.len() < going.len() {
-            met.resize(going.len(), Interaction::NOWHERE);
+        if interactions.len() < active.len() {
+            interactions.resize(active.len(), Interaction::NOWHERE);
         }
         let hits = hits.iter().flatten();
-        let rays = going.iter().map(|&place| &paths[place as usize].leg.ray);
+        let rays = active
+            .iter()
+            .map(|&index| &paths[index as usize].segment.ray);
         self.scene
             .geometry
             .surfaces(rays.zip(hits.clone()), |k, surface| {
-                met[k].surface = surface
+                interactions[k].surface = surface
             });
-        for ((&place, hit), at) in going.iter().zip(hits).zip(met) {
-            let leg = &paths[place as usize].leg;
-            at.begin_located(self.scene, &leg.ray, hit);
-            at.finish(self.scene, leg, hit);
-            self.scene.sources.prefetch(at);
+        for ((&index, hit), interaction) in active.iter().zip(hits).zip(interactions) {
+            let segment = &paths[index as usize].segment;
+            interaction.begin_located(self.scene, &segment.ray, hit);
+            interaction.finish(self.scene, segment, hit);
+            self.scene.texture_tables.prefetch(interaction);
         }
     }
 
@@ -223,7 +228,7 @@ impl<R: Real> PathTracer<'_, R> {
         &self,
         Wavefront {
             paths,
-            going,
+            active,
             sequences,
             draws,
             ..
@@ -232,26 +237,34 @@ impl<R: Real> PathTracer<'_, R> {
         let asks_lights = !self.scene.lights.choice().is_empty();
         sequences.clear();
         draws.clear();
-        for &place in &*going {
-            let PathState { address, way, .. } = &paths[place as usize];
+        for &index in &*active {
+            let PathState {
+                address,
+                sample_hash,
+                ..
+            } = &paths[index as usize];
             sequences.push((
-                Sequence::on(*way, *address, Purpose::Scatter),
+                Sequence::on(*sample_hash, *address, Purpose::Scatter),
                 address.index,
             ));
             if asks_lights {
-                sequences.push((Sequence::on(*way, *address, Purpose::Light), address.index));
+                sequences.push((
+                    Sequence::on(*sample_hash, *address, Purpose::Light),
+                    address.index,
+                ));
             }
         }
         fours(sequences.iter().copied(), draws);
-        for (&place, draws) in going
-            .iter()
-            .zip(draws.chunks_exact(if asks_lights { 2 } else { 1 }))
+        for (&index, draws) in
+            active
+                .iter()
+                .zip(draws.chunks_exact(if asks_lights { 2 } else { 1 }))
         {
             // Directions matter most: they get the first two dimensions of a point, which are the
             // best stratified.
-            let [u, v, luck, lobe] = draws[0];
-            paths[place as usize].draws = VertexSamples {
-                scatter: [lobe, u, v, luck],
+            let [u, v, u_roulette, lobe] = draws[0];
+            paths[index as usize].draws = VertexSamples {
+                scatter: [lobe, u, v, u_roulette],
                 light: draws.get(1).copied().unwrap_or_default(),
             };
         }
@@ -261,24 +274,24 @@ impl<R: Real> PathTracer<'_, R> {
     fn evaluate(&mut self, wave: &mut Wavefront<R>, results: &mut PathResults<R>) {
         let Wavefront {
             paths,
-            going,
+            active,
             hits,
-            met,
+            interactions,
             vertices,
-            goes,
+            survives,
             ..
         } = wave;
         vertices.clear();
-        goes.clear();
-        for (k, (&place, at)) in going.iter().zip(&mut *met).enumerate() {
-            let (path, Some(hit)) = (&mut paths[place as usize], &hits[k]) else {
+        survives.clear();
+        for (k, (&index, interaction)) in active.iter().zip(&mut *interactions).enumerate() {
+            let (path, Some(hit)) = (&mut paths[index as usize], &hits[k]) else {
                 continue;
             };
-            goes.push(self.gather(k as u32, (path, hit, at), vertices));
+            survives.push(self.gather(k as u32, (path, hit, interaction), vertices));
             if self.keeps_first {
                 let (first, direct) = (
-                    &mut results.first_hits[place as usize],
-                    &mut results.direct[place as usize],
+                    &mut results.first_hits[index as usize],
+                    &mut results.direct[index as usize],
                 );
                 *first = self.first.take().or(*first);
                 *direct += core::mem::replace(&mut self.direct, Vector::ZERO);
@@ -291,21 +304,21 @@ impl<R: Real> PathTracer<'_, R> {
         &mut self,
         Wavefront {
             paths,
-            going,
+            active,
             hits,
-            met,
+            interactions,
             vertices,
-            asked,
-            goes,
+            requested,
+            survives,
             ..
         }: &mut Wavefront<R>,
     ) {
-        vertices.bend_normals(met);
-        let (mut bounce, compensated) = (
-            Bounce {
+        vertices.perturb_normals(interactions);
+        let (mut slice, compensated) = (
+            WavefrontSlice {
                 paths,
-                going,
-                met,
+                active,
+                interactions,
                 hits,
             },
             self.scene.compensates,
@@ -318,11 +331,11 @@ impl<R: Real> PathTracer<'_, R> {
             ..
         } = vertices;
         self.shade_each(
-            &mut bounce,
-            (matte.lanes(), asked),
-            goes,
+            &mut slice,
+            (matte.lanes(), requested),
+            survives,
             |_, _, _, (vertices, lights), _| {
-                widest(Respond::<R, true> {
+                run_widest(BsdfTask::<R, true> {
                     vertices,
                     lights,
                     compensated,
@@ -330,11 +343,11 @@ impl<R: Real> PathTracer<'_, R> {
             },
         );
         self.shade_each(
-            &mut bounce,
-            (glossy.lanes(), asked),
-            goes,
+            &mut slice,
+            (glossy.lanes(), requested),
+            survives,
             |_, _, _, (vertices, lights), _| {
-                widest(Respond::<R, false> {
+                run_widest(BsdfTask::<R, false> {
                     vertices,
                     lights,
                     compensated,
@@ -342,60 +355,70 @@ impl<R: Real> PathTracer<'_, R> {
             },
         );
         self.shade_each(
-            &mut bounce,
-            (general.lanes(), asked),
-            goes,
-            |tracer, bounce, before, lanes, onward| {
-                tracer.answer_general(bounce, (surfaces, before), lanes, onward)
+            &mut slice,
+            (general.lanes(), requested),
+            survives,
+            |tracer, slice, before, lanes, scattered_rays| {
+                tracer.shade_general(slice, (surfaces, before), lanes, scattered_rays)
             },
         );
     }
 
-    /// Shades vertices of one kind and continues their paths. `answer` returns the responses of a
+    /// Shades vertices of one kind and continues their paths. `shade_lanes` returns the responses of a
     /// batch to its lights, given the number of vertices before it; it sets the properties of
     /// scattered rays that differ from rough opaque surfaces.
     fn shade_each(
         &mut self,
-        bounce: &mut Bounce<'_, R>,
-        (vertices, asked): (&mut [VertexLanes<R>], &mut AskedLights<R>),
-        goes: &mut [bool],
-        answer: impl Fn(
+        slice: &mut WavefrontSlice<'_, R>,
+        (vertices, requested): (&mut [VertexLanes<R>], &mut LightQueries<R>),
+        survives: &mut [bool],
+        shade_lanes: impl Fn(
             &Self,
-            &Bounce<'_, R>,
+            &WavefrontSlice<'_, R>,
             usize,
             (&VertexLanes<R>, &LightLanes<R>),
-            &mut Column<Onward<R>>,
-        ) -> Answers<R>,
+            &mut Column<ScatteredRay<R>>,
+        ) -> BsdfLanes<R>,
     ) {
-        self.sample_lights(bounce, vertices, asked);
-        let mut onward = [Onward::REFLECTED; LANES];
-        for (group, (vertices, (chosen, lights))) in vertices.iter().zip(asked.lanes()).enumerate()
+        self.sample_lights(slice, vertices, requested);
+        let mut scattered_rays = [ScatteredRay::REFLECTED; LANES];
+        for (group, (vertices, (chosen_lights, lights))) in
+            vertices.iter().zip(requested.lanes()).enumerate()
         {
-            let answers = answer(self, bounce, group * LANES, (vertices, lights), &mut onward);
+            let bsdf_lanes = shade_lanes(
+                self,
+                slice,
+                group * LANES,
+                (vertices, lights),
+                &mut scattered_rays,
+            );
             let shaded = ShadedLanes::of(
                 vertices,
                 lights,
-                &answers,
+                &bsdf_lanes,
                 self.scene.rules.shadow_max_distance,
             );
             for lane in 0..vertices.len {
-                let place = vertices.place[lane] as usize;
-                if let Some(chosen) = chosen[lane].as_ref().filter(|_| shaded.lit.is_lit[lane]) {
-                    self.add_light(bounce, (vertices, lane), (chosen, lights), &shaded);
+                let index = vertices.place[lane] as usize;
+                if let Some(chosen_light) = chosen_lights[lane]
+                    .as_ref()
+                    .filter(|_| shaded.lit.is_lit[lane])
+                {
+                    self.add_light(slice, (vertices, lane), (chosen_light, lights), &shaded);
                 }
-                if shaded.next.goes_on[lane] {
-                    self.send_on(
-                        bounce,
+                if shaded.next.continues[lane] {
+                    self.continue_path(
+                        slice,
                         (vertices, lane),
-                        (&answers, &shaded.next),
-                        &onward[lane],
+                        (&bsdf_lanes, &shaded.next),
+                        &scattered_rays[lane],
                     );
                 } else {
                     if shaded.next.overflows[lane] {
-                        bounce.paths[bounce.going[place] as usize].radiance =
+                        slice.paths[slice.active[index] as usize].radiance =
                             Vector::splat(R::INFINITY);
                     }
-                    goes[place] = false;
+                    survives[index] = false;
                 }
             }
         }
@@ -414,7 +437,7 @@ impl<R: Real> PathTracer<'_, R> {
         let share = |path: &PathState<R>| {
             self.scene
                 .clamp
-                .map(|most| clamping::<R>(path.radiance, most))
+                .map(|maximum| clamp_share::<R>(path.radiance, maximum))
         };
         for (direct, path) in directs.iter_mut().zip(&wave.paths) {
             *direct = *direct * share(path).unwrap_or(R::ONE) + self.scene.veil;
@@ -437,16 +460,20 @@ impl<R: Real> PathTracer<'_, R> {
 }
 
 /// Keeps the surviving paths.
-fn compact<R: Real>(Wavefront { going, goes, .. }: &mut Wavefront<R>) {
-    let mut goes_on = goes.iter();
-    going.retain(|_| goes_on.next() == Some(&true));
+fn compact<R: Real>(
+    Wavefront {
+        active, survives, ..
+    }: &mut Wavefront<R>,
+) {
+    let mut continues = survives.iter();
+    active.retain(|_| continues.next() == Some(&true));
 }
 
 /// Factor that clamps a radiance's brightest channel to a limit.
-fn clamping<R: Real>(radiance: R::Vec3, most: R) -> R {
+fn clamp_share<R: Real>(radiance: R::Vec3, maximum: R) -> R {
     let brightest = radiance.max_element();
-    if brightest > most {
-        most / brightest
+    if brightest > maximum {
+        maximum / brightest
     } else {
         R::ONE
     }

@@ -3,13 +3,13 @@
 use glam::DVec3;
 use raywright_bvh::{Hit, Real, Vector};
 
-use super::super::spawn::stored;
+use super::super::spawn::round_direction;
 use super::WhittedTracer;
 use super::state::{NextRay, ScatteredRays, WhittedState};
-use crate::interaction::{Beam, Interaction};
+use crate::interaction::{Interaction, LightInputs};
 use crate::material::Glass;
 use crate::prepare::{ClassicInputs, SpecularInputs};
-use crate::sampler::Address;
+use crate::sampler::SampleAddress;
 use crate::scene::{SpecularModel, TransmissionChoice};
 use crate::texture::ShadingContext;
 
@@ -22,7 +22,7 @@ impl<R: Real> WhittedTracer<'_, R> {
         m: &ClassicInputs<R>,
         path: &mut WhittedState<R>,
         hit: &Hit<R>,
-        at: &Interaction<R>,
+        interaction: &Interaction<R>,
     ) -> Option<WhittedState<R>> {
         let WhittedState {
             throughput,
@@ -31,36 +31,48 @@ impl<R: Real> WhittedTracer<'_, R> {
             ..
         } = *path;
         let radiance = &mut path.radiance;
-        let mut here = self.scene.sources.at(at);
+        let mut context = self.scene.texture_tables.shading_context(interaction);
         let reflects = m.reflection.is_some() || m.transmission.is_some();
         let matched = m
             .transmission
             .is_some_and(|transmission| transmission.glass.ior == 1.0);
         let alone = reflects && !matched && segments == 1 && self.scene.rules.local_only_at_limit;
-        let colour = m.colour.colour(&here);
+        let colour = m.colour.colour(&context);
         if alone || !m.local.is_zero() {
-            let local = self.local(m, &mut here, colour, address);
-            let weight = if alone { R::ONE } else { m.local.number(&here) };
+            let local = self.local(m, &mut context, colour, address);
+            let weight = if alone {
+                R::ONE
+            } else {
+                m.local.number(&context)
+            };
             *radiance += throughput * local * weight;
         }
-        if let Some(emission) = m.emission.as_ref().filter(|_| self.scene.shines(at)) {
-            let emitted = throughput * emission.colour(&here);
+        if let Some(emission) = m
+            .emission
+            .as_ref()
+            .filter(|_| self.scene.shines(interaction))
+        {
+            let emitted = throughput * emission.colour(&context);
             *radiance += emitted;
-            self.see(path.camera, emitted);
+            self.record_direct(path.camera, emitted);
         }
         if alone {
             return path.leave([None; 2]);
         }
         if let Some(transmission) = &m.transmission {
             if matched {
-                self.pass_border(path, at, throughput * transmission.glass.transmitted);
+                self.pass_border(
+                    path,
+                    interaction,
+                    throughput * transmission.glass.transmitted,
+                );
                 return None;
             }
             let leaving = self.refract(
                 (&transmission.glass, transmission.choice),
                 path,
                 hit,
-                at,
+                interaction,
                 throughput,
             );
             return path.leave(leaving);
@@ -68,13 +80,13 @@ impl<R: Real> WhittedTracer<'_, R> {
         let Some(reflection) = &m.reflection else {
             return path.leave([None; 2]);
         };
-        let mut throughput = throughput * reflection.weight.number(&here);
+        let mut throughput = throughput * reflection.weight.number(&context);
         if reflection.tinted {
             throughput *= colour;
         }
-        let mut direction = at.mirrored();
+        let mut direction = interaction.mirrored();
         if let Some((amount, rows)) = &reflection.fuzz {
-            let p = R::Vec3::from_f64(self.scene.in_world(at.surface.point));
+            let p = R::Vec3::from_f64(self.scene.in_world(interaction.surface.point));
             let wave = R::Vec3::new(
                 rows[0].dot(p).sin(),
                 rows[1].dot(p).sin(),
@@ -83,7 +95,7 @@ impl<R: Real> WhittedTracer<'_, R> {
             direction = (direction + wave * *amount).normalize();
         }
         if let Some(specular) = m.specular.as_ref().filter(|s| s.on_reflection) {
-            let highlight = self.highlights(specular, &here);
+            let highlight = self.highlights(specular, &context);
             *radiance += throughput * highlight;
         }
         if segments > 1 {
@@ -91,7 +103,7 @@ impl<R: Real> WhittedTracer<'_, R> {
         }
         path.leave([
             Some(NextRay {
-                ray: self.scene.spawn(at, direction, R::ONE),
+                ray: self.scene.spawn(interaction, direction, R::ONE),
                 throughput,
                 rest: Vector::ZERO,
             }),
@@ -100,69 +112,78 @@ impl<R: Real> WhittedTracer<'_, R> {
     }
 
     /// colour·(ambient + Σ diffuse·light) + Σ specular + rim. Stores the first light's direction
-    /// and shadow in `here`, for the expressions of reflection weights.
+    /// and shadow in `context`, for the expressions of reflection weights.
     #[inline(always)]
     fn local(
         &mut self,
         m: &ClassicInputs<R>,
-        here: &mut ShadingContext<'_, R>,
+        context: &mut ShadingContext<'_, R>,
         colour: R::Vec3,
-        address: Address,
+        address: SampleAddress,
     ) -> R::Vec3 {
-        let (scene, at) = (self.scene, here.at);
+        let (scene, interaction) = (self.scene, context.interaction);
         let zero = R::ZERO;
-        let n = at.normal;
+        let n = interaction.normal;
         let mut lit = m.ambient;
         let mut gloss = R::Vec3::ZERO;
         let specular = m.specular.as_ref().filter(|s| !s.on_reflection);
         let mut first = None;
         for light in &scene.lights.delta {
-            let Some(seen) = light.sample(at.surface.point) else {
+            let Some(light_sample) = light.sample(interaction.surface.point) else {
                 continue;
             };
-            here.beam.direction = seen.direction;
-            let facing = n.dot(seen.direction).max(zero);
+            context.light_inputs.direction = light_sample.direction;
+            let facing = n.dot(light_sample.direction).max(zero);
             let highlight = match specular {
-                Some(s) if light.specular => lobe(s, at, seen.direction),
+                Some(s) if light.specular => lobe(s, interaction, light_sample.direction),
                 _ => zero,
             };
             let mut share = R::ONE;
             if light.dimmed && (facing > zero || highlight > zero || m.shadow.is_some()) {
                 if light.shadows && m.asks_what_is_between {
-                    let between = self.before(&seen, at, m.asks_how_far);
-                    (here.beam.occluder, here.beam.share) = (between.distance, between.share);
+                    let between = self.shadow_result(&light_sample, interaction, m.asks_how_far);
+                    (context.light_inputs.occluder, context.light_inputs.share) =
+                        (between.distance, between.share);
                 }
                 share = m
                     .shadow
                     .as_ref()
-                    .map_or(here.beam.share, |s| s.number(here));
-                here.beam.share = share;
+                    .map_or(context.light_inputs.share, |s| s.number(context));
+                context.light_inputs.share = share;
             }
-            lit += seen.arriving * (m.diffuse.number(here) * facing * share);
+            lit += light_sample.arriving * (m.diffuse.number(context) * facing * share);
             if let Some(s) = specular
                 && highlight > zero
             {
-                let tint = if s.lit { seen.arriving } else { R::Vec3::ONE };
+                let tint = if s.lit {
+                    light_sample.arriving
+                } else {
+                    R::Vec3::ONE
+                };
                 let share = if s.shadowed { share } else { R::ONE };
-                gloss += tint * (highlight * share * s.strength.number(here));
+                gloss += tint * (highlight * share * s.strength.number(context));
             }
-            first.get_or_insert(here.beam);
-            here.beam = Beam::default();
+            first.get_or_insert(context.light_inputs);
+            context.light_inputs = LightInputs::default();
         }
         if !m.diffuse.is_zero()
-            && let Some((drawn, share)) = self.emitter(at, address)
+            && let Some((drawn_light_sample, share)) = self.emitter(interaction, address)
         {
-            (here.beam.direction, here.beam.share) = (drawn.direction, share);
+            (context.light_inputs.direction, context.light_inputs.share) =
+                (drawn_light_sample.direction, share);
             // Area lights have a radiance, so the classic surface acts as a Lambertian one here:
             // its colour over π.
-            let facing = n.dot(drawn.direction) * share * R::from_f64(core::f64::consts::FRAC_1_PI);
-            lit += drawn.arriving * (m.diffuse.number(here) * facing);
+            let facing = n.dot(drawn_light_sample.direction)
+                * share
+                * R::from_f64(core::f64::consts::FRAC_1_PI);
+            lit += drawn_light_sample.arriving * (m.diffuse.number(context) * facing);
         }
-        here.beam = first.unwrap_or_default();
+        context.light_inputs = first.unwrap_or_default();
         let mut local = colour * lit + gloss;
         if let Some((strength, exponent)) = &m.rim {
-            let k = n.dot(at.direction);
-            local += R::Vec3::splat(strength.number(here) * Real::powi(R::ONE - k * k, *exponent));
+            let k = n.dot(interaction.direction);
+            local +=
+                R::Vec3::splat(strength.number(context) * Real::powi(R::ONE - k * k, *exponent));
         }
         local
     }
@@ -171,23 +192,25 @@ impl<R: Real> WhittedTracer<'_, R> {
     fn highlights(
         &mut self,
         specular: &SpecularInputs<R>,
-        here: &ShadingContext<'_, R>,
+        context: &ShadingContext<'_, R>,
     ) -> R::Vec3 {
         let mut sum = R::Vec3::ZERO;
         for light in self.scene.lights.delta.iter().filter(|l| l.specular) {
-            let Some(seen) = light.sample(here.at.surface.point) else {
+            let Some(light_sample) = light.sample(context.interaction.surface.point) else {
                 continue;
             };
-            let mut highlight = lobe(specular, here.at, seen.direction);
+            let mut highlight = lobe(specular, context.interaction, light_sample.direction);
             if highlight > R::ZERO && specular.shadowed && light.shadows {
-                highlight *= self.before(&seen, here.at, false).share;
+                highlight *= self
+                    .shadow_result(&light_sample, context.interaction, false)
+                    .share;
             }
             let tint = if specular.lit {
-                seen.arriving
+                light_sample.arriving
             } else {
                 R::Vec3::ONE
             };
-            sum += tint * (highlight * specular.strength.number(here));
+            sum += tint * (highlight * specular.strength.number(context));
         }
         sum
     }
@@ -199,18 +222,21 @@ impl<R: Real> WhittedTracer<'_, R> {
         (glass, choice): (&Glass<R>, TransmissionChoice),
         path: &WhittedState<R>,
         hit: &Hit<R>,
-        at: &Interaction<R>,
+        interaction: &Interaction<R>,
         throughput: R::Vec3,
     ) -> ScatteredRays<R> {
         if path.segments <= 1 {
             return [None; 2];
         }
         // A normal that is not flipped to the viewer points away from a ray inside.
-        let (side, interface) = (at.side(), self.scene.interface(&path.leg, hit, at, glass));
+        let (side, interface) = (
+            interaction.side(),
+            self.scene.interface(&path.segment, hit, interaction, glass),
+        );
         let leaves = |this: &Self, direction: DVec3, side, throughput| {
-            let (direction, rest) = stored::<R>(direction);
+            let (direction, rest) = round_direction::<R>(direction);
             NextRay {
-                ray: this.scene.spawn(at, direction, side),
+                ray: this.scene.spawn(interaction, direction, side),
                 throughput,
                 rest,
             }
@@ -249,12 +275,16 @@ impl<R: Real> WhittedTracer<'_, R> {
 
 /// Value of a highlight towards a light in unit direction `l`.
 #[inline(always)]
-fn lobe<R: Real>(s: &SpecularInputs<R>, at: &Interaction<R>, l: R::Vec3) -> R {
+fn lobe<R: Real>(s: &SpecularInputs<R>, interaction: &Interaction<R>, l: R::Vec3) -> R {
     let cosine = match s.model {
-        SpecularModel::Blinn => at.normal.dot((l - at.direction).normalize()),
-        SpecularModel::BlinnReflected => at.normal.dot((l - at.mirrored()).normalize()),
-        SpecularModel::Phong => at.mirrored().dot(l),
-        SpecularModel::Grazing => at.direction.dot(at.mirrored()),
+        SpecularModel::Blinn => interaction
+            .normal
+            .dot((l - interaction.direction).normalize()),
+        SpecularModel::BlinnReflected => interaction
+            .normal
+            .dot((l - interaction.mirrored()).normalize()),
+        SpecularModel::Phong => interaction.mirrored().dot(l),
+        SpecularModel::Grazing => interaction.direction.dot(interaction.mirrored()),
     };
     // Opposite directions have no half vector: NaN, and no highlight.
     Real::powi(cosine.max(R::ZERO), s.exponent)

@@ -9,7 +9,7 @@ use crate::effects::MIRROR_ROUGHNESS;
 use crate::interaction::Interaction;
 use crate::material::{Glass, MetallicRoughness, environment_reflectance};
 use crate::prepare::PhysicalInputs;
-use crate::sampler::{Address, Branch};
+use crate::sampler::{Branch, SampleAddress};
 use crate::scene::TransmissionChoice;
 
 impl<R: Real> WhittedTracer<'_, R> {
@@ -20,24 +20,24 @@ impl<R: Real> WhittedTracer<'_, R> {
         m: &PhysicalInputs<R>,
         path: &mut WhittedState<R>,
         hit: &Hit<R>,
-        at: &Interaction<R>,
+        interaction: &Interaction<R>,
     ) -> Option<Option<WhittedState<R>>> {
-        if path.met.take().is_some() {
+        if path.hit.take().is_some() {
             return None;
         }
-        let alpha = m.alpha_at(&self.scene.sources.at(at));
+        let alpha = m.alpha_at(&self.scene.texture_tables.shading_context(interaction));
         if alpha >= R::ONE {
             return None;
         }
         if alpha <= R::ZERO {
-            self.pass(path, at, path.throughput);
+            self.pass(path, interaction, path.throughput);
             return Some(None);
         }
-        let ray = self.behind(path, at);
+        let ray = self.behind(path, interaction);
         let next = NextRay {
             ray,
             throughput: path.throughput * (R::ONE - alpha),
-            rest: path.leg.rest,
+            rest: path.segment.rest,
         };
         let (camera, segments, share) = (path.camera, path.segments, path.share * (R::ONE - alpha));
         // Behind a partly transparent surface the path still counts as a camera ray.
@@ -50,7 +50,7 @@ impl<R: Real> WhittedTracer<'_, R> {
         self.count_passage(&mut behind);
         path.throughput *= alpha;
         path.share *= alpha;
-        path.met = Some(*hit);
+        path.hit = Some(*hit);
         Some(Some(behind))
     }
 
@@ -62,7 +62,7 @@ impl<R: Real> WhittedTracer<'_, R> {
         m: &PhysicalInputs<R>,
         path: &mut WhittedState<R>,
         hit: &Hit<R>,
-        at: &Interaction<R>,
+        interaction: &Interaction<R>,
     ) -> Option<WhittedState<R>> {
         let WhittedState {
             throughput,
@@ -71,48 +71,65 @@ impl<R: Real> WhittedTracer<'_, R> {
             ..
         } = *path;
         let radiance = &mut path.radiance;
-        let here = self.scene.sources.at(at);
-        if let Some(emission) = m.emission.as_ref().filter(|_| self.scene.shines(at)) {
-            let emitted = emission.tint(&here, throughput);
+        let context = self.scene.texture_tables.shading_context(interaction);
+        if let Some(emission) = m
+            .emission
+            .as_ref()
+            .filter(|_| self.scene.shines(interaction))
+        {
+            let emitted = emission.tint(&context, throughput);
             *radiance += emitted;
-            self.see(path.camera, emitted);
+            self.record_direct(path.camera, emitted);
         }
         if m.unlit {
-            let shown = throughput * m.base_at(&here);
+            let shown = throughput * m.base_at(&context);
             *radiance += shown;
-            self.see(path.camera, shown);
+            self.record_direct(path.camera, shown);
             return path.leave([None; 2]);
         }
-        let model = m.model_at(&here);
+        let model = m.model_at(&context);
         let mirror = m.mirrors && model.roughness <= R::from_f64(MIRROR_ROUGHNESS);
-        *radiance += throughput * self.lit(&model, at, mirror, address);
+        *radiance += throughput * self.lit(&model, interaction, mirror, address);
         let dielectric = R::ONE - model.metallic;
         if let Some(glass) = model.glass.filter(|_| dielectric > R::ZERO) {
             // Paint reflects like glass, from outside alone.
-            let mirrored = if at.outside { R::ONE } else { glass.share };
+            let mirrored = if interaction.outside {
+                R::ONE
+            } else {
+                glass.share
+            };
             let glass = Glass {
                 reflected: glass.reflected * mirrored,
                 transmitted: glass.transmitted * glass.share,
                 ..glass
             };
             if glass.ior == 1.0 {
-                self.pass_border(path, at, throughput * dielectric * glass.transmitted);
+                self.pass_border(
+                    path,
+                    interaction,
+                    throughput * dielectric * glass.transmitted,
+                );
                 return None;
             }
             let leaving = self.refract(
                 (&glass, TransmissionChoice::Split),
                 path,
                 hit,
-                at,
+                interaction,
                 throughput * dielectric,
             );
             return path.leave(leaving);
         }
-        let weight = throughput * model.mirror().reflectance(-at.direction.dot(at.normal));
+        let weight = throughput
+            * model
+                .mirror()
+                .reflectance(-interaction.direction.dot(interaction.normal));
         let onward = (mirror && segments > 1).then(|| {
             self.counters.reflection += 1;
             NextRay {
-                ray: self.scene.spawn(at, at.mirrored(), R::ONE),
+                ray: self
+                    .scene
+                    .spawn(interaction, interaction.mirrored(), R::ONE),
                 throughput: weight,
                 rest: Vector::ZERO,
             }
@@ -124,47 +141,49 @@ impl<R: Real> WhittedTracer<'_, R> {
     fn lit(
         &mut self,
         model: &MetallicRoughness<R>,
-        at: &Interaction<R>,
+        interaction: &Interaction<R>,
         mirror: bool,
-        address: Address,
+        address: SampleAddress,
     ) -> R::Vec3 {
-        let (scene, normal, view) = (self.scene, at.normal, -at.direction);
+        let (scene, normal, view) = (self.scene, interaction.normal, -interaction.direction);
         let bsdf = model.local_bsdf(normal, view);
         let zero = R::ZERO;
         let mut sum = R::Vec3::ZERO;
         for light in &scene.lights.delta {
-            let Some(seen) = light.sample(at.surface.point) else {
+            let Some(light_sample) = light.sample(interaction.surface.point) else {
                 continue;
             };
-            let facing = normal.dot(seen.direction);
+            let facing = normal.dot(light_sample.direction);
             if facing <= zero {
                 continue;
             }
             let share = if light.shadows {
-                self.before(&seen, at, false).share
+                self.shadow_result(&light_sample, interaction, false).share
             } else {
                 R::ONE
             };
             if share > zero {
-                let wi = seen.direction;
-                let answer = if light.specular {
+                let wi = light_sample.direction;
+                let response = if light.specular {
                     bsdf.eval(view, wi)
                 } else {
                     bsdf.eval_diffuse(view, wi)
                 };
-                sum += seen.arriving * answer * (facing * share);
+                sum += light_sample.arriving * response * (facing * share);
             }
         }
-        if let Some((drawn, share)) = self.emitter(at, address) {
-            let facing = normal.dot(drawn.direction);
-            sum += drawn.arriving * bsdf.eval(view, drawn.direction) * (facing * share);
+        if let Some((drawn_light_sample, share)) = self.emitter(interaction, address) {
+            let facing = normal.dot(drawn_light_sample.direction);
+            sum += drawn_light_sample.arriving
+                * bsdf.eval(view, drawn_light_sample.direction)
+                * (facing * share);
         }
         if let Some(irradiance) = &scene.irradiance {
             let facing = normal.dot(view).max(zero);
             let reflected = environment_reflectance(model.f0(), model.roughness, facing);
-            sum += model.albedo() * (R::Vec3::ONE - reflected) * irradiance.at(normal);
+            sum += model.albedo() * (R::Vec3::ONE - reflected) * irradiance.eval(normal);
             if !mirror {
-                sum += reflected * irradiance.at(at.mirrored());
+                sum += reflected * irradiance.eval(interaction.mirrored());
             }
         }
         sum

@@ -4,20 +4,20 @@
 use raywright_bvh::{Hit, Ray, Real, Vector};
 
 use super::super::PathSegment;
-use crate::sampler::{Address, Branch};
+use crate::sampler::{Branch, SampleAddress};
 
 /// State of a path: everything that its next segment depends on, as plain numbers, so that paths
 /// can lie side by side.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct WhittedState<R: Real> {
     /// The next ray.
-    pub leg: PathSegment<R>,
+    pub segment: PathSegment<R>,
     /// Throughput of the path (beta).
     pub throughput: R::Vec3,
     /// Radiance collected so far.
     pub radiance: R::Vec3,
     /// Address of the next vertex, for random numbers.
-    pub address: Address,
+    pub address: SampleAddress,
     /// Remaining segments, including the next one; zero for an ended path.
     pub segments: u32,
     /// Surfaces that the sample's rays passed unchanged, side branches included.
@@ -30,7 +30,7 @@ pub(crate) struct WhittedState<R: Real> {
     /// Covered share of the camera ray, side branches included.
     pub covered: R,
     /// The hit, if its path waits for the path behind it.
-    pub met: Option<Hit<R>>,
+    pub hit: Option<Hit<R>>,
 }
 
 /// A scattered ray with its throughput.
@@ -51,10 +51,10 @@ pub(crate) type ScatteredRays<R> = [Option<NextRay<R>>; 2];
 impl<R: Real> WhittedState<R> {
     /// The path of a side branch at the current vertex.
     pub fn branch(&self, next: &NextRay<R>, branch: Branch) -> Self {
-        let mut leg = self.leg;
-        leg.go_on(&next.ray, next.rest);
+        let mut segment = self.segment;
+        segment.advance(&next.ray, next.rest);
         Self {
-            leg,
+            segment,
             throughput: next.throughput,
             radiance: Vector::ZERO,
             address: self.address.aside(branch),
@@ -63,7 +63,7 @@ impl<R: Real> WhittedState<R> {
             camera: false,
             share: R::ZERO,
             covered: R::ZERO,
-            met: None,
+            hit: None,
         }
     }
 
@@ -78,7 +78,7 @@ impl<R: Real> WhittedState<R> {
         self.segments -= 1;
         match onward {
             Some(next) if self.segments > 0 => {
-                self.leg.go_on(&next.ray, next.rest);
+                self.segment.advance(&next.ray, next.rest);
                 self.throughput = next.throughput;
                 self.camera = false;
             }

@@ -56,21 +56,22 @@ fn together_or_one_by_one() {
     let settings = Settings {
         max_depth: 7,
         size: [24, 16],
-        ..Settings::of(&scene)
+        ..Settings::from_scene(&scene)
     };
     let prepared =
         Prepared::<f32>::new(&scene, &settings, EffectSet::ALL, &()).expect("it can be prepared");
     let mut tracer = WhittedTracer::<f32>::new(&prepared, settings.max_depth, false, &());
     let pixels = || (0..24 * 16).map(|i| [i % 24, i / 24]);
     let begin = |tracer: &mut WhittedTracer<'_, f32>, pixel: [u32; 2]| {
-        let ray = prepared
-            .camera
-            .ray(pixel[0] as f32 + 0.5, pixel[1] as f32 + 0.5, [0.5; 2]);
+        let ray =
+            prepared
+                .camera
+                .generate_ray(pixel[0] as f32 + 0.5, pixel[1] as f32 + 0.5, [0.5; 2]);
         tracer.camera_path(
             &ray,
-            &Address {
+            &SampleAddress {
                 pixel,
-                ..Address::default()
+                ..SampleAddress::default()
             },
         )
     };
@@ -100,28 +101,30 @@ fn together_or_one_by_one() {
         hits.clear();
         hits.extend(active.iter().map(|&i| tracer.hit(&ways[i].path)));
         for (&i, hit) in active.iter().zip(&hits) {
-            let way = &mut ways[i];
-            let met = way.path.met.or(*hit);
-            if let Some(aside) = tracer.advance(&mut way.path, met.as_ref()) {
-                way.waiting.push(core::mem::replace(&mut way.path, aside));
+            let pixel_state = &mut ways[i];
+            let closest_hit = pixel_state.path.hit.or(*hit);
+            if let Some(aside) = tracer.advance(&mut pixel_state.path, closest_hit.as_ref()) {
+                pixel_state
+                    .waiting
+                    .push(core::mem::replace(&mut pixel_state.path, aside));
                 continue;
             }
-            while way.path.segments == 0 {
-                let Some(before) = way.waiting.pop() else {
-                    way.ended = true;
+            while pixel_state.path.segments == 0 {
+                let Some(before) = pixel_state.waiting.pop() else {
+                    pixel_state.ended = true;
                     break;
                 };
-                let brought = core::mem::replace(&mut way.path, before);
-                way.path.radiance += brought.radiance;
-                way.path.covered += brought.covered;
-                way.path.passages = brought.passages;
+                let state = core::mem::replace(&mut pixel_state.path, before);
+                pixel_state.path.radiance += state.radiance;
+                pixel_state.path.covered += state.covered;
+                pixel_state.path.passages = state.passages;
             }
         }
         turns += 1;
     }
     let together: Vec<_> = ways
         .iter()
-        .map(|way| (way.path.radiance, way.path.covered))
+        .map(|pixel_state| (pixel_state.path.radiance, pixel_state.path.covered))
         .collect();
     assert_eq!(together, single);
     assert_eq!(tracer.counters, alone);
@@ -154,25 +157,25 @@ fn on_the_way(standing: Option<f64>) -> Geometry<f32> {
         quad(-3.0),
         ball(0.0, 3.0, 3.0, 0.5),
     ];
-    let asked = Visibility {
+    let requested = Visibility {
         occlusion: Occlusion::Ask,
         ..Visibility::default()
     };
     let mut group = PrimitiveSet::default();
-    for (way, shape) in (0_i32..).zip(shapes) {
+    for (order, shape) in (0_i32..).zip(shapes) {
         let mut own = PrimitiveSet::default();
-        own.shape(shape, asked).expect("a shape");
+        own.add_shape(shape, requested).expect("a shape");
         let part = group
-            .part(Geometry::new(own, AcceleratorKind::default()))
+            .add_part(Geometry::new(own, AcceleratorKind::default()))
             .expect("no instances");
         let to = |time: f64| {
             DAffine3::from_translation(
-                DVec3::new(f64::from(way % 3 - 1), 0.25, -0.25 * f64::from(way)) * time,
+                DVec3::new(f64::from(order % 3 - 1), 0.25, -0.25 * f64::from(order)) * time,
             )
         };
         let added = match standing {
-            None => group.moving(part, [to(0.0), to(1.0)], asked),
-            Some(time) => group.instance(part, to(time), asked),
+            None => group.add_moving_instance(part, [to(0.0), to(1.0)], requested),
+            Some(time) => group.add_instance(part, to(time), requested),
         };
         added.expect("an invertible map");
     }
@@ -188,7 +191,7 @@ fn rays_keep_their_time() {
     let settings = Settings {
         max_depth: 7,
         size: [24, 16],
-        ..Settings::of(&scene)
+        ..Settings::from_scene(&scene)
     };
     let picture = |geometry: Geometry<f32>, time: f32| {
         let mut prepared = Prepared::<f32>::new(&scene, &settings, EffectSet::ALL, &())
@@ -199,11 +202,11 @@ fn rays_keep_their_time() {
         let mut pixel = |i: u32| {
             let ray = prepared
                 .camera
-                .ray((i % 24) as f32 + 0.5, (i / 24) as f32 + 0.5, [0.5; 2])
+                .generate_ray((i % 24) as f32 + 0.5, (i / 24) as f32 + 0.5, [0.5; 2])
                 .at_time(time);
-            let address = Address {
+            let address = SampleAddress {
                 pixel: [i % 24, i / 24],
-                ..Address::default()
+                ..SampleAddress::default()
             };
             tracer.trace(
                 CameraRays {

@@ -24,7 +24,7 @@ fn picture(scene: &Scene, change: impl FnOnce(&mut Settings)) -> Picture {
         sampling: Sampling::General(64),
         max_depth: 3,
         wireframe: true,
-        ..Settings::of(scene)
+        ..Settings::from_scene(scene)
     };
     change(&mut settings);
     prepare(scene, &settings, &())
@@ -48,12 +48,12 @@ fn edges_are_a_pixel_wide() {
     let scene = scene(0.9, 0.8, json!([]));
     for integrator in [Integrator::Path, Integrator::Whitted] {
         for size in [64, 128] {
-            let of = |wireframe: bool| {
+            let value_of = |wireframe: bool| {
                 picture(&scene, |s| {
                     (s.integrator, s.size, s.wireframe) = (integrator, [size; 2], wireframe)
                 })
             };
-            let [lines, plain] = [true, false].map(of);
+            let [lines, plain] = [true, false].map(value_of);
             let row = size / 2 - size / 5;
             let across: f64 = (0..size)
                 .map(|x| {

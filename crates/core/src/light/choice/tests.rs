@@ -15,7 +15,7 @@ fn lights(balls: impl Iterator<Item = (DVec3, f64)>) -> Lights<f64> {
     let mut list = EmitterList::default();
     for (centre, radiance) in balls {
         list.next_object();
-        list.plain(
+        list.add_constant(
             AnyShape::Sphere(Sphere {
                 centre,
                 radius: 0.01,
@@ -43,7 +43,7 @@ fn number(i: u64) -> f64 {
 }
 
 /// Position of a light by its number.
-type Place = fn(u64) -> DVec3;
+type LightPlace = fn(u64) -> DVec3;
 
 fn place(i: u64) -> DVec3 {
     DVec3::new(number(3 * i), number(3 * i + 1), number(3 * i + 2)) * 8.0 - 4.0
@@ -127,7 +127,7 @@ fn many_lights_anywhere() {
     let from = DVec3::new(0.1, 0.2, 30.0);
     assert_eq!(choose(&lights(core::iter::empty()), from), (1.0, 0));
     assert!((choose(&lights(core::iter::once((DVec3::X, 2.0))), from).0 - 1.0).abs() < 1e-12);
-    let sets: [(&str, Place); 4] = [
+    let sets: [(&str, LightPlace); 4] = [
         ("scattered", place),
         ("at one place", |_| DVec3::X),
         ("in a row that grows", |i| {
@@ -159,15 +159,15 @@ fn points_and_spots_shine_evenly() {
         };
         DeltaLight::<f64>::new(&data, true)
     };
-    let point = |at: DVec3| {
+    let point = |target_point: DVec3| {
         light(LightKind::Point {
-            position: at.to_array(),
+            position: target_point.to_array(),
             falloff: Falloff::InverseSquare,
             range: None,
         })
     };
-    let spot = |at: DVec3, towards: DVec3| {
-        let (position, direction) = (at.to_array(), towards.to_array());
+    let spot = |target_point: DVec3, target_direction: DVec3| {
+        let (position, direction) = (target_point.to_array(), target_direction.to_array());
         light(LightKind::Spot {
             position,
             direction,

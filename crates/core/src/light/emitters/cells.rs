@@ -7,7 +7,7 @@
 use glam::DVec3;
 use raywright_bvh::allocate_fallibly;
 
-use crate::light::cdf::{pick, push_shares, share};
+use crate::light::cdf::{probability_of, push_shares, sample_index};
 
 /// Ratio of brightest to darkest cell up to which a triangle is sampled uniformly.
 const EVEN: f64 = 1.25;
@@ -81,8 +81,8 @@ impl CellTable {
     /// Samples a point in the square for two numbers in [0, 1), and returns its density.
     pub fn place(&self, cells: Cells, [u, v]: [f64; 2]) -> ([f64; 2], f64) {
         let across = f64::from(cells.across);
-        let (y, of_row, down) = pick(self.row(cells, 0)[0], v);
-        let (x, of_cell, along) = pick(self.row(cells, y)[1], u);
+        let (y, of_row, down) = sample_index(self.row(cells, 0)[0], v);
+        let (x, of_cell, along) = sample_index(self.row(cells, y)[1], u);
         (
             [(x as f64 + along) / across, (y as f64 + down) / across],
             of_row * of_cell * across * across,
@@ -94,7 +94,7 @@ impl CellTable {
         let across = f64::from(cells.across);
         let at = |x: f64| ((x * across) as usize).min(cells.across as usize - 1);
         let [rows, row] = self.row(cells, at(v));
-        share(rows, at(v)) * share(row, at(u)) * across * across
+        probability_of(rows, at(v)) * probability_of(row, at(u)) * across * across
     }
 
     pub fn bytes(&self) -> u64 {
@@ -111,11 +111,11 @@ pub(super) fn bytes_of(triangles: u64, across: u64) -> u64 {
 /// because a bright neighbour may extend into the cell.
 fn weight(found: &[f64], across: usize, cell: usize) -> f64 {
     let (x, y) = (cell % across, cell / across);
-    let beside = |at: usize| at.saturating_sub(1)..=(at + 1).min(across - 1);
-    let most = beside(y)
+    let beside = |position: usize| position.saturating_sub(1)..=(position + 1).min(across - 1);
+    let maximum = beside(y)
         .flat_map(|y| beside(x).map(move |x| found[y * across + x]))
         .fold(0.0_f64, f64::max);
-    0.5 * (found[cell] + most)
+    0.5 * (found[cell] + maximum)
 }
 
 /// Coordinates of a triangle's point in the square: the inverse of `sample_area`.
@@ -215,7 +215,7 @@ mod tests {
                     [i % count, i / count].map(|i| (f64::from(i) + 0.5) / f64::from(count));
                 let (place, density) = table.place(cells, numbers);
                 let (point, _) = triangle.sample_area(place[0], place[1]);
-                let found = unfolded(triangle.vertices, point.stored::<f64>().point.to_f64());
+                let found = unfolded(triangle.vertices, point.to_scalar::<f64>().point.to_f64());
                 let apart = (found[0] - place[0]).abs().max((found[1] - place[1]).abs());
                 assert!(apart < 1e-9, "{found:?} for {place:?}");
                 assert_eq!(

@@ -1,10 +1,12 @@
 //! Solid-angle sampling of several flat emitters side by side.
 
-use raywright_bvh::{Loops, Real, SurfacePoint, Vector, widest};
+use raywright_bvh::{Real, SimdTask, SurfacePoint, Vector, run_widest};
 
 use super::list::Emitter;
 use super::point::{EmitterPoint, PointDensity, outwards};
-use crate::light::lanes::{Column, LANES, LightLanes, SurfaceLanes, Vec3Column, put, vector};
+use crate::light::lanes::{
+    Column, LANES, LightLanes, SurfaceLanes, Vec3Column, lane_vector, set_lane,
+};
 use crate::light::polygon::{Polygon, PolygonLanes};
 
 /// Emitters and the points that they light, in columns.
@@ -48,13 +50,13 @@ impl<R: Real> EmitterLanes<R> {
             from.to_f64(),
             [f64::from(position[0]), f64::from(position[1])],
         );
-        put::<R>(&mut self.from, lane, from);
+        set_lane::<R>(&mut self.from, lane, from);
         if let Some(plane) = &emitter.plane {
-            put::<f64>(&mut self.normal, lane, plane.normal);
+            set_lane::<f64>(&mut self.normal, lane, plane.normal);
             self.error[lane] = plane.error;
         }
         self.outwards[lane] = outwards(emitter.side);
-        put::<R>(&mut self.radiance, lane, emitter.shown_radiance());
+        set_lane::<R>(&mut self.radiance, lane, emitter.shown_radiance());
         self.probability[lane] = probability;
     }
 
@@ -62,7 +64,7 @@ impl<R: Real> EmitterLanes<R> {
     /// the solid angle is too small.
     #[inline]
     pub fn draw(&self, out: &mut LightLanes<R>) -> Column<Option<bool>> {
-        let drawn = widest(DrawEmitters(self));
+        let drawn = run_widest(DrawEmitters(self));
         (out.surface, out.direction, out.arriving, out.density) = (
             drawn.surface,
             drawn.direction,
@@ -84,7 +86,7 @@ struct ShownEmitters<R: Real> {
     sends: Column<Option<bool>>,
 }
 
-impl<R: Real> Loops for DrawEmitters<'_, R> {
+impl<R: Real> SimdTask for DrawEmitters<'_, R> {
     type Output = ShownEmitters<R>;
     #[inline(always)]
     fn run(self) -> Self::Output {
@@ -98,31 +100,35 @@ impl<R: Real> Loops for DrawEmitters<'_, R> {
         );
         let (mut density, mut weight) = ([0.0; LANES], [0.0; LANES]);
         for lane in 0..LANES {
-            let located = SurfacePoint::new(
+            let surface_point = SurfacePoint::new(
                 drawn.at(lane),
-                vector::<f64>(&emitters.normal, lane),
+                lane_vector::<f64>(&emitters.normal, lane),
                 emitters.error[lane],
             );
             let (from, even) = (
-                vector::<R>(&emitters.from, lane),
+                lane_vector::<R>(&emitters.from, lane),
                 PointDensity::Even(drawn.solid_angle[lane]),
             );
-            let shown = EmitterPoint::<R>::new(
-                &located,
+            let emitter_point = EmitterPoint::<R>::new(
+                &surface_point,
                 emitters.outwards[lane],
                 from,
                 emitters.probability[lane],
                 even,
             );
-            surface.put(lane, &shown.surface);
-            put::<R>(&mut direction, lane, Vector::from_f64(shown.direction));
-            put::<R>(
+            surface.set_lane(lane, &emitter_point.surface);
+            set_lane::<R>(
+                &mut direction,
+                lane,
+                Vector::from_f64(emitter_point.direction),
+            );
+            set_lane::<R>(
                 &mut arriving,
                 lane,
-                vector::<R>(&emitters.radiance, lane) * R::from_f64(shown.weight),
+                lane_vector::<R>(&emitters.radiance, lane) * R::from_f64(emitter_point.weight),
             );
-            density[lane] = shown.density;
-            weight[lane] = shown.weight;
+            density[lane] = emitter_point.density;
+            weight[lane] = emitter_point.weight;
         }
         let is_some = |lane: usize| {
             (weight[lane] > 0.0) & (weight[lane] < f64::INFINITY) & drawn.is_some(lane)

@@ -143,7 +143,7 @@ impl<R: Real> EmissionEstimate<R> {
 #[derive(Clone, Debug, Default)]
 pub struct EmitterList<R: Real> {
     pub(super) emitters: Vec<Emitter<R>>,
-    pub(super) placed: Vec<TransformedShape<R>>,
+    pub(super) transformed_shapes: Vec<TransformedShape<R>>,
     pub(super) first: Vec<u32>,
     pub(super) cells: CellTable,
 }
@@ -184,10 +184,10 @@ impl<R: Real> EmitterList<R> {
 
     /// Adds a shape, or the next triangle of a mesh, and returns its area. `area`: the area, if
     /// known.
-    pub fn plain(
+    pub fn add_constant(
         &mut self,
         shape: AnyShape<R>,
-        glow: EmissionEstimate<R>,
+        emission: EmissionEstimate<R>,
         side: Side,
         area: Option<f64>,
     ) -> f64 {
@@ -195,7 +195,7 @@ impl<R: Real> EmitterList<R> {
             radiance,
             varies,
             passable,
-        } = glow;
+        } = emission;
         let area = area.unwrap_or_else(|| finite(shape.area()));
         let plane = EmitterPlane::of(&shape);
         self.emitters.push(Emitter {
@@ -214,8 +214,8 @@ impl<R: Real> EmitterList<R> {
 
     /// Adds the next two triangles of a mesh, the halves of a quad of uniform emission: one light,
     /// sampled as a whole.
-    pub fn halves(&mut self, quad: Quad<R>, radiance: R::Vec3, side: Side) {
-        self.plain(
+    pub fn add_halves(&mut self, quad: Quad<R>, radiance: R::Vec3, side: Side) {
+        self.add_constant(
             AnyShape::Quad(quad),
             EmissionEstimate::even(radiance),
             side,
@@ -241,7 +241,7 @@ impl<R: Real> EmitterList<R> {
         side: Side,
         across: usize,
     ) {
-        self.plain(
+        self.add_constant(
             AnyShape::Triangle(triangle),
             EmissionEstimate::varied(found, passable),
             side,
@@ -257,10 +257,10 @@ impl<R: Real> EmitterList<R> {
     }
 
     /// Adds a transformed shape and returns its area.
-    pub fn placed(
+    pub fn add_transformed(
         &mut self,
-        placed: TransformedShape<R>,
-        glow: EmissionEstimate<R>,
+        transformed_shape: TransformedShape<R>,
+        emission: EmissionEstimate<R>,
         side: Side,
         area: Option<f64>,
     ) -> f64 {
@@ -268,10 +268,10 @@ impl<R: Real> EmitterList<R> {
             radiance,
             varies,
             passable,
-        } = glow;
-        let area = area.unwrap_or_else(|| finite(placed.area()));
-        let form = EmitterShape::Placed(self.placed.len() as u32);
-        self.placed.push(placed);
+        } = emission;
+        let area = area.unwrap_or_else(|| finite(transformed_shape.area()));
+        let form = EmitterShape::Placed(self.transformed_shapes.len() as u32);
+        self.transformed_shapes.push(transformed_shape);
         self.emitters.push(Emitter {
             form,
             radiance,

@@ -1,10 +1,10 @@
 //! Area lights with hard shadows: a shadow ray to the centre decides on all of a light.
 
-use raywright_bvh::shapes::{AnyShape, Cylinder, Ends};
+use raywright_bvh::shapes::{AnyShape, Cylinder, CylinderEnds};
 use raywright_bvh::{Real, Vector};
 
 use super::{EmitterShape, Emitters};
-use crate::light::{LightSample, Target};
+use crate::light::{LightSample, LightTarget};
 
 impl<R: Real> Emitters<R> {
     /// Redirects a light sample to the centre of its emitter: the centre of the bounds, or a point
@@ -15,23 +15,26 @@ impl<R: Real> Emitters<R> {
     pub fn by_middle(
         &self,
         index: u32,
-        drawn: LightSample<R>,
+        light_sample: LightSample<R>,
         from: R::Vec3,
     ) -> Option<LightSample<R>> {
         let (shape, plain) = match &self.list.emitters[index as usize].form {
             EmitterShape::Plain(shape) => (shape, true),
-            EmitterShape::Placed(placed) => (self.list.placed[*placed as usize].shape(), false),
+            EmitterShape::Placed(placed) => (
+                self.list.transformed_shapes[*placed as usize].shape(),
+                false,
+            ),
         };
         let (Some(space), eye) = (self.bounds(index).map(|bounds| bounds.space), from.to_f64())
         else {
-            return Some(drawn);
+            return Some(light_sample);
         };
         if is_closed(shape) {
             if eye.cmpge(space.min).all() && eye.cmple(space.max).all() {
-                return Some(drawn);
+                return Some(light_sample);
             }
-            if let Target::Surface(surface) = &drawn.target
-                && surface.normal.dot(drawn.direction) >= R::ZERO
+            if let LightTarget::Surface(surface) = &light_sample.target
+                && surface.normal.dot(light_sample.direction) >= R::ZERO
             {
                 return None;
             }
@@ -40,19 +43,19 @@ impl<R: Real> Emitters<R> {
         let middle = match shape {
             AnyShape::Triangle(_) if plain => shape
                 .sample_area(half, half)
-                .map(|(at, _)| at.stored::<R>().point.to_f64()),
+                .map(|(surface_point, _)| surface_point.to_scalar::<R>().point.to_f64()),
             _ => None,
         };
         let middle = middle.unwrap_or_else(|| space.centre());
         let direction = (middle - eye).try_normalize()?;
-        let target = Target::Middle {
+        let target = LightTarget::Middle {
             point: Vector::from_f64(middle),
             emitter: index,
         };
         Some(LightSample {
             direction: Vector::from_f64(direction),
             target,
-            ..drawn
+            ..light_sample
         })
     }
 }
@@ -64,7 +67,7 @@ fn is_closed<R: Real>(shape: &AnyShape<R>) -> bool {
         AnyShape::Sphere(_)
             | AnyShape::Cuboid(_)
             | AnyShape::Cylinder(Cylinder {
-                ends: Ends::Capped,
+                ends: CylinderEnds::Capped,
                 ..
             })
             | AnyShape::Cone(_)

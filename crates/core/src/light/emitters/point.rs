@@ -52,13 +52,13 @@ pub(super) struct EmitterPoint<R: Real> {
 impl<R: Real> EmitterPoint<R> {
     #[inline(always)]
     pub fn new(
-        located: &SurfacePoint,
+        surface_point: &SurfacePoint,
         outwards: f64,
         from: R::Vec3,
         probability: f64,
         drawn: PointDensity,
     ) -> Self {
-        let surface = located.stored::<R>();
+        let surface = surface_point.to_scalar::<R>();
         let Facing {
             direction,
             squared,

@@ -8,10 +8,10 @@ use super::cells::unfolded;
 use super::lanes::EmitterLanes;
 use super::list::{Emitter, EmitterShape};
 use super::point::{EmitterPoint, Facing, PointDensity, outwards};
-use super::{Emitters, Strategy};
-use crate::light::lanes::{LANES, LightLanes, TargetKind};
+use super::{EmitterStrategy, Emitters};
+use crate::light::lanes::{LANES, LightLanes, LightTargetKind};
 use crate::light::polygon::PolygonSample;
-use crate::light::{ChosenLight, Density, DirectionCone, LightId, LightSample, Target};
+use crate::light::{ChosenLight, Density, DirectionCone, LightId, LightSample, LightTarget};
 
 /// An emitter chosen with a probability, the receiving point, and two numbers in [0, 1) for
 /// sampling a point on the emitter.
@@ -77,18 +77,18 @@ impl<R: Real> Emitters<R> {
     /// enter the lanes. `waiting` is their buffer.
     pub(in crate::light) fn sample_lanes(
         &self,
-        chosen: &[Option<ChosenLight<R>>],
+        chosen_lights: &[Option<ChosenLight<R>>],
         waiting: &mut EmitterLanes<R>,
         out: &mut LightLanes<R>,
     ) {
         let (mut flat, mut any) = ([false; LANES], false);
-        for (lane, chosen) in chosen.iter().enumerate().take(LANES) {
+        for (lane, chosen_light) in chosen_lights.iter().enumerate().take(LANES) {
             if let Some(ChosenLight {
                 light: LightId::Emitter(emitter),
                 probability,
                 from,
                 position,
-            }) = chosen
+            }) = chosen_light
             {
                 let emitter = &self.list.emitters[*emitter as usize];
                 if self.is_even(emitter)
@@ -104,19 +104,19 @@ impl<R: Real> Emitters<R> {
         } else {
             [None; LANES]
         };
-        for (lane, chosen) in chosen.iter().enumerate().take(LANES) {
+        for (lane, chosen_light) in chosen_lights.iter().enumerate().take(LANES) {
             let &Some(ChosenLight {
                 light: LightId::Emitter(emitter),
                 probability,
                 from,
                 position,
-            }) = chosen
+            }) = chosen_light
             else {
                 continue;
             };
             let sample = match sends[lane].filter(|_| flat[lane]) {
                 Some(true) => {
-                    out.aim[lane] = TargetKind::Surface;
+                    out.target_kinds[lane] = LightTargetKind::Surface;
                     continue;
                 }
                 Some(false) => None,
@@ -129,7 +129,7 @@ impl<R: Real> Emitters<R> {
                 }),
                 None => self.sample(emitter, from, position, probability),
             };
-            sample.iter().for_each(|sample| out.put(lane, sample));
+            sample.iter().for_each(|sample| out.set_lane(lane, sample));
         }
     }
 
@@ -161,13 +161,15 @@ impl<R: Real> Emitters<R> {
             None => (position, 1.0),
         };
         let [u, v] = place.map(R::from_f64);
-        let (located, by_area) = match &emitter.form {
+        let (surface_point, by_area) = match &emitter.form {
             EmitterShape::Plain(shape) => shape.sample_area(u, v)?,
-            EmitterShape::Placed(placed) => self.list.placed[*placed as usize].sample_area(u, v)?,
+            EmitterShape::Placed(placed) => {
+                self.list.transformed_shapes[*placed as usize].sample_area(u, v)?
+            }
         };
         self.shown(
             query,
-            &located,
+            &surface_point,
             PointDensity::Area(by_area.to_f64() * denser),
         )
     }
@@ -177,7 +179,7 @@ impl<R: Real> Emitters<R> {
     fn shown(
         &self,
         query: &EmitterQuery<R>,
-        located: &SurfacePoint,
+        surface_point: &SurfacePoint,
         drawn: PointDensity,
     ) -> Option<LightSample<R>> {
         let &EmitterQuery {
@@ -187,12 +189,18 @@ impl<R: Real> Emitters<R> {
             ..
         } = query;
         let emitter = &self.list.emitters[emitter as usize];
-        let shown = EmitterPoint::new(located, outwards(emitter.side), from, probability, drawn);
-        shown.is_some().then(|| LightSample {
-            direction: Vector::from_f64(shown.direction),
-            arriving: emitter.shown_radiance() * R::from_f64(shown.weight),
-            density: Density::SolidAngle(shown.density),
-            target: Target::Surface(shown.surface),
+        let emitter_point = EmitterPoint::new(
+            surface_point,
+            outwards(emitter.side),
+            from,
+            probability,
+            drawn,
+        );
+        emitter_point.is_some().then(|| LightSample {
+            direction: Vector::from_f64(emitter_point.direction),
+            arriving: emitter.shown_radiance() * R::from_f64(emitter_point.weight),
+            density: Density::SolidAngle(emitter_point.density),
+            target: LightTarget::Surface(emitter_point.surface),
         })
     }
 
@@ -222,7 +230,9 @@ impl<R: Real> Emitters<R> {
         );
         let by_area = match &emitter.form {
             EmitterShape::Plain(shape) => shape.density(&point),
-            EmitterShape::Placed(placed) => self.list.placed[*placed as usize].density_at(&point),
+            EmitterShape::Placed(placed) => {
+                self.list.transformed_shapes[*placed as usize].density_at(&point)
+            }
         };
         let denser = match (&emitter.form, emitter.cells) {
             (EmitterShape::Plain(AnyShape::Triangle(triangle)), Some(cells)) => {
@@ -246,7 +256,7 @@ impl<R: Real> Emitters<R> {
     fn is_even(&self, emitter: &Emitter<R>) -> bool {
         // Points on the far side of passable surfaces must be sampled too; varying emission is
         // sampled by its cells.
-        self.strategy == Strategy::SolidAngle && !emitter.passable && emitter.cells.is_none()
+        self.strategy == EmitterStrategy::SolidAngle && !emitter.passable && emitter.cells.is_none()
     }
 
     /// Solid angle over which an emitter is sampled uniformly, in steradians; `None` if it is

@@ -12,7 +12,7 @@ fn lights(powers: &[f64]) -> Emitters<f32> {
     };
     let mut list = EmitterList::default();
     for &power in powers {
-        list.plain(
+        list.add_constant(
             ball.into(),
             EmissionEstimate::even(Vec3::new(power as f32, 0.0, 0.0)),
             Side::Outside,
@@ -93,7 +93,7 @@ fn each_side_shines_or_does_not() {
         (Side::Both, [true, true]),
     ] {
         let mut list = EmitterList::<f32>::default();
-        list.plain(quad, EmissionEstimate::even(Vec3::X), side, None);
+        list.add_constant(quad, EmissionEstimate::even(Vec3::X), side, None);
         let lamp = Emitters::new(list);
         let sides = f64::from(u8::from(shines[0]) + u8::from(shines[1]));
         assert!(
@@ -111,7 +111,7 @@ fn each_side_shines_or_does_not() {
         for (from, shines) in [Vec3::Z, Vec3::NEG_Z].into_iter().zip(shines) {
             let radiance = lamp.radiance(
                 0,
-                &Exit {
+                &EmissionPoint {
                     surface,
                     uv: [0.0; 2],
                     direction: -from,

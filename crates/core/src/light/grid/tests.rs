@@ -22,11 +22,11 @@ fn integral(grid: &SphereGrid, width: usize, height: usize) -> f64 {
         let at = |edge: f64| PI * edge / height as f64;
         let cell = (at(row as f64).cos() - at(row as f64 + 1.0).cos()) * TAU / width as f64;
         let (y, ring) = (at(row as f64 + 0.5).cos(), at(row as f64 + 0.5).sin());
-        let of = |column: usize| {
+        let value_of = |column: usize| {
             let angle = TAU * ((column as f64 + 0.5) / width as f64 + grid.turn - 0.5);
             density(grid, DVec3::new(ring * angle.cos(), y, ring * angle.sin()))
         };
-        (0..width).map(of).sum::<f64>() * cell
+        (0..width).map(value_of).sum::<f64>() * cell
     };
     (0..height).map(row).sum()
 }
@@ -151,7 +151,7 @@ fn blocks_are_drawn_by_their_density() {
         speckle(x, y) * (1.0 + y as f64 / 40.0) * if (x, y) == (40, 70) { 3e3 } else { 1.0 }
     };
     let grid = SphereGrid::new(width, height, 0.0, radiance).expect("it is not black");
-    assert!(grid.parts.contains(&WHOLE) && grid.parts.iter().any(|&place| place != WHOLE));
+    assert!(grid.parts.contains(&WHOLE) && grid.parts.iter().any(|&index| index != WHOLE));
     let middle = |x: usize, y: usize| {
         [
             (x as f64 + 0.5) / width as f64,
@@ -176,9 +176,9 @@ fn blocks_are_drawn_by_their_density() {
     }
     let (mut chi2, mut degrees) = (0.0, 0.0);
     for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
-        let (expected, wanted) = (share(x, y) * DRAWN as f64, radiance(x, y) / grid.flux());
+        let (expected, wanted_value) = (share(x, y) * DRAWN as f64, radiance(x, y) / grid.flux());
         assert!(
-            (0.75..1.34).contains(&(grid.density(middle(x, y)) / wanted)),
+            (0.75..1.34).contains(&(grid.density(middle(x, y)) / wanted_value)),
             "({x}, {y})"
         );
         if expected > 5.0 {

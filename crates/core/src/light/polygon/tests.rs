@@ -1,15 +1,15 @@
 //! Points on polygons: several together against one alone, and solid angles and means against
 //! closed forms.
 
-use raywright_bvh::{Loops, widest};
+use raywright_bvh::{SimdTask, run_widest};
 
 use super::*;
 use crate::hash::mix;
 use crate::light::LANES;
 
-struct Together<'a>(&'a PolygonLanes<LANES>);
+struct PolygonBatch<'a>(&'a PolygonLanes<LANES>);
 
-impl Loops for Together<'_> {
+impl SimdTask for PolygonBatch<'_> {
     type Output = PolygonPoints<LANES>;
     #[inline(always)]
     fn run(self) -> Self::Output {
@@ -55,7 +55,7 @@ fn lanes_have_the_points_of_one() {
             lanes.put(lane, polygon, *from, *position);
         };
         queries.iter().enumerate().for_each(put);
-        let points = widest(Together(&lanes));
+        let points = run_widest(PolygonBatch(&lanes));
         let sample = |lane| PolygonSample {
             solid_angle: points.solid_angle[lane],
             point: points.point(lane),
@@ -144,7 +144,7 @@ fn solid_angles_and_means_in_closed_form() {
         DVec3::new(2.0, 0.7, 0.5),
         DVec3::new(-1.0, 0.7, 1.0),
     ];
-    for (corners, wanted) in [
+    for (corners, expected) in [
         (&octant[..], Some(0.5 * PI)),
         (&rectangle(1.0, 1.0)[..], Some(4.0 * PI / 6.0)),
         (&rectangle(0.4, 1.5)[..], Some(of_rectangle)),
@@ -157,10 +157,10 @@ fn solid_angles_and_means_in_closed_form() {
         };
         for from in [DVec3::ZERO, DVec3::new(0.1, 0.2, 0.3)] {
             let found = polygon.solid_angle(from).expect("it is wide");
-            if let Some(wanted) = wanted.filter(|_| from == DVec3::ZERO) {
+            if let Some(expected) = expected.filter(|_| from == DVec3::ZERO) {
                 assert!(
-                    (found - wanted).abs() < 1e-12,
-                    "{corners:?}: {found}, not {wanted}"
+                    (found - expected).abs() < 1e-12,
+                    "{corners:?}: {found}, not {expected}"
                 );
             }
             let off = mean(&polygon, from).distance(lambert(corners, from) / found);

@@ -1,9 +1,9 @@
 //! A sky in closed form: a gradient from nadir to zenith, and lobes about directions. The code is
 //! generic over one ray or many.
 
-use raywright_bvh::{Loops, Real, Vector, widest};
+use raywright_bvh::{Real, SimdTask, Vector, run_widest};
 
-use super::{Directions, LANES, SkySample, side_by_side};
+use super::{DirectionColumns, LANES, SkySample, side_by_side};
 use crate::number::{Lanes, Number, Vector3};
 
 /// A gradient with suns.
@@ -46,7 +46,7 @@ impl<R: Real> Gradient<R> {
     /// Radiance along many directions, one after the other, in lanes of `f32`.
     pub fn look(&self, directions: impl Iterator<Item = R::Vec3>, out: &mut Vec<SkySample<R>>) {
         side_by_side::<R>(directions, |directions, count| {
-            let seen = widest(GradientRadiance {
+            let seen = run_widest(GradientRadiance {
                 gradient: self,
                 directions,
             });
@@ -61,10 +61,10 @@ impl<R: Real> Gradient<R> {
 /// Task: radiance along directions side by side.
 struct GradientRadiance<'a, R: Real> {
     gradient: &'a Gradient<R>,
-    directions: &'a Directions<R>,
+    directions: &'a DirectionColumns<R>,
 }
 
-impl<R: Real> Loops for GradientRadiance<'_, R> {
+impl<R: Real> SimdTask for GradientRadiance<'_, R> {
     type Output = <Lanes<LANES> as Number>::Vec3;
     #[inline(always)]
     fn run(self) -> Self::Output {

@@ -3,15 +3,15 @@
 use std::sync::Arc;
 
 use raywright_bvh::shapes::equirectangular;
-use raywright_bvh::{Loops, Real, Vector, widest};
+use raywright_bvh::{Real, SimdTask, Vector, run_widest};
 
-use super::{Directions, LANES, SkySample, side_by_side};
+use super::{DirectionColumns, LANES, SkySample, side_by_side};
 use crate::scene::{ImageData, Pixels};
 use crate::texture::decoded;
 
 /// An equirectangular environment map.
 #[derive(Clone, Debug)]
-pub struct Map<R: Real> {
+pub struct EquirectMap<R: Real> {
     pub image: Arc<ImageData>,
     /// Texels packed in a quarter of the bytes, if this loses nothing, as for `.hdr` files; empty
     /// otherwise. Sky lookups are incoherent, and their cost is memory access.
@@ -21,7 +21,7 @@ pub struct Map<R: Real> {
     pub strength: R,
 }
 
-impl<R: Real> Map<R> {
+impl<R: Real> EquirectMap<R> {
     /// A map of an image with a rotation and a strength.
     pub fn new(image: Arc<ImageData>, turn: R, strength: R) -> Self {
         let packed = match &image.pixels {
@@ -46,10 +46,10 @@ impl<R: Real> Map<R> {
     }
 
     #[inline(always)]
-    fn stored(&self, place: usize) -> R::Vec3 {
+    fn stored(&self, index: usize) -> R::Vec3 {
         let [r, g, b, _] = match &self.image.pixels {
-            Pixels::Linear(p) => p[place].map(R::from_f32),
-            Pixels::Codes(p) => p[place].map(|code| R::from_f64(decoded(code))),
+            Pixels::Linear(p) => p[index].map(R::from_f32),
+            Pixels::Codes(p) => p[index].map(|code| R::from_f64(decoded(code))),
         };
         R::Vec3::new(r, g, b)
     }
@@ -109,7 +109,7 @@ impl<R: Real> Map<R> {
     /// Radiance along many directions, one after the other.
     pub fn look(&self, directions: impl Iterator<Item = R::Vec3>, out: &mut Vec<SkySample<R>>) {
         side_by_side::<R>(directions, |directions, count| {
-            let [u, v, r, g, b] = widest(Look {
+            let [u, v, r, g, b] = run_widest(MapLookup {
                 map: self,
                 directions,
             });
@@ -124,15 +124,15 @@ impl<R: Real> Map<R> {
     #[inline(always)]
     fn texels<const N: usize>(&self, places: &[u32; N], out: &mut [[R; N]; 3]) {
         if self.packed.is_empty() {
-            for (i, &place) in places.iter().enumerate() {
-                let texel = self.stored(place as usize);
+            for (i, &index) in places.iter().enumerate() {
+                let texel = self.stored(index as usize);
                 (out[0][i], out[1][i], out[2][i]) = (texel.x(), texel.y(), texel.z());
             }
             return;
         }
         let mut texels = [0; N];
-        for (texel, &place) in texels.iter_mut().zip(places) {
-            *texel = self.packed[place as usize];
+        for (texel, &index) in texels.iter_mut().zip(places) {
+            *texel = self.packed[index as usize];
         }
         for (i, &texel) in texels.iter().enumerate() {
             let [r, g, b] = unpacked(texel);
@@ -142,12 +142,12 @@ impl<R: Real> Map<R> {
 }
 
 /// Task: image coordinates of directions, and the radiance there.
-struct Look<'a, R: Real> {
-    map: &'a Map<R>,
-    directions: &'a Directions<R>,
+struct MapLookup<'a, R: Real> {
+    map: &'a EquirectMap<R>,
+    directions: &'a DirectionColumns<R>,
 }
 
-impl<R: Real> Loops for Look<'_, R> {
+impl<R: Real> SimdTask for MapLookup<'_, R> {
     type Output = [[R; LANES]; 5];
     #[inline(always)]
     fn run(self) -> Self::Output {

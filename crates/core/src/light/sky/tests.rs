@@ -5,9 +5,9 @@ use super::*;
 use glam::{DVec3, Vec3};
 
 /// An image of one column; each row holds its index.
-fn rows<R: Real>(height: u32) -> Map<R> {
+fn rows<R: Real>(height: u32) -> EquirectMap<R> {
     let pixels = Pixels::Linear((0..height).map(|row| [row as f32; 4]).collect());
-    Map::new(
+    EquirectMap::new(
         Arc::new(ImageData {
             width: 1,
             height,
@@ -68,7 +68,7 @@ fn codes_are_decoded_in_the_precision_that_reads_them() {
         } else {
             ((c + 0.055) / 1.055).powf(2.4)
         };
-        let found = Map::<f64>::new(image, 0.0, 1.0)
+        let found = EquirectMap::<f64>::new(image, 0.0, 1.0)
             .radiance(equirectangular::<f64>(DVec3::Z))
             .y;
         assert!(
@@ -107,7 +107,7 @@ fn a_quarter_turn_brings_what_was_along_x_to_z() {
         };
         let sky = prepare::<f64>(
             (Some(&SkyData::Map(map)), DVec3::ZERO),
-            &Lookup::new(&scene),
+            &SceneLookup::new(&scene),
             &BTreeMap::new(),
         );
         sky.expect("the image is there").radiance(DVec3::ZERO, d).x
@@ -140,13 +140,14 @@ fn strength_is_part_of_the_power() {
         });
         let power = |strength: f64| {
             let sky = SkyRadiance {
-                kind: SkyKind::Map(Map::new(Arc::clone(&image), 0.0, strength)),
+                kind: SkyKind::Map(EquirectMap::new(Arc::clone(&image), 0.0, strength)),
             };
-            let seen = sky.radiance(DVec3::ZERO, DVec3::X);
+            let actual = sky.radiance(DVec3::ZERO, DVec3::X);
             let sampler = crate::light::SkySampler::new(&sky).expect("it shines");
             // A constant image, so the power is the radiance over the sphere.
             assert!(
-                (sampler.flux() / (4.0 * core::f64::consts::PI * (seen.x + seen.y + seen.z)) - 1.0)
+                (sampler.flux() / (4.0 * core::f64::consts::PI * (actual.x + actual.y + actual.z))
+                    - 1.0)
                     .abs()
                     < 1e-9
             );
@@ -199,7 +200,7 @@ fn packed_skies_are_the_same() {
         let mut pixels: Vec<[f32; 4]> = (0..32).map(texel).collect();
         pixels[31][3] = if alpha { 0.3 } else { 1.0 };
         pixels.extend(vec![[odd; 4]; 32]);
-        Map::<f32>::new(
+        EquirectMap::<f32>::new(
             Arc::new(ImageData {
                 width: 8,
                 height: 8,
@@ -235,7 +236,7 @@ fn many_looks_show_what_one_shows() {
             height: 8,
             pixels: pixels(unit),
         };
-        Map::new(Arc::new(image), turn, 1.5)
+        EquirectMap::new(Arc::new(image), turn, 1.5)
     };
     assert!(!map(0.25, 0.0).packed.is_empty() && map(0.1, 0.0).packed.is_empty());
     let sun = |i: u8| SunLobe {
@@ -265,16 +266,19 @@ fn many_looks_show_what_one_shows() {
                 let ring = (1.0 - height * height).sqrt();
                 DVec3::new(ring * libm::cos(turn), height, ring * libm::sin(turn)).as_vec3()
             };
-            let mut seen = Vec::new();
-            sky.look((0..count).map(|i| (Vec3::ONE, direction(i))), &mut seen);
-            assert_eq!(seen.len(), count);
-            for (i, seen) in seen.into_iter().enumerate() {
+            let mut sky_samples = Vec::new();
+            sky.look(
+                (0..count).map(|i| (Vec3::ONE, direction(i))),
+                &mut sky_samples,
+            );
+            assert_eq!(sky_samples.len(), count);
+            for (i, sky_sample) in sky_samples.into_iter().enumerate() {
                 let (place, radiance) = (
                     sky.place(direction(i)),
                     sky.radiance(Vec3::ONE, direction(i)),
                 );
                 assert_eq!(
-                    (seen.place.map(f32::to_bits), seen.radiance),
+                    (sky_sample.place.map(f32::to_bits), sky_sample.radiance),
                     (place.map(f32::to_bits), radiance),
                     "{i} of {count}"
                 );

@@ -10,9 +10,9 @@ use super::*;
 fn m04_far_balls_keep_their_solid_angle() {
     let centre = DVec3::new(3.0, -2.0, 1.0);
     for ratio in [1.000_001, 1.5, 10.0, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7] {
-        let towards = DVec3::new(0.48, 0.6, 0.64);
+        let direction = DVec3::new(0.48, 0.6, 0.64);
         let cone =
-            DirectionCone::new(centre, 0.25, centre + towards * (0.25 * ratio)).expect("outside");
+            DirectionCone::new(centre, 0.25, centre + direction * (0.25 * ratio)).expect("outside");
         let s2 = 1.0 / (ratio * ratio);
         let height = if ratio < 10.0 {
             1.0 - (1.0 - s2).sqrt()
@@ -29,7 +29,7 @@ fn m04_far_balls_keep_their_solid_angle() {
             assert!((normal.length() - 1.0).abs() < 1e-9, "{normal}");
             // Visible points lie on the near side of the circle of tangent rays.
             assert!(
-                normal.dot(towards) >= 1.0 / ratio - 1e-9,
+                normal.dot(direction) >= 1.0 / ratio - 1e-9,
                 "{ratio:e} radii away: {normal}"
             );
         }
@@ -45,7 +45,7 @@ fn m04_far_balls_send_their_light_without_noise() {
             centre: DVec3::new(0.0, 0.25 * ratio, 0.0),
             radius: 0.25,
         };
-        let (lights, _) = surface::<f64>(ball.into(), None, Strategy::SolidAngle);
+        let (lights, _) = surface::<f64>(ball.into(), None, EmitterStrategy::SolidAngle);
         for i in 0..200 {
             let sample = lights
                 .sample(LightId::Emitter(0), DVec3::ZERO, numbers(i), 1.0)
@@ -72,7 +72,7 @@ fn m04_within_a_ball_points_are_drawn_by_area() {
     );
     assert!(DirectionCone::new(centre, 1.0, DVec3::NAN).is_none());
     let mut list = EmitterList::<f64>::default();
-    list.plain(
+    list.add_constant(
         Sphere {
             centre,
             radius: 1.0,
@@ -82,7 +82,7 @@ fn m04_within_a_ball_points_are_drawn_by_area() {
         Side::Inside,
         None,
     );
-    let lights = alone(list, Strategy::SolidAngle);
+    let lights = alone(list, EmitterStrategy::SolidAngle);
     let (mut sum, mut squares, count) = (0.0, 0.0, 40_000_u32);
     for i in 0..count {
         let from = centre + DVec3::new(0.3, 0.1, -0.2);

@@ -30,7 +30,7 @@ fn estimate<R: Real>(
 
 /// Asserts that the mean is within three standard errors, and that the error is small enough to be
 /// meaningful.
-fn arrives<R: Real>(
+fn check_irradiance<R: Real>(
     name: &str,
     lights: &Lights<R>,
     light: LightId,
@@ -61,10 +61,10 @@ fn lambert(corners: &[DVec3], from: DVec3, n: DVec3) -> f64 {
 /// Protects: polygons and spheres yield the irradiance of closed forms, by both strategies and in
 /// both precisions.
 #[test]
-fn surfaces_send_what_the_closed_forms_say() {
+fn surface_irradiance_has_closed_forms() {
     fn check<R: Real>() {
         let (from, n) = (DVec3::new(0.1, -0.2, 0.05), DVec3::Y);
-        for strategy in [Strategy::Area, Strategy::SolidAngle] {
+        for strategy in [EmitterStrategy::Area, EmitterStrategy::SolidAngle] {
             for (name, shape, _) in shapes::<R>().into_iter().filter(|(.., map)| map.is_none()) {
                 let expected = match &shape {
                     AnyShape::Quad(quad) => lambert(&quad.corners.map(Vector::to_f64), from, n),
@@ -80,7 +80,7 @@ fn surfaces_send_what_the_closed_forms_say() {
                     _ => continue,
                 };
                 let lights = surface::<R>(shape, None, strategy).0;
-                arrives(
+                check_irradiance(
                     &format!("{name} by {strategy:?}"),
                     &lights,
                     LightId::Emitter(0),
@@ -98,7 +98,7 @@ fn surfaces_send_what_the_closed_forms_say() {
 /// Protects: skies yield the irradiance of closed forms: π·L, π·(a + ⅔·b·n.y) for a + b·y, 2π/(k
 /// + 2) for a lobe of exponent k along the normal, and for an image a sum over directions.
 #[test]
-fn skies_send_what_the_closed_forms_say() {
+fn sky_irradiance_has_closed_forms() {
     let direct = |sky: &SkyRadiance<f64>, n: DVec3| {
         const STEPS: u32 = 720;
         let cell = 2.0 * TAU / f64::from(STEPS * STEPS);
@@ -125,7 +125,7 @@ fn skies_send_what_the_closed_forms_say() {
             }],
         }),
     };
-    arrives(
+    check_irradiance(
         "sun",
         &under::<f64>(sun),
         LightId::Sky,
@@ -144,7 +144,7 @@ fn skies_send_what_the_closed_forms_say() {
                 "gradient" => PI * (0.5 + 0.5 * 2.0 / 3.0 * n.y),
                 _ => direct(&sky, n),
             };
-            arrives(
+            check_irradiance(
                 name,
                 &under::<f64>(sky.clone()),
                 LightId::Sky,
@@ -182,7 +182,7 @@ fn an_unasked_sky_is_not_built() {
 /// beside them, yield no infinity and no NaN, by either strategy.
 #[test]
 fn m03_receivers_in_the_plane_of_a_light_hear_numbers() {
-    fn check<R: Real>(strategy: Strategy) {
+    fn check<R: Real>(strategy: EmitterStrategy) {
         let (corner, u, v) = (
             DVec3::new(-1.0, 1.0, -1.0),
             DVec3::new(2.0, 0.0, 0.0),
@@ -239,7 +239,7 @@ fn m03_receivers_in_the_plane_of_a_light_hear_numbers() {
             }
         }
     }
-    for strategy in [Strategy::Area, Strategy::SolidAngle] {
+    for strategy in [EmitterStrategy::Area, EmitterStrategy::SolidAngle] {
         check::<f32>(strategy);
         check::<f64>(strategy);
     }
@@ -254,7 +254,11 @@ fn m03_receivers_close_to_a_quad_hear_no_sparks() {
         DVec3::new(2.0, 0.0, 0.0),
         DVec3::new(0.0, 0.0, 2.0),
     );
-    let (lights, _) = surface::<f64>(Quad::new(corner, u, v).into(), None, Strategy::SolidAngle);
+    let (lights, _) = surface::<f64>(
+        Quad::new(corner, u, v).into(),
+        None,
+        EmitterStrategy::SolidAngle,
+    );
     for across in [
         u * 0.5 + v * 0.5,
         u * 0.3 + v * 0.6,
@@ -268,7 +272,7 @@ fn m03_receivers_close_to_a_quad_hear_no_sparks() {
             from,
             DVec3::Y,
         );
-        arrives(
+        check_irradiance(
             &format!("{across}"),
             &lights,
             LightId::Emitter(0),
@@ -278,12 +282,12 @@ fn m03_receivers_close_to_a_quad_hear_no_sparks() {
         );
         let most =
             (0..1024).filter_map(|i| lights.sample(LightId::Emitter(0), from, numbers(i), 1.0));
-        let most = most
+        let maximum = most
             .map(|s| s.arriving.x * s.direction.y)
             .fold(0.0, f64::max);
         assert!(
-            most <= 1e4 * expected,
-            "{across}: a sample of {most}, mean {expected}"
+            maximum <= 1e4 * expected,
+            "{across}: a sample of {maximum}, mean {expected}"
         );
     }
 }

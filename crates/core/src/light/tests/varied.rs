@@ -15,10 +15,10 @@ fn spotted<R: Real>(across: usize, found: &[f64]) -> (Lights<R>, Geometry<R>) {
     list.next_object();
     list.varied(triangle, &found, false, Side::Both, across);
     group
-        .shape(triangle.into(), Visibility::default())
+        .add_shape(triangle.into(), Visibility::default())
         .expect("a shape");
     (
-        alone(list, Strategy::SolidAngle),
+        alone(list, EmitterStrategy::SolidAngle),
         Geometry::new(group, AcceleratorKind::Linear),
     )
 }
@@ -52,10 +52,10 @@ fn spotted_triangles_are_drawn_by_their_density() {
             |d| {
                 let ray = Ray::new(from, d);
                 let hit = geometry.closest(&ray, Interval::positive(), &mut ());
-                let met = hit.map_or(Target::Infinity, |hit| {
-                    Target::Surface(geometry.surface(&ray, &hit))
+                let light_target = hit.map_or(LightTarget::Infinity, |hit| {
+                    LightTarget::Surface(geometry.surface(&ray, &hit))
                 });
-                lights.density(light, from, d, &met, 1.0)
+                lights.density(light, from, d, &light_target, 1.0)
             },
         );
         let mut drawn = 0;
@@ -101,7 +101,7 @@ fn halves(above: f32, below: f32) -> Lights<f64> {
         pixels: Pixels::Linear(pixels),
     });
     let mut lights = under(SkyRadiance {
-        kind: sky::SkyKind::Map(sky::Map::new(image, 0.0, 1.0)),
+        kind: sky::SkyKind::Map(sky::EquirectMap::new(image, 0.0, 1.0)),
     });
     lights.draw_excess_of_sky();
     lights
@@ -114,7 +114,13 @@ fn halves(above: f32, below: f32) -> Lights<f64> {
 fn of_a_sky_most_of_the_mean_is_left() {
     let density = |lights: &Lights<f64>, y: f64| {
         let direction = DVec3::new(0.6, y, 0.1).normalize();
-        lights.density(LightId::Sky, DVec3::ZERO, direction, &Target::Infinity, 1.0)
+        lights.density(
+            LightId::Sky,
+            DVec3::ZERO,
+            direction,
+            &LightTarget::Infinity,
+            1.0,
+        )
     };
     let (near, far) = (halves(1.0, 0.9), halves(1.0, 0.2));
     let ratio = density(&near, 1.0) / density(&near, -1.0);
@@ -130,6 +136,6 @@ fn of_a_sky_most_of_the_mean_is_left() {
         "{flux}"
     );
     agrees("excess", &near, LightId::Sky, DVec3::ZERO, |d| {
-        near.density(LightId::Sky, DVec3::ZERO, d, &Target::Infinity, 1.0)
+        near.density(LightId::Sky, DVec3::ZERO, d, &LightTarget::Infinity, 1.0)
     });
 }

@@ -7,38 +7,38 @@ use core::ops::Range;
 
 use glam::DVec3;
 
-use super::{Leaf, WIDTH};
+use super::{LightLeaf, WIDTH};
 use crate::light::{LightBounds, LightId};
 
 /// Bounds and power of lights together.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Cluster {
+pub(super) struct LightCluster {
     pub bounds: LightBounds,
     pub power: f64,
 }
 
 /// A range of leaves.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Group {
+pub(super) struct LeafGroup {
     start: usize,
     end: usize,
     /// Number of splits from all leaves to this group.
     depth: u32,
-    pub sum: Cluster,
+    pub sum: LightCluster,
 }
 
-impl Group {
+impl LeafGroup {
     /// The group of all leaves; `None` if there are none.
-    pub fn of_all(leaves: &[Leaf]) -> Option<Self> {
+    pub fn of_all(leaves: &[LightLeaf]) -> Option<Self> {
         (!leaves.is_empty()).then(|| Self::of(leaves, 0..leaves.len(), 0))
     }
 
-    fn of(leaves: &[Leaf], range: Range<usize>, depth: u32) -> Self {
+    fn of(leaves: &[LightLeaf], range: Range<usize>, depth: u32) -> Self {
         Self {
             start: range.start,
             end: range.end,
             depth,
-            sum: Cluster::of(&leaves[range]),
+            sum: LightCluster::of(&leaves[range]),
         }
     }
 
@@ -50,11 +50,11 @@ impl Group {
 /// The children of a node over two or more leaves: up to [`WIDTH`], single leaves among them.
 /// Groups are split one after the other, the costliest first, except groups too small for the node
 /// to tell the positions of their halves apart.
-pub(super) fn divide(leaves: &mut [Leaf], whole: Group) -> Vec<Group> {
+pub(super) fn divide(leaves: &mut [LightLeaf], whole: LeafGroup) -> Vec<LeafGroup> {
     /// Least size of a group to split, relative to the node: some hundreds of times the rounding of
     /// positions.
     const SMALLEST: f64 = 1e-4;
-    let size = |group: &Group| group.sum.bounds.space.extent().length();
+    let size = |group: &LeafGroup| group.sum.bounds.space.extent().length();
     let smallest = SMALLEST * size(&whole);
     let mut groups = Vec::with_capacity(WIDTH);
     groups.push(whole);
@@ -76,14 +76,14 @@ pub(super) fn divide(leaves: &mut [Leaf], whole: Group) -> Vec<Group> {
         };
         let middle =
             group.start + split(&mut leaves[group.range()], &group.sum.bounds, group.depth);
-        groups[index] = Group::of(leaves, group.start..middle, group.depth + 1);
-        groups.push(Group::of(leaves, middle..group.end, group.depth + 1));
+        groups[index] = LeafGroup::of(leaves, group.start..middle, group.depth + 1);
+        groups.push(LeafGroup::of(leaves, middle..group.end, group.depth + 1));
     }
     groups
 }
 
-impl Cluster {
-    fn of(leaves: &[Leaf]) -> Self {
+impl LightCluster {
+    fn of(leaves: &[LightLeaf]) -> Self {
         let first = Self {
             bounds: leaves[0].bounds,
             power: leaves[0].power,
@@ -166,7 +166,7 @@ const DEEP: u32 = 32;
 
 /// Moves the leaves of the first group to the front and returns their number: at least one, with at
 /// least one left.
-fn split(leaves: &mut [Leaf], whole: &LightBounds, depth: u32) -> usize {
+fn split(leaves: &mut [LightLeaf], whole: &LightBounds, depth: u32) -> usize {
     let middle = leaves.len() / 2;
     let centres = leaves.iter().map(|leaf| leaf.bounds.space.centre());
     let (least, most) = centres.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(a, b), c| {
@@ -177,9 +177,9 @@ fn split(leaves: &mut [Leaf], whole: &LightBounds, depth: u32) -> usize {
     let along = (0..3)
         .max_by(|&a, &b| extent[a].total_cmp(&extent[b]))
         .unwrap_or(0);
-    let by_place = |leaves: &mut [Leaf]| {
+    let by_place = |leaves: &mut [LightLeaf]| {
         leaves.select_nth_unstable_by(middle, |a, b| {
-            let at = |leaf: &Leaf| leaf.bounds.space.centre()[along];
+            let at = |leaf: &LightLeaf| leaf.bounds.space.centre()[along];
             at(a)
                 .total_cmp(&at(b))
                 .then(order(a.light).cmp(&order(b.light)))
@@ -190,16 +190,16 @@ fn split(leaves: &mut [Leaf], whole: &LightBounds, depth: u32) -> usize {
     if !(longest > 0.0 && longest.is_finite()) || depth >= DEEP || leaves.len() == 2 {
         return by_place(leaves);
     }
-    let bin = |leaf: &Leaf, axis: usize| {
+    let bin = |leaf: &LightLeaf, axis: usize| {
         let share = (leaf.bounds.space.centre()[axis] - least[axis]) / extent[axis];
         ((share * BINS as f64) as usize).min(BINS - 1)
     };
     let span = whole.space.extent();
     let mut best: Option<(f64, usize, usize)> = None;
     for axis in (0..3).filter(|&axis| extent[axis] > 0.0) {
-        let mut bins: [Option<Cluster>; BINS] = [None; BINS];
+        let mut bins: [Option<LightCluster>; BINS] = [None; BINS];
         for leaf in leaves.iter() {
-            let one = Cluster {
+            let one = LightCluster {
                 bounds: leaf.bounds,
                 power: leaf.power,
             };
@@ -210,7 +210,8 @@ fn split(leaves: &mut [Leaf], whole: &LightBounds, depth: u32) -> usize {
         let slender = span.max_element() / span[axis].max(f64::MIN_POSITIVE);
         for (k, cost) in costs(&bins).into_iter().enumerate() {
             let cost = cost.map(|cost| cost * slender);
-            if let Some(cost) = cost.filter(|&cost| best.is_none_or(|(least, ..)| cost < least)) {
+            if let Some(cost) = cost.filter(|&cost| best.is_none_or(|(minimum, ..)| cost < minimum))
+            {
                 best = Some((cost, axis, k));
             }
         }
@@ -233,8 +234,8 @@ fn split(leaves: &mut [Leaf], whole: &LightBounds, depth: u32) -> usize {
 }
 
 /// Cost of both sides for each split between two bins; `None` if one side is empty.
-fn costs(bins: &[Option<Cluster>; BINS]) -> [Option<f64>; BINS - 1] {
-    let join = |a: Option<Cluster>, b: &Option<Cluster>| match (a, b) {
+fn costs(bins: &[Option<LightCluster>; BINS]) -> [Option<f64>; BINS - 1] {
+    let join = |a: Option<LightCluster>, b: &Option<LightCluster>| match (a, b) {
         (Some(a), Some(b)) => Some(a.and(b)),
         (a, b) => a.or(*b),
     };

@@ -9,8 +9,8 @@ use core::f64::consts::PI;
 
 use glam::DVec3;
 
-use super::build::Cluster;
-use super::{Content, LightTree, Receiver};
+use super::build::LightCluster;
+use super::{LightTree, LightTreeChild, Receiver};
 
 /// Children of a node.
 pub(super) const WIDTH: usize = 8;
@@ -36,7 +36,7 @@ pub(super) struct LightNode {
     inverse: f64,
     /// Slot of the node in its parent; [`LightTree::TOP`] for the root.
     pub parent: u32,
-    pub content: [Content; WIDTH],
+    pub content: [LightTreeChild; WIDTH],
     /// Centres of the children's boxes.
     x: [f32; WIDTH],
     y: [f32; WIDTH],
@@ -67,7 +67,7 @@ fn lesser(a: f32, b: f32) -> f32 {
 }
 
 /// The ball around a group's box; far from the origin its centre is rounded.
-fn ball(group: &Cluster) -> (DVec3, f64) {
+fn ball(group: &LightCluster) -> (DVec3, f64) {
     let (space, middle) = (group.bounds.space, group.bounds.space.centre());
     (
         middle,
@@ -86,7 +86,7 @@ fn mean(middle: f32, greatest: f32) -> f32 {
 
 impl LightNode {
     /// A node without children, around all that it will hold.
-    pub fn new(whole: &Cluster, parent: u32) -> Self {
+    pub fn new(whole: &LightCluster, parent: u32) -> Self {
         /// Lights at one position have no extent; with this unit every other position is far.
         const LEAST: f64 = 1e-150;
         let (centre, radius) = ball(whole);
@@ -95,7 +95,7 @@ impl LightNode {
             centre,
             inverse: 1.0 / radius.max(LEAST),
             parent,
-            content: [Content::Inner(LightTree::NONE); WIDTH],
+            content: [LightTreeChild::Inner(LightTree::NONE); WIDTH],
             x: none,
             y: none,
             z: none,
@@ -111,11 +111,11 @@ impl LightNode {
     }
 
     /// Sets a child.
-    pub fn put(&mut self, lane: usize, group: &Cluster, whole: &Cluster) {
-        let Cluster { bounds, power } = group;
+    pub fn put(&mut self, lane: usize, group: &LightCluster, whole: &LightCluster) {
+        let LightCluster { bounds, power } = group;
         let (middle, radius) = ball(group);
-        let place = ((middle - self.centre) * self.inverse).as_vec3();
-        [self.x[lane], self.y[lane], self.z[lane]] = place.to_array();
+        let position = ((middle - self.centre) * self.inverse).as_vec3();
+        [self.x[lane], self.y[lane], self.z[lane]] = position.to_array();
         self.radius[lane] = (radius * self.inverse * (1.0 + MOVED) + MOVED) as f32;
         [self.axis_x[lane], self.axis_y[lane], self.axis_z[lane]] =
             bounds.axis.as_vec3().to_array();
@@ -133,10 +133,10 @@ impl LightNode {
     /// equality at the horizon, where it is zero.
     #[inline(always)]
     pub fn importances(&self, receiver: &Receiver) -> [f32; WIDTH] {
-        let across = (receiver.at - self.centre) * self.inverse;
+        let across = (receiver.point - self.centre) * self.inverse;
         let farthest = across.abs().max_element();
         let shrink = if farthest > FAR { FAR / farthest } else { 1.0 };
-        let at = (across * shrink).as_vec3();
+        let point = (across * shrink).as_vec3();
         let (shrink, normal) = (shrink as f32, receiver.normal.as_vec3());
         // A point that receives light on both sides has no horizon.
         let level = if receiver.normal == DVec3::ZERO {
@@ -147,9 +147,9 @@ impl LightNode {
         let mut importances = [0.0; WIDTH];
         for (i, importance) in importances.iter_mut().enumerate() {
             let (x, y, z) = (
-                at.x - self.x[i] * shrink,
-                at.y - self.y[i] * shrink,
-                at.z - self.z[i] * shrink,
+                point.x - self.x[i] * shrink,
+                point.y - self.y[i] * shrink,
+                point.z - self.z[i] * shrink,
             );
             let radius = self.radius[i] * shrink;
             let (squared, radius2) = (x * x + y * y + z * z, radius * radius);

@@ -13,24 +13,24 @@ fn number(i: u64) -> f64 {
 }
 
 /// A point in the cube from −1 to 1.
-fn place(i: u64) -> DVec3 {
+fn light_position(i: u64) -> DVec3 {
     DVec3::new(number(3 * i), number(3 * i + 1), number(3 * i + 2)) * 2.0 - 1.0
 }
 
 fn unit(i: u64) -> DVec3 {
-    place(i).normalize_or(DVec3::Y)
+    light_position(i).normalize_or(DVec3::Y)
 }
 
 /// A tree and the slot of each of its lights.
 fn tree(bounds: impl Iterator<Item = (LightBounds, f64)>) -> (LightTree, Vec<u32>) {
-    let leaf = |(i, (bounds, power))| Leaf {
+    let leaf = |(i, (bounds, power))| LightLeaf {
         light: LightId::Emitter(i as u32),
         bounds,
         power,
     };
-    let leaves: Vec<Leaf> = bounds.enumerate().map(leaf).collect();
+    let leaves: Vec<LightLeaf> = bounds.enumerate().map(leaf).collect();
     let mut places = vec![LightTree::NONE; leaves.len()];
-    let tree = LightTree::new(leaves, |light, place| places[index(light)] = place);
+    let tree = LightTree::new(leaves, |light, position| places[index(light)] = position);
     (tree, places)
 }
 
@@ -42,24 +42,24 @@ fn index(light: LightId) -> usize {
 }
 
 /// A light that emits in all directions.
-fn round(at: DVec3, size: f64) -> LightBounds {
+fn round(point: DVec3, size: f64) -> LightBounds {
     LightBounds::round(Aabb {
-        min: at,
-        max: at + DVec3::splat(size),
+        min: point,
+        max: point + DVec3::splat(size),
     })
 }
 
 /// Flat, round and narrow lights in turn.
 fn mixed(i: u64) -> (LightBounds, f64) {
-    let (at, axis) = (place(i) * 3.0, unit(i + 1_000_000));
+    let (point, axis) = (light_position(i) * 3.0, unit(i + 1_000_000));
     let space = Aabb {
-        min: at,
-        max: at + DVec3::splat(0.05 * number(i + 2_000_000)),
+        min: point,
+        max: point + DVec3::splat(0.05 * number(i + 2_000_000)),
     };
     let bounds = match i % 3 {
         0 => LightBounds::flat(space, axis),
         1 => LightBounds::round(space),
-        _ => LightBounds::point(at, axis, 1.0),
+        _ => LightBounds::point(point, axis, 1.0),
     };
     (bounds, 0.1 + number(i + 3_000_000))
 }
@@ -71,7 +71,7 @@ fn receiver(i: u64) -> Receiver {
         unit(i + 5_000_000)
     };
     Receiver {
-        at: place(i + 4_000_000) * 4.0,
+        point: light_position(i + 4_000_000) * 4.0,
         normal,
     }
 }
@@ -81,7 +81,7 @@ fn receiver(i: u64) -> Receiver {
 /// Levels are few, and memory stays within the estimate. A single light is always sampled, and
 /// lights at NaN positions form a tree too.
 #[test]
-fn both_ways_say_the_same_bits() {
+fn both_traversals_return_the_same_bits() {
     for count in [1, 2, 3, 7, 8, 9, 63, 64, 65, 511, 513, 100_000] {
         let (tree, places) = tree((0..count).map(mixed));
         assert!(
@@ -172,19 +172,19 @@ fn points_together_draw_as_each_alone() {
 #[test]
 fn probabilities_sum_to_one_at_any_scale() {
     /// Position of a light by its number.
-    type Spread = fn(u64) -> DVec3;
-    let spreads: [(&str, Spread); 8] = [
-        ("scattered", |i| place(i)),
+    type LightSpread = fn(u64) -> DVec3;
+    let spreads: [(&str, LightSpread); 8] = [
+        ("scattered", |i| light_position(i)),
         ("at one place", |_| DVec3::new(1.0, 2.0, 3.0)),
         ("at the origin", |_| DVec3::ZERO),
-        ("10⁻⁶ m apart", |i| place(i) * 1e-6),
-        ("10⁹ m apart", |i| place(i) * 1e9),
+        ("10⁻⁶ m apart", |i| light_position(i) * 1e-6),
+        ("10⁹ m apart", |i| light_position(i) * 1e9),
         ("pairs of 10⁻⁶ m that are 10⁹ m apart", |i| {
-            place(i / 2) * 1e9 + place(i) * 1e-6
+            light_position(i / 2) * 1e9 + light_position(i) * 1e-6
         }),
-        ("10⁻³⁰ m apart", |i| place(i) * 1e-30),
+        ("10⁻³⁰ m apart", |i| light_position(i) * 1e-30),
         ("10⁻³ m apart and 10⁹ m from the origin", |i| {
-            DVec3::new(1e9, -1e9, 1e9) + place(i) * 1e-3
+            DVec3::new(1e9, -1e9, 1e9) + light_position(i) * 1e-3
         }),
     ];
     let powers: [fn(u64) -> f64; 2] = [
@@ -201,21 +201,21 @@ fn probabilities_sum_to_one_at_any_scale() {
                 .map(|distance| at(0) + unit(7) * distance);
             for from in away {
                 let receiver = Receiver {
-                    at: from,
+                    point: from,
                     normal: DVec3::ZERO,
                 };
                 let each = places
                     .iter()
-                    .map(|&place| tree.probability(place, &receiver));
-                let (sum, least) = each.fold((0.0, f64::INFINITY), |(sum, least), p| {
-                    (sum + p, p.min(least))
+                    .map(|&index| tree.probability(index, &receiver));
+                let (sum, minimum) = each.fold((0.0, f64::INFINITY), |(sum, minimum), p| {
+                    (sum + p, p.min(minimum))
                 });
                 assert!(
                     (sum - 1.0_f64).abs() < 1e-9,
                     "{count} {name}, from {from}: {sum}"
                 );
                 assert!(
-                    least > 0.0,
+                    minimum > 0.0,
                     "{count} {name}, from {from}: one is never drawn"
                 );
             }
@@ -238,7 +238,7 @@ fn draws_follow_the_probabilities() {
             }
             let mut said: Vec<f64> = places
                 .iter()
-                .map(|&place| tree.probability(place, &from))
+                .map(|&position| tree.probability(position, &from))
                 .collect();
             said.push(1.0 - said.iter().sum::<f64>());
             let (mut chi2, mut degrees, mut rare) = (0.0, 0.0, [0.0; 2]);
@@ -284,7 +284,7 @@ fn what_can_light_can_be_drawn() {
     ];
     let mut counts = [0_u32; 3];
     for (scale, origin) in [(1.0, 0.0), (1e-6, 0.0), (1e9, 0.0), (1.0, 1e6), (1e-6, 1e9)] {
-        for (count, alike) in [2, 8, 20, 300]
+        for (count, equal) in [2, 8, 20, 300]
             .into_iter()
             .flat_map(|count: u64| [(count, false), (count, true)])
         {
@@ -292,19 +292,22 @@ fn what_can_light_can_be_drawn() {
             let told = origin * 1e-12 < scale;
             let origin = DVec3::new(1.0, -0.7, 0.3) * origin;
             let light = |i: u64| {
-                let [normals, emission] = CONES[if alike { 0 } else { (i % 6) as usize }];
+                let [normals, emission] = CONES[if equal { 0 } else { (i % 6) as usize }];
                 (
-                    origin + place(i) * scale,
+                    origin + light_position(i) * scale,
                     unit(i + count * 1000),
                     normals,
                     emission,
                 )
             };
             let (tree, places) = tree((0..count).map(|i| {
-                let (at, axis, normals, emission) = light(i);
+                let (point, axis, normals, emission) = light(i);
                 (
                     LightBounds {
-                        space: Aabb { min: at, max: at },
+                        space: Aabb {
+                            min: point,
+                            max: point,
+                        },
                         axis,
                         normals,
                         emission,
@@ -314,31 +317,40 @@ fn what_can_light_can_be_drawn() {
             }));
             for k in 0..1_500 {
                 // One light's rim passes at or near this point, and so does the horizon.
-                let (at, axis, normals, emission) = light(k % count);
+                let (point, axis, normals, emission) = light(k % count);
                 let off = [0.0, 1e-9, 1e-6, 1e-5, 1e-4, 1e-2, -1e-3][(k % 7) as usize];
-                let towards = axis * (normals + emission - off).cos()
+                let target_direction = axis * (normals + emission - off).cos()
                     + axis.any_orthonormal_vector() * (normals + emission - off).sin();
-                let from = at + towards * (scale * [1e-3, 0.1, 1.0, 1e3, 1e6][(k % 5) as usize]);
-                let flat = towards.any_orthonormal_vector();
-                let normal =
-                    [DVec3::ZERO, (flat - towards * off).normalize(), unit(k)][(k % 3) as usize];
+                let from = point
+                    + target_direction * (scale * [1e-3, 0.1, 1.0, 1e3, 1e6][(k % 5) as usize]);
+                let flat = target_direction.any_orthonormal_vector();
+                let normal = [
+                    DVec3::ZERO,
+                    (flat - target_direction * off).normalize(),
+                    unit(k),
+                ][(k % 3) as usize];
                 for i in 0..count {
-                    let (at, axis, normals, emission) = light(i);
-                    let direction = (from - at).normalize_or_zero();
+                    let (point, axis, normals, emission) = light(i);
+                    let direction = (from - point).normalize_or_zero();
                     let facing = -normal.dot(direction);
                     let leaves = axis.dot(direction) - (normals + emission).cos();
-                    let arrives = if normal == DVec3::ZERO { 1.0 } else { facing };
-                    let probability =
-                        tree.probability(places[i as usize], &Receiver { at: from, normal });
+                    let received = if normal == DVec3::ZERO { 1.0 } else { facing };
+                    let probability = tree.probability(
+                        places[i as usize],
+                        &Receiver {
+                            point: from,
+                            normal,
+                        },
+                    );
                     let name =
-                        format!("{i} of {count} at {scale:e}: off by {leaves:e} and {arrives:e}");
-                    if leaves > 0.0 && arrives > 0.0 {
+                        format!("{i} of {count} at {scale:e}: off by {leaves:e} and {received:e}");
+                    if leaves > 0.0 && received > 0.0 {
                         assert!(probability > 0.0, "{name}");
-                        counts[usize::from(leaves.min(arrives) < 1e-7)] += 1;
+                        counts[usize::from(leaves.min(received) < 1e-7)] += 1;
                     } else if count == 2
                         && told
-                        && at.distance(from) > 1e-2 * scale
-                        && leaves.min(arrives) < -1e-4
+                        && point.distance(from) > 1e-2 * scale
+                        && leaves.min(received) < -1e-4
                     {
                         assert_eq!(probability, 0.0, "{name}");
                         counts[2] += 1;
@@ -367,27 +379,27 @@ fn importance_is_about_what_arrives() {
     let share = either.probability(
         places[0],
         &Receiver {
-            at: DVec3::ZERO,
+            point: DVec3::ZERO,
             normal: DVec3::ZERO,
         },
     );
     assert!((share - 0.5).abs() < 1e-6, "{share}");
     let at = [DVec3::Y, DVec3::new(8.0_f64.sqrt(), 1.0, 0.0)];
     let (lamps, places) = tree(
-        at.map(|at| (LightBounds::point(at, DVec3::NEG_Y, 1.5), 1.0))
+        at.map(|point| (LightBounds::point(point, DVec3::NEG_Y, 1.5), 1.0))
             .into_iter(),
     );
     let share = lamps.probability(
         places[1],
         &Receiver {
-            at: DVec3::ZERO,
+            point: DVec3::ZERO,
             normal: DVec3::Y,
         },
     );
     // 1/d² times the cosine at the surface; lights have full strength within their cones.
-    let arrives = 1.0 / 9.0 / 3.0;
+    let received = 1.0 / 9.0 / 3.0;
     assert!(
-        (share - arrives / (1.0 + arrives)).abs() < 0.03 && share < 0.1,
+        (share - received / (1.0 + received)).abs() < 0.03 && share < 0.1,
         "{share}"
     );
 }

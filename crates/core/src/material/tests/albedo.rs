@@ -4,7 +4,8 @@
 use core::f64::consts::{FRAC_PI_2, TAU};
 
 use super::super::albedo::{
-    ANISOTROPIC, ANISOTROPIC_MEANS, Entry, STEPS, TABLE, Table, UNIT, look_up, look_up_anisotropic,
+    ANISOTROPIC, ANISOTROPIC_MEANS, AlbedoEntry, AlbedoTable, STEPS, TABLE, UNIT, look_up,
+    look_up_anisotropic,
 };
 use super::super::fresnel::schlick_weight;
 use super::super::ggx::{LEAST_ROUGHNESS, sample_wm};
@@ -24,7 +25,7 @@ const HEMISPHERE: [usize; 2] = [96, 32];
 /// The mean over the hemisphere of the interpolation between a row's entries: 8·∫E·s⁷ ds by the
 /// fourth root s of the cosine, in closed form over each step. So the mean belongs to the very
 /// function that is looked up.
-fn mean(row: &[Entry]) -> Entry {
+fn mean(row: &[AlbedoEntry]) -> AlbedoEntry {
     let step = 1.0 / (STEPS - 1) as f64;
     let mut sum = [0.0; 2];
     for (i, pair) in row.windows(2).enumerate() {
@@ -62,8 +63,11 @@ fn single_scattering(cosine: f64, roughness: f64) -> [f64; 2] {
         let into = (facet * (2.0 * wo.dot(facet)) - wo).z;
         if into > 0.0 {
             let cell = 3.0 * rest * rest / (OUTWARDS * AROUND) as f64;
-            let sent = cell * (cosine + own) * into / (cosine * smith(a2, into) + into * own);
-            sum = [sum[0] + sent, sum[1] + sent * schlick_weight(wo.dot(facet))];
+            let scattered = cell * (cosine + own) * into / (cosine * smith(a2, into) + into * own);
+            sum = [
+                sum[0] + scattered,
+                sum[1] + scattered * schlick_weight(wo.dot(facet)),
+            ];
         }
     }
     sum
@@ -80,27 +84,30 @@ fn anisotropic_scattering(wo: DVec3, [wide, fine]: [f64; 2]) -> [f64; 2] {
         let wi = facet * (2.0 * wo.dot(facet)) - wo;
         if wi.z > 0.0 {
             let cell = 3.0 * rest * rest / (OUTWARDS * ALL_AROUND) as f64;
-            let sent = cell * (wo.z + own) * wi.z / (wo.z * root(wi) + wi.z * own);
-            sum = [sum[0] + sent, sum[1] + sent * schlick_weight(wo.dot(facet))];
+            let scattered = cell * (wo.z + own) * wi.z / (wo.z * root(wi) + wi.z * own);
+            sum = [
+                sum[0] + scattered,
+                sum[1] + scattered * schlick_weight(wo.dot(facet)),
+            ];
         }
     }
     sum
 }
 
-fn towards(cosine: f64, [x, y]: [f64; 2]) -> DVec3 {
+fn direction_at(cosine: f64, [x, y]: [f64; 2]) -> DVec3 {
     let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
     DVec3::new(sine * x, sine * y, cosine)
 }
 
 /// The pair of α by the table's coordinates of lesser roughness and strength.
 fn alpha(finer: f64, strength: f64) -> [f64; 2] {
-    let least = LEAST_ROUGHNESS.sqrt();
-    let fine = (least + finer * (1.0 - least)).powi(4);
+    let minimum = LEAST_ROUGHNESS.sqrt();
+    let fine = (minimum + finer * (1.0 - minimum)).powi(4);
     [fine + (1.0 - fine) * strength * strength, fine]
 }
 
 /// The entry of the anisotropic table at an index.
-fn difference(table: &Table, index: usize) -> [i16; 2] {
+fn difference(table: &AlbedoTable, index: usize) -> [i16; 2] {
     let mut rest = index;
     let mut share = [0.0; 4];
     for k in (0..4).rev() {
@@ -111,23 +118,23 @@ fn difference(table: &Table, index: usize) -> [i16; 2] {
     if wide <= fine {
         return [0; 2];
     }
-    let [most, least] = [wide, fine].map(|alpha| alpha.sqrt().sqrt());
-    let shown = (least + share[1] * (most - least)).powi(4);
+    let [maximum, minimum] = [wide, fine].map(|alpha| alpha.sqrt().sqrt());
+    let shown = (minimum + share[1] * (maximum - minimum)).powi(4);
     let y2 = ((wide * wide - shown * shown) / (wide * wide - fine * fine)).clamp(0.0, 1.0);
-    let wo = towards(share[0].powi(4).max(1e-4), [(1.0 - y2).sqrt(), y2.sqrt()]);
-    let [sent, grazing] = anisotropic_scattering(wo, [wide, fine]);
+    let wo = direction_at(share[0].powi(4).max(1e-4), [(1.0 - y2).sqrt(), y2.sqrt()]);
+    let [scattered, grazing] = anisotropic_scattering(wo, [wide, fine]);
     // Head-on too, the azimuth's roughness is given, since the direction does not determine it.
     let isotropic = look_up(table, wo.z, shown.sqrt());
     let stored = |exact: f64, isotropic: f64| ((exact - isotropic) * UNIT).round() as i16;
     [
-        stored(1.0 - sent, isotropic[0]),
+        stored(1.0 - scattered, isotropic[0]),
         stored(grazing, isotropic[1]),
     ]
 }
 
 /// The mean over the hemisphere of the looked-up albedo, by the midpoint rule over azimuths and the
 /// fourth root of the cosine.
-fn anisotropic_mean(table: &Table, index: usize) -> Entry {
+fn anisotropic_mean(table: &AlbedoTable, index: usize) -> AlbedoEntry {
     let share = |k: usize| k as f64 / (ANISOTROPIC_MEANS - 1) as f64;
     let alpha = alpha(
         share(index / ANISOTROPIC_MEANS),
@@ -139,7 +146,7 @@ fn anisotropic_mean(table: &Table, index: usize) -> Entry {
         let azimuth = FRAC_PI_2 * ((i % turns) as f64 + 0.5) / turns as f64;
         let entry = look_up_anisotropic(
             table,
-            towards(root.powi(4), [libm::cos(azimuth), libm::sin(azimuth)]),
+            direction_at(root.powi(4), [libm::cos(azimuth), libm::sin(azimuth)]),
             alpha,
         );
         let cell = 8.0 * root.powi(7) / (heights * turns) as f64;
@@ -149,9 +156,9 @@ fn anisotropic_mean(table: &Table, index: usize) -> Entry {
 }
 
 /// Computes the whole table.
-fn computed() -> Box<Table> {
+fn computed() -> Box<AlbedoTable> {
     let share = |i: usize| i as f64 / (STEPS - 1) as f64;
-    let mut table = Box::new(Table::read(&[0; Table::BYTES]));
+    let mut table = Box::new(AlbedoTable::read(&[0; AlbedoTable::BYTES]));
     for (i, entry) in table.entries.iter_mut().enumerate() {
         let [cosine, roughness] = [share(i % STEPS).powi(4).max(1e-4), share(i / STEPS).powi(2)];
         let [all, grazing] = single_scattering(cosine, roughness);
@@ -169,7 +176,7 @@ fn computed() -> Box<Table> {
     table
 }
 
-fn bytes(table: &Table) -> Vec<u8> {
+fn bytes(table: &AlbedoTable) -> Vec<u8> {
     let pairs = table
         .entries
         .iter()
@@ -208,7 +215,7 @@ fn albedos_are_those_of_the_microsurface() {
         let ([a, b, c], [turn, ..]) = (numbers(9000 + 2 * point), numbers(9001 + 2 * point));
         let strength = if point % 5 == 0 { 0.0 } else { b };
         let [wide, fine] = alpha(a, strength);
-        let wo = towards(
+        let wo = direction_at(
             0.05 + 0.95 * c,
             [libm::cos(TAU * turn), libm::sin(TAU * turn)],
         );

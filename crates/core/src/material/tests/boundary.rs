@@ -10,7 +10,7 @@ use super::super::fresnel::dielectric_in_air;
 use super::super::ggx::{LEAST_ROUGHNESS, sample_wm};
 use super::super::lobe_kind::on_disk;
 use super::super::*;
-use super::{NORMAL, WHITE, chi_squared, furnace, numbers, towards};
+use super::{NORMAL, WHITE, chi_squared, direction_at, furnace, numbers};
 use glam::DVec3;
 
 /// Points of the disk in the sum of an entry: outwards, and around one half.
@@ -26,7 +26,7 @@ fn scattering(cosine: f64, roughness: f64, eta: f64, [outwards, around]: [usize;
         DVec3::new((1.0 - cosine * cosine).max(0.0).sqrt(), 0.0, cosine),
     );
     let smith = |c: f64| (a2 + (1.0 - a2) * c * c).sqrt();
-    let (own, mut sent, mut through, mut clear) = (smith(cosine), 0.0, 0.0, 0.0);
+    let (own, mut scattered, mut through, mut clear) = (smith(cosine), 0.0, 0.0, 0.0);
     for k in 0..outwards * around {
         let rest = 1.0 - ((k / around) as f64 + 0.5) / outwards as f64;
         let turn = 0.25 + 0.5 * ((k % around) as f64 + 0.5) / around as f64;
@@ -38,39 +38,45 @@ fn scattering(cosine: f64, roughness: f64, eta: f64, [outwards, around]: [usize;
         let share = dielectric(tilt, (beyond2 > 0.0).then_some(beyond), eta);
         let into = (facet * (2.0 * wo.dot(facet)) - wo).z;
         if into > 0.0 {
-            let seen = cell * (cosine + own) * into / (cosine * smith(into) + into * own);
-            sent += seen * share;
-            clear += if beyond2 > 0.0 { 0.0 } else { seen };
+            let actual = cell * (cosine + own) * into / (cosine * smith(into) + into * own);
+            scattered += actual * share;
+            clear += if beyond2 > 0.0 { 0.0 } else { actual };
         }
         let below = wo.z * eta - facet.z * (eta * tilt - beyond);
         if beyond2 > 0.0 && below > 0.0 {
-            let seen = cell * 2.0 * below / (below + smith(below));
-            through += seen * (1.0 - share);
-            clear += seen;
+            let actual = cell * 2.0 * below / (below + smith(below));
+            through += actual * (1.0 - share);
+            clear += actual;
         }
     }
-    [sent, 1.0 - sent - through, 1.0 - clear]
+    [scattered, 1.0 - scattered - through, 1.0 - clear]
 }
 
 /// Rows of one kind of entry over a table of these steps. Each row ends with the mean of the
 /// interpolation between its entries: 8·∫E·s⁷ ds by the fourth root s of the cosine.
 fn rows(
     [indices, roughnesses, cosines]: [usize; 3],
-    of: impl Fn(f64, f64, f64) -> f64,
+    value_of: impl Fn(f64, f64, f64) -> f64,
 ) -> Vec<u16> {
-    let most = libm::sqrt(libm::sqrt(0.5 * (MOST_INDEX - 1.0)));
+    let maximum = libm::sqrt(libm::sqrt(0.5 * (MOST_INDEX - 1.0)));
     let share = |i: usize, steps: usize| i as f64 / (steps - 1) as f64;
     let stored = |x: f64| (x.clamp(0.0, 1.0) * UNIT).round() as u16;
     let mut out = Vec::new();
     for i in 0..indices * roughnesses {
-        let place = share(i / roughnesses, indices) * most / (1.0 + most);
-        let (index, least) = (
+        let place = share(i / roughnesses, indices) * maximum / (1.0 + maximum);
+        let (index, minimum) = (
             1.0 + 2.0 * (place / (1.0 - place)).powi(4),
             LEAST_ROUGHNESS.sqrt(),
         );
-        let roughness = (least + share(i % roughnesses, roughnesses) * (1.0 - least)).powi(2);
+        let roughness = (minimum + share(i % roughnesses, roughnesses) * (1.0 - minimum)).powi(2);
         let row: Vec<u16> = (0..cosines)
-            .map(|k| stored(of(share(k, cosines).powi(4).max(1e-4), roughness, index)))
+            .map(|k| {
+                stored(value_of(
+                    share(k, cosines).powi(4).max(1e-4),
+                    roughness,
+                    index,
+                ))
+            })
             .collect();
         let (step, mut mean) = (1.0 / (cosines - 1) as f64, 0.0);
         for (k, pair) in row.windows(2).enumerate() {
@@ -92,9 +98,9 @@ fn bytes() -> Vec<u8> {
     });
     for side in [0, 1] {
         let eta = |index: f64| if side == 0 { 1.0 / index } else { index };
-        for which in [1, 2] {
+        for selected in [1, 2] {
             all.extend(rows(LOST, |cosine, roughness, index| {
-                scattering(cosine, roughness, eta(index), POINTS)[which]
+                scattering(cosine, roughness, eta(index), POINTS)[selected]
             }));
         }
     }
@@ -125,8 +131,8 @@ fn boundaries_reflect_and_lose_what_is_looked_up() {
             1.1 + 2.0 * a
         };
         let (roughness, cosine) = (0.04 + 0.96 * b, 0.02 + 0.98 * c);
-        let [sent, ..] = scattering(cosine, roughness, 1.0 / index, [96, 32]);
-        worst[0] = worst[0].max((reflected(index, roughness, Some(cosine)) - sent).abs());
+        let [scattered, ..] = scattering(cosine, roughness, 1.0 / index, [96, 32]);
+        worst[0] = worst[0].max((reflected(index, roughness, Some(cosine)) - scattered).abs());
         for (side, eta) in [(1, 1.0 / index), (2, index)] {
             let [_, whole, clear] = scattering(cosine, roughness, eta, [96, 32]);
             let found = lost(eta, roughness, Some(cosine));
@@ -170,7 +176,7 @@ fn clear(ior: f64, roughness: f64, thin: bool) -> Layered<f64> {
     };
     Layered {
         thin,
-        ..Layered::of(base, ior)
+        ..Layered::from_base(base, ior)
     }
 }
 
@@ -185,19 +191,19 @@ fn rough_glass_keeps_all() {
             for height in [1.0, 0.7, 0.4, 0.15, 0.04] {
                 for (thin, outside) in [(true, true), (false, true), (false, false)] {
                     for (specular, strength) in [(1.0, 0.0), (0.4, 0.0), (1.0, 0.7)] {
-                        let combed = (strength > 0.0).then(|| Anisotropy {
+                        let anisotropy = (strength > 0.0).then(|| Anisotropy {
                             strength,
-                            frame: Frame::about(NORMAL),
+                            frame: ShadingFrame::from_normal(NORMAL),
                         });
                         let model = Layered {
                             specular,
-                            combed,
+                            anisotropy,
                             ..clear(ior, roughness, thin)
                         };
-                        let wo = towards(NORMAL, height, 0.4);
-                        let (sent, deviation) =
+                        let wo = direction_at(NORMAL, height, 0.4);
+                        let (scattered, deviation) =
                             super::furnace_of(&model.transport(NORMAL, wo, outside), wo, 1_500);
-                        let off = (sent.x - 1.0).abs() - 3.5 * deviation;
+                        let off = (scattered.x - 1.0).abs() - 3.5 * deviation;
                         let worst = &mut worst[usize::from(!outside)];
                         if off > worst.0 {
                             let name = format!(
@@ -206,7 +212,7 @@ fn rough_glass_keeps_all() {
                             *worst = (
                                 off,
                                 format!(
-                                    "{name}, {specular}, combed {strength}: {sent} ± {deviation}"
+                                    "{name}, {specular}, combed {strength}: {scattered} ± {deviation}"
                                 ),
                             );
                         }
@@ -217,25 +223,25 @@ fn rough_glass_keeps_all() {
     }
     assert!(worst[0].0 <= 0.008 && worst[1].0 <= 0.015, "{worst:?}");
     // The unlayered boundary gives the same as the layered one.
-    let own = clear(1.5, 0.8, false).base;
-    let (sent, deviation) = furnace(&own.transport(NORMAL, NORMAL, true, true), NORMAL);
+    let base = clear(1.5, 0.8, false).base;
+    let (scattered, deviation) = furnace(&base.transport(NORMAL, NORMAL, true, true), NORMAL);
     assert!(
-        (sent.x - 1.0).abs() <= 0.006 + 3.0 * deviation,
-        "{sent} ± {deviation}"
+        (scattered.x - 1.0).abs() <= 0.006 + 3.0 * deviation,
+        "{scattered} ± {deviation}"
     );
 }
 
 /// Protects: samples of rough glass follow their density, and its values with multiple scattering
 /// are reciprocal, up to the square of the index.
 #[test]
-fn whole_boundaries_are_reciprocal() {
+fn rough_glass_with_interreflection_is_reciprocal() {
     for (ior, roughness, specular) in [(1.5, 0.9, 1.0), (1.33, 0.5, 0.3), (2.42, 1.0, 1.0)] {
         let model = Layered {
             specular,
             ..clear(ior, roughness, false)
         };
         for height in [0.9, 0.3] {
-            let wo = towards(NORMAL, height, 0.4);
+            let wo = direction_at(NORMAL, height, 0.4);
             chi_squared(
                 "glass, from outside",
                 &model.transport(NORMAL, wo, true),
@@ -253,8 +259,8 @@ fn whole_boundaries_are_reciprocal() {
         }
         for i in 0..400 {
             let ([a, b, c], [d, ..]) = (numbers(2 * i), numbers(2 * i + 1));
-            let wo = towards(NORMAL, 0.02 + 0.98 * a, TAU * b);
-            let wi = towards(NORMAL, -0.02 - 0.98 * c, TAU * d);
+            let wo = direction_at(NORMAL, 0.02 + 0.98 * a, TAU * b);
+            let wi = direction_at(NORMAL, -0.02 - 0.98 * c, TAU * d);
             let there = model.transport(NORMAL, wo, true).eval_and_pdf(wo, wi).0.x;
             let back = model.transport(-NORMAL, wi, false).eval_and_pdf(wi, wo).0.x;
             assert!(
@@ -288,17 +294,17 @@ fn exact_paint_sends_back_all() {
                         rule: FresnelRule::Exact,
                         specular,
                         specular_colour: WHITE * colour,
-                        ..Layered::of(base, ior)
+                        ..Layered::from_base(base, ior)
                     };
-                    let wo = towards(NORMAL, height, 0.4);
-                    let (sent, deviation) =
+                    let wo = direction_at(NORMAL, height, 0.4);
+                    let (scattered, deviation) =
                         super::furnace_of(&model.transport(NORMAL, wo, true), wo, 1_000);
-                    let off = (sent.x - 1.0).abs() - 3.5 * deviation;
+                    let off = (scattered.x - 1.0).abs() - 3.5 * deviation;
                     if off > worst.0 {
                         let name = format!(
                             "index {ior}, roughness {roughness} at {height}, {specular} of {colour}"
                         );
-                        worst = (off, format!("{name}: {sent} ± {deviation}"));
+                        worst = (off, format!("{name}: {scattered} ± {deviation}"));
                     }
                 }
             }

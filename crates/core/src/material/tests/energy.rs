@@ -1,7 +1,7 @@
 //! White furnaces of whole surfaces over the product of their parameters: no energy is gained.
 
 use super::super::*;
-use super::{NORMAL, WHITE, furnace, towards};
+use super::{NORMAL, WHITE, direction_at, furnace};
 use glam::DVec3;
 
 fn body(base: DVec3, share: f64, roughness: f64) -> MetallicRoughness<f64> {
@@ -64,26 +64,26 @@ fn bodies_keep_their_light_within() {
     ] {
         for roughness in [0.0, 0.2, 0.6, 1.0] {
             for height in [1.0, 0.76, 0.73, 0.5, 0.1] {
-                let wo = towards(NORMAL, height, 0.4);
-                let own = body(WHITE * base, share, roughness);
-                let layered = Layered::of(own, 1.5);
+                let wo = direction_at(NORMAL, height, 0.4);
+                let own_base = body(WHITE * base, share, roughness);
+                let layered = Layered::from_base(own_base, 1.5);
                 let both = [
-                    furnace(&own.transport(NORMAL, wo, false, true), wo),
+                    furnace(&own_base.transport(NORMAL, wo, false, true), wo),
                     furnace(&layered.transport(NORMAL, wo, false), wo),
                 ];
-                for (sent, deviation) in both {
+                for (scattered, deviation) in both {
                     let name = format!(
-                        "{base}, {share} of it clear, roughness {roughness} at {height}: {sent} ± {deviation}"
+                        "{base}, {share} of it clear, roughness {roughness} at {height}: {scattered} ± {deviation}"
                     );
-                    assert!(sent.x <= 1.0 + 3.0 * deviation + 1e-9, "{name}");
+                    assert!(scattered.x <= 1.0 + 3.0 * deviation + 1e-9, "{name}");
                     // Glass keeps the Fresnel reflectance and transmits the rest; paint reflects
                     // diffusely.
                     let beyond = 1.0 - 2.25 * (1.0 - height * height);
                     let kept = dielectric(height, (beyond > 0.0).then(|| f64::sqrt(beyond)), 1.5);
-                    let wanted = share * (kept + (1.0 - kept) * base) + (1.0 - share) * base;
+                    let expected = share * (kept + (1.0 - kept) * base) + (1.0 - share) * base;
                     assert!(
-                        roughness > 0.0 || (sent.x - wanted).abs() <= 4.0 * deviation + 1e-9,
-                        "{name}, not {wanted}"
+                        roughness > 0.0 || (scattered.x - expected).abs() <= 4.0 * deviation + 1e-9,
+                        "{name}, not {expected}"
                     );
                 }
             }
@@ -94,10 +94,10 @@ fn bodies_keep_their_light_within() {
 /// A variant of a surface beside its roughness.
 type Variant = (&'static str, fn(Layered<f64>) -> Layered<f64>);
 
-fn combed(strength: f64) -> Option<Anisotropy<f64>> {
+fn anisotropy_of(strength: f64) -> Option<Anisotropy<f64>> {
     Some(Anisotropy {
         strength,
-        frame: Frame::along(NORMAL, DVec3::new(0.3, 0.9, -0.2), false),
+        frame: ShadingFrame::from_tangent(NORMAL, DVec3::new(0.3, 0.9, -0.2), false),
     })
 }
 
@@ -109,8 +109,8 @@ fn coat(roughness: f64) -> Option<Coat<f64>> {
     })
 }
 
-fn film(ior: f64, thickness: f64) -> Option<Film<f64>> {
-    Some(Film {
+fn film(ior: f64, thickness: f64) -> Option<ThinFilm<f64>> {
+    Some(ThinFilm {
         share: 1.0,
         ior,
         thickness,
@@ -150,7 +150,7 @@ const VARIANTS: [Variant; 15] = [
         ..model
     }),
     ("combed", |model| Layered {
-        combed: combed(0.8),
+        anisotropy: anisotropy_of(0.8),
         ..model
     }),
     ("leaf", |model| Layered {
@@ -183,7 +183,7 @@ const VARIANTS: [Variant; 15] = [
     }),
     ("combed leaf under a coat", |model| Layered {
         coat: coat(0.2),
-        combed: combed(1.0),
+        anisotropy: anisotropy_of(1.0),
         diffused: Some(Diffused {
             share: 0.5,
             colour: WHITE,
@@ -201,7 +201,7 @@ fn surfaces() -> impl Iterator<Item = (String, Layered<f64>)> {
                 [false, true].into_iter().filter(move |&thin| !thin || clear > 0.0).map(move |thin| {
                     let base = MetallicRoughness { metallic, ..body(WHITE, clear, roughness) };
                     let label = format!("{name}, roughness {roughness}, metal {metallic}, clear {clear}, thin {thin}");
-                    (label, variant(Layered { thin, ..Layered::of(base, 1.5) }))
+                    (label, variant(Layered { thin, ..Layered::from_base(base, 1.5) }))
                 })
             })
         })
@@ -211,7 +211,7 @@ fn surfaces() -> impl Iterator<Item = (String, Layered<f64>)> {
 /// Albedo of a surface in its strongest channel with its standard deviation, from a few samples;
 /// from more where a few exceed the bound.
 fn sent(model: &Layered<f64>, height: f64, outside: bool) -> (f64, f64) {
-    let wo = towards(NORMAL, height, if height > 0.3 { 0.4 } else { 2.0 });
+    let wo = direction_at(NORMAL, height, if height > 0.3 { 0.4 } else { 2.0 });
     let bsdf = model.transport(NORMAL, wo, outside);
     let (mean, deviation) = few(&bsdf, wo, 500);
     if mean <= 1.005 + 3.0 * deviation {
@@ -237,11 +237,11 @@ fn no_surface_makes_light() {
                 if !outside && (model.base.glass.is_none() || model.thin) {
                     continue;
                 }
-                let (sent, deviation) = sent(&model, height, outside);
-                if sent - 3.0 * deviation > worst.0 {
+                let (scattered, deviation) = sent(&model, height, outside);
+                if scattered - 3.0 * deviation > worst.0 {
                     worst = (
-                        sent - 3.0 * deviation,
-                        format!("{name}, outside {outside} at {height}: {sent} ± {deviation}"),
+                        scattered - 3.0 * deviation,
+                        format!("{name}, outside {outside} at {height}: {scattered} ± {deviation}"),
                     );
                 }
             }
@@ -250,7 +250,7 @@ fn no_surface_makes_light() {
     assert!(worst.0 <= 1.005, "{}", worst.1);
     let literal = Layered {
         rule: FresnelRule::Model,
-        ..Layered::of(body(WHITE, 0.0, 0.0), 1.5)
+        ..Layered::from_base(body(WHITE, 0.0, 0.0), 1.5)
     };
     assert!(
         sent(&literal, 0.02, true).0 > 1.5,
@@ -266,7 +266,7 @@ fn white_surfaces_send_back_all() {
     for metallic in [0.0, 0.5, 1.0] {
         for roughness in [0.0, 0.1, 0.3, 0.6, 1.0] {
             for height in [1.0, 0.6, 0.25, 0.1, 0.03] {
-                let wo = towards(NORMAL, height, 0.4);
+                let wo = direction_at(NORMAL, height, 0.4);
                 let own = |base: f64| MetallicRoughness {
                     metallic,
                     ..body(WHITE * base, 0.0, roughness)
@@ -294,7 +294,7 @@ fn white_surfaces_send_back_all() {
 /// reflects all incident light, along the tangent, across it and between, and so do white
 /// dielectrics and mixtures.
 #[test]
-fn white_combed_surfaces_send_back_all() {
+fn white_anisotropic_surfaces_reflect_all() {
     let mut worst = (0.0_f64, String::new());
     for metallic in [0.0, 0.5, 1.0] {
         for roughness in [0.0, 0.1, 0.3, 0.6, 0.9] {
@@ -306,24 +306,24 @@ fn white_combed_surfaces_send_back_all() {
                             ..body(WHITE, 0.0, roughness)
                         };
                         let model = Layered {
-                            combed: combed(strength),
-                            ..Layered::of(base, 1.5)
+                            anisotropy: anisotropy_of(strength),
+                            ..Layered::from_base(base, 1.5)
                         };
-                        let frame = model.combed.expect("it is combed").frame;
+                        let frame = model.anisotropy.expect("it is combed").frame;
                         let across = f64::sqrt(1.0 - height * height);
                         let [x, y] = [
                             libm::cos(core::f64::consts::TAU * turn),
                             libm::sin(core::f64::consts::TAU * turn),
                         ];
                         let wo = frame.to_world(DVec3::new(across * x, across * y, height));
-                        let (sent, deviation) =
+                        let (scattered, deviation) =
                             super::furnace_of(&model.transport(NORMAL, wo, true), wo, 3_000);
-                        let off = (sent.x - 1.0).abs() - 3.5 * deviation;
+                        let off = (scattered.x - 1.0).abs() - 3.5 * deviation;
                         if off > worst.0 {
                             let name = format!(
                                 "metal {metallic}, roughness {roughness}, strength {strength} at {height}, {turn}"
                             );
-                            worst = (off, format!("{name}: {sent} ± {deviation}"));
+                            worst = (off, format!("{name}: {scattered} ± {deviation}"));
                         }
                     }
                 }
@@ -344,8 +344,8 @@ fn surfaces_are_reciprocal() {
             };
             for i in 0..300 {
                 let ([a, b, c], [d, ..]) = (super::numbers(2 * i), super::numbers(2 * i + 1));
-                let wo = towards(NORMAL, 0.01 + 0.99 * a, core::f64::consts::TAU * b);
-                let wi = towards(NORMAL, 0.01 + 0.99 * c, core::f64::consts::TAU * d);
+                let wo = direction_at(NORMAL, 0.01 + 0.99 * a, core::f64::consts::TAU * b);
+                let wi = direction_at(NORMAL, 0.01 + 0.99 * c, core::f64::consts::TAU * d);
                 let there = model.transport(NORMAL, wo, true, true).eval(wo, wi);
                 let back = model.transport(NORMAL, wi, true, true).eval(wi, wo);
                 assert!(

@@ -2,7 +2,7 @@
 //! hold.
 
 use super::super::albedo::Albedo;
-use super::super::energy::Remainder;
+use super::super::energy::EnergyComplement;
 use super::super::*;
 use super::numbers;
 use crate::number::{Lanes, Mask, Number, Vector3};
@@ -29,10 +29,10 @@ struct Case {
 }
 
 /// A direction by its cosine to `n` and its azimuth in turns, rounded to `f32`.
-fn towards(n: DVec3, height: f64, turn: f64) -> DVec3 {
+fn direction_at(n: DVec3, height: f64, turn: f64) -> DVec3 {
     let across = (1.0 - height * height).max(0.0).sqrt();
     let turn = core::f64::consts::TAU * turn;
-    let v = Frame::<f64>::about(n).to_world(DVec3::new(
+    let v = ShadingFrame::<f64>::from_normal(n).to_world(DVec3::new(
         across * libm::cos(turn),
         across * libm::sin(turn),
         height,
@@ -42,13 +42,13 @@ fn towards(n: DVec3, height: f64, turn: f64) -> DVec3 {
 
 impl Case {
     fn of(index: usize) -> Self {
-        let mut at = 16 * index as u64;
+        let mut position = 16 * index as u64;
         let mut next = || {
-            at += 1;
-            numbers(at).map(|x| f64::from(x as f32))
+            position += 1;
+            numbers(position).map(|x| f64::from(x as f32))
         };
         let [a, b, kind] = next();
-        let normal = towards(DVec3::Z, 2.0 * a - 1.0, b);
+        let normal = direction_at(DVec3::Z, 2.0 * a - 1.0, b);
         // Head-on, grazing, exactly along the surface, below the surface, and any height above it.
         let height = |[how, x, _]: [f64; 3]| match (how * 8.0) as u32 {
             0 => 1.0,
@@ -58,11 +58,11 @@ impl Case {
             _ => x,
         };
         let ([turn_o, turn_i, _], [how_o, how_i, how_l]) = (next(), [next(), next(), next()]);
-        let wo = towards(normal, height(how_o), turn_o);
+        let wo = direction_at(normal, height(how_o), turn_o);
         let wi = match (how_l[0] * 12.0) as u32 {
             0 => wo,
             1 => -wo,
-            _ => towards(normal, height(how_i), turn_i),
+            _ => direction_at(normal, height(how_i), turn_i),
         };
         let end = |[how, x, _]: [f64; 3]| [0.0, 1.0, x, x, x, x][(how * 6.0) as usize];
         let colours = [0; 4].map(|_| {
@@ -148,7 +148,7 @@ impl<N: Number> Outcome<N> {
     ) {
         let bsdf = model.rough(normal, wo, true);
         let (value, density) = bsdf.eval_and_pdf(wo, wi);
-        let sampled = bsdf.sample(&Frame::about(normal), wo, drawn);
+        let sampled = bsdf.sample(&ShadingFrame::from_normal(normal), wo, drawn);
         self.numbers.extend([density, sampled.density]);
         self.vectors.extend([
             value,
@@ -166,7 +166,7 @@ impl<N: Number> Outcome<N> {
     }
 
     #[inline(never)]
-    fn samples(&mut self, bsdf: &Bsdf<N>, frame: &Frame<N>, wo: N::Vec3, drawn: [N; 3]) {
+    fn samples(&mut self, bsdf: &Bsdf<N>, frame: &ShadingFrame<N>, wo: N::Vec3, drawn: [N; 3]) {
         let sampled = bsdf.sample(frame, wo, drawn);
         self.numbers.push(sampled.density);
         self.vectors.extend([sampled.direction, sampled.weight]);
@@ -174,8 +174,11 @@ impl<N: Number> Outcome<N> {
     }
 
     #[inline(never)]
-    fn frames(&mut self, normal: N::Vec3, wi: N::Vec3, outside: N::Mask) -> Frame<N> {
-        let (frame, along) = (Frame::about(normal), Frame::<N>::along(normal, wi, outside));
+    fn frames(&mut self, normal: N::Vec3, wi: N::Vec3, outside: N::Mask) -> ShadingFrame<N> {
+        let (frame, along) = (
+            ShadingFrame::from_normal(normal),
+            ShadingFrame::<N>::from_tangent(normal, wi, outside),
+        );
         self.vectors.extend([
             frame.tangent,
             frame.bitangent,
@@ -238,13 +241,13 @@ fn outcome<N: Number>(set: u32, first: usize) -> Vec<Vec<u32>> {
         number(|c| c.drawn[1]),
         number(|c| c.drawn[2]),
     ];
-    let remainder =
-        Remainder::new(layer, roughness).seen_at(normal.dot(wo), Albedo::mean(roughness));
+    let energy_complement =
+        EnergyComplement::new(layer, roughness).seen_at(normal.dot(wo), Albedo::mean(roughness));
     let kinds = [
         Lobe::Diffuse {
             albedo: first_colour,
             interreflected: second,
-            remainder,
+            energy_complement,
         },
         Lobe::Rough {
             f0: second,
@@ -260,7 +263,7 @@ fn outcome<N: Number>(set: u32, first: usize) -> Vec<Vec<u32>> {
     let chosen = (0..KINDS)
         .filter(|kind| set >> kind & 1 == 1)
         .map(|kind| kinds[kind as usize]);
-    let list = chosen.fold(Bsdf::new(normal), Bsdf::with);
+    let list = chosen.fold(Bsdf::new(normal), Bsdf::with_lobe);
     let model = MetallicRoughness {
         base: first_colour,
         metallic: number(|c| c.metallic),
@@ -280,15 +283,15 @@ fn outcome<N: Number>(set: u32, first: usize) -> Vec<Vec<u32>> {
     if set < 2 {
         // Functions that depend on the set only by the presence of glass.
         let further = Bsdf::new(normal)
-            .with(Lobe::Lambert(Lambert {
+            .with_lobe(Lobe::Lambert(Lambert {
                 albedo: first_colour,
             }))
-            .with(Lobe::Rough {
+            .with_lobe(Lobe::Rough {
                 f0: second,
                 f90: third,
                 roughness,
             })
-            .with(Lobe::Dielectric(glass.boundary(
+            .with_lobe(Lobe::Dielectric(glass.boundary(
                 outside,
                 share,
                 Some(roughness),
@@ -296,7 +299,7 @@ fn outcome<N: Number>(set: u32, first: usize) -> Vec<Vec<u32>> {
         lists.extend([further, model.transport(normal, wo, outside, true)]);
         found.values_of_both_sides(&further, wo, wi);
         found.rough(&model, normal, [wo, wi], drawn);
-        let bent = NormalMap::<N> {
+        let curved = NormalMap::<N> {
             normal,
             along: wi,
             mirrored: outside,
@@ -305,7 +308,7 @@ fn outcome<N: Number>(set: u32, first: usize) -> Vec<Vec<u32>> {
             outside,
             direction: -wo,
         };
-        found.vectors.push(bent.perturbed_normal());
+        found.vectors.push(curved.perturbed_normal());
     }
     for bsdf in lists {
         found.densities(&bsdf, wo, wi);
@@ -388,7 +391,7 @@ fn rough_surfaces_are_what_they_are_by_all_lobes() {
                 bits(all.eval_diffuse(wo, wi)),
                 "{case:?}"
             );
-            let (frame, drawn) = (Frame::about(normal), case.drawn.map(number));
+            let (frame, drawn) = (ShadingFrame::from_normal(normal), case.drawn.map(number));
             let [a, b] = [two.sample(&frame, wo, drawn), all.sample(&frame, wo, drawn)];
             assert_eq!(
                 (a.some, a.delta, bits(a.direction), bits(a.weight)),

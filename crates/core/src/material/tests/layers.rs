@@ -2,7 +2,7 @@
 
 use super::super::film::reflectance;
 use super::super::*;
-use super::{NORMAL, WHITE, chi_squared, furnace, numbers, towards};
+use super::{NORMAL, WHITE, chi_squared, direction_at, furnace, numbers};
 use crate::number::{Lanes, Mask, Number, Vector3};
 use glam::DVec3;
 
@@ -25,7 +25,7 @@ fn clear(roughness: f64, ior: f64) -> Layered<f64> {
         transmitted: WHITE,
     });
     let dielectric = ((ior - 1.0) / (ior + 1.0)).powi(2);
-    Layered::of(
+    Layered::from_base(
         MetallicRoughness {
             dielectric,
             glass,
@@ -36,15 +36,15 @@ fn clear(roughness: f64, ior: f64) -> Layered<f64> {
 }
 
 /// An arbitrary oblique frame about the normal.
-fn askew() -> Frame<f64> {
-    Frame::along(NORMAL, DVec3::new(0.3, 0.9, -0.2), false)
+fn askew() -> ShadingFrame<f64> {
+    ShadingFrame::from_tangent(NORMAL, DVec3::new(0.3, 0.9, -0.2), false)
 }
 
 /// Each layer alone, and all of them together.
 fn layers() -> Vec<(&'static str, Layered<f64>)> {
-    let paint = Layered::of(matte(WHITE * 0.8, 0.6), 1.5);
+    let paint = Layered::from_base(matte(WHITE * 0.8, 0.6), 1.5);
     let metal = |roughness: f64| {
-        Layered::of(
+        Layered::from_base(
             MetallicRoughness {
                 metallic: 1.0,
                 ..matte(WHITE, roughness)
@@ -65,13 +65,13 @@ fn layers() -> Vec<(&'static str, Layered<f64>)> {
             roughness,
         })
     };
-    let combed = |strength: f64| {
+    let anisotropy = |strength: f64| {
         Some(Anisotropy {
             strength,
             frame: askew(),
         })
     };
-    let film = Some(Film {
+    let film = Some(ThinFilm {
         share: 1.0,
         ior: 1.8,
         thickness: 420.0,
@@ -80,10 +80,10 @@ fn layers() -> Vec<(&'static str, Layered<f64>)> {
         share: 0.4,
         colour: DVec3::new(0.9, 1.0, 0.2),
     });
-    let bent = Coat {
+    let curved = Coat {
         weight: 0.7,
         roughness: 0.3,
-        normal: towards(NORMAL, 0.93, 2.0),
+        normal: direction_at(NORMAL, 0.93, 2.0),
     };
     vec![
         (
@@ -103,7 +103,7 @@ fn layers() -> Vec<(&'static str, Layered<f64>)> {
         (
             "bent coat",
             Layered {
-                coat: Some(bent),
+                coat: Some(curved),
                 ..paint
             },
         ),
@@ -131,14 +131,14 @@ fn layers() -> Vec<(&'static str, Layered<f64>)> {
         (
             "brushed metal",
             Layered {
-                combed: combed(0.7),
+                anisotropy: anisotropy(0.7),
                 ..metal(0.3)
             },
         ),
         (
             "combed paint",
             Layered {
-                combed: combed(1.0),
+                anisotropy: anisotropy(1.0),
                 ..paint
             },
         ),
@@ -184,7 +184,7 @@ fn layers() -> Vec<(&'static str, Layered<f64>)> {
             "soapy wall",
             Layered {
                 thin: true,
-                film: Some(Film {
+                film: Some(ThinFilm {
                     share: 1.0,
                     ior: 1.33,
                     thickness: 300.0,
@@ -214,14 +214,14 @@ fn layers() -> Vec<(&'static str, Layered<f64>)> {
                     colour: WHITE * 0.5,
                     roughness: 0.6,
                 }),
-                combed: combed(0.5),
-                film: Some(Film {
+                anisotropy: anisotropy(0.5),
+                film: Some(ThinFilm {
                     share: 0.5,
                     ior: 1.4,
                     thickness: 350.0,
                 }),
                 diffused,
-                ..Layered::of(
+                ..Layered::from_base(
                     MetallicRoughness {
                         metallic: 0.3,
                         ..matte(WHITE * 0.9, 0.5)
@@ -239,7 +239,7 @@ fn layers() -> Vec<(&'static str, Layered<f64>)> {
 fn layers_are_drawn_by_their_density() {
     for (name, model) in layers() {
         for height in [1.0, 0.7, 0.2] {
-            let wo = towards(NORMAL, height, 0.4);
+            let wo = direction_at(NORMAL, height, 0.4);
             for outside in [true, false] {
                 if outside || model.base.glass.is_some() && !model.thin {
                     chi_squared(name, &model.transport(NORMAL, wo, outside), wo);
@@ -256,8 +256,8 @@ fn layers_are_reciprocal() {
         let mut through = 0;
         for i in 0..300 {
             let ([a, b, c], [d, ..]) = (numbers(2 * i), numbers(2 * i + 1));
-            let wo = towards(NORMAL, 0.05 + 0.95 * a, core::f64::consts::TAU * b);
-            let wi = towards(NORMAL, 0.05 + 0.95 * c, core::f64::consts::TAU * d);
+            let wo = direction_at(NORMAL, 0.05 + 0.95 * a, core::f64::consts::TAU * b);
+            let wi = direction_at(NORMAL, 0.05 + 0.95 * c, core::f64::consts::TAU * d);
             if name == "bent coat" {
                 // A bent coat has the cosine to its own normal on both sides.
                 continue;
@@ -293,7 +293,7 @@ fn m08_layers_make_no_light() {
     for (name, model) in layers() {
         for roughness in [0.0, 0.1, 0.3, 0.6, 1.0] {
             for height in [1.0, 0.8, 0.5, 0.25, 0.08] {
-                let wo = towards(NORMAL, height, 0.4);
+                let wo = direction_at(NORMAL, height, 0.4);
                 let model = Layered {
                     base: MetallicRoughness {
                         roughness,
@@ -301,23 +301,23 @@ fn m08_layers_make_no_light() {
                     },
                     ..model
                 };
-                let (sent, deviation) = furnace(&model.transport(NORMAL, wo, true), wo);
-                let most = 1.005 + 3.0 * deviation;
+                let (scattered, deviation) = furnace(&model.transport(NORMAL, wo, true), wo);
+                let maximum = 1.005 + 3.0 * deviation;
                 assert!(
-                    sent.max_element() <= most,
-                    "{name}, roughness {roughness} at {height}: {sent} ± {deviation}"
+                    scattered.max_element() <= maximum,
+                    "{name}, roughness {roughness} at {height}: {scattered} ± {deviation}"
                 );
-                assert!(sent.min_element() >= 0.0, "{name}: {sent}");
+                assert!(scattered.min_element() >= 0.0, "{name}: {scattered}");
             }
         }
     }
     for height in [1.0, 0.6, 0.2, 0.05] {
-        let wo = towards(NORMAL, height, 0.4);
+        let wo = direction_at(NORMAL, height, 0.4);
         let wall = Layered {
             thin: true,
             ..clear(0.0, 1.5)
         };
-        let metal = Layered::of(
+        let metal = Layered::from_base(
             MetallicRoughness {
                 metallic: 1.0,
                 ..matte(WHITE, 0.0)
@@ -332,15 +332,15 @@ fn m08_layers_make_no_light() {
             }),
             ..metal
         };
-        let combed = Layered {
-            combed: Some(Anisotropy {
+        let anisotropy = Layered {
+            anisotropy: Some(Anisotropy {
                 strength: 0.3,
                 frame: askew(),
             }),
             ..metal
         };
         let filmed = Layered {
-            film: Some(Film {
+            film: Some(ThinFilm {
                 share: 1.0,
                 ior: 1.4,
                 thickness: 400.0,
@@ -351,13 +351,14 @@ fn m08_layers_make_no_light() {
             ("wall", wall),
             ("coated mirror", coated),
             ("film on glass", filmed),
-            ("combed", combed),
+            ("combed", anisotropy),
         ] {
-            let (sent, deviation) = furnace(&model.transport(NORMAL, wo, true), wo);
-            let off = (sent - DVec3::ONE).abs().max_element();
+            let (scattered, deviation) = furnace(&model.transport(NORMAL, wo, true), wo);
+            let off = (scattered - DVec3::ONE).abs().max_element();
             assert!(
-                sent.max_element() <= 1.005 + 3.0 * deviation && off <= 0.005 + 3.0 * deviation,
-                "{name} at {height}: {sent} ± {deviation}"
+                scattered.max_element() <= 1.005 + 3.0 * deviation
+                    && off <= 0.005 + 3.0 * deviation,
+                "{name} at {height}: {scattered} ± {deviation}"
             );
         }
     }
@@ -381,55 +382,63 @@ fn factors_of_reflections_are_those_of_layers() {
         };
         let layered = Layered {
             specular,
-            ..Layered::of(base, 1.5)
+            ..Layered::from_base(base, 1.5)
         };
-        let own = MetallicRoughness {
+        let own_base = MetallicRoughness {
             dielectric: base.dielectric * specular,
             grazing: specular,
             ..base
         };
-        let wo = towards(NORMAL, 0.35, 0.3);
-        let [found, wanted] = [
+        let wo = direction_at(NORMAL, 0.35, 0.3);
+        let [found, expected] = [
             layered.transport(NORMAL, wo, true).lobes().len(),
-            own.transport(NORMAL, wo, true, true).lobes().len(),
+            own_base.transport(NORMAL, wo, true, true).lobes().len(),
         ];
-        assert!(found <= wanted, "{found} and {wanted}");
+        assert!(found <= expected, "{found} and {expected}");
         for i in 0..200 {
             let [a, b, c] = numbers(i);
-            let wi = towards(NORMAL, a, core::f64::consts::TAU * b);
-            let (wanted, found) = (
+            let wi = direction_at(NORMAL, a, core::f64::consts::TAU * b);
+            let (expected, bsdf) = (
                 layered.transport(NORMAL, wo, true),
-                own.transport(NORMAL, wo, true, true),
+                own_base.transport(NORMAL, wo, true, true),
             );
-            let apart = (wanted.eval(wo, wi) - found.eval(wo, wi))
+            let apart = (expected.eval(wo, wi) - bsdf.eval(wo, wi))
                 .abs()
                 .max_element();
             assert!(
-                apart <= 1e-12 * wanted.eval(wo, wi).max_element(),
+                apart <= 1e-12 * expected.eval(wo, wi).max_element(),
                 "{metallic} {specular}: {apart:e}"
             );
-            assert!((wanted.pdf(wo, wi) - found.pdf(wo, wi)).abs() <= 1e-12 * wanted.pdf(wo, wi));
-            let frame = Frame::about(NORMAL);
-            let [one, other] = [
-                wanted.sample(&frame, wo, [a, b, c]),
-                found.sample(&frame, wo, [a, b, c]),
-            ];
-            assert_eq!((one.some, one.delta), (other.some, other.delta));
             assert!(
-                (one.direction - other.direction).length() < 1e-9
-                    && (one.weight - other.weight).length() < 1e-9
+                (expected.pdf(wo, wi) - bsdf.pdf(wo, wi)).abs() <= 1e-12 * expected.pdf(wo, wi)
+            );
+            let frame = ShadingFrame::from_normal(NORMAL);
+            let [bsdf_sample, other] = [
+                expected.sample(&frame, wo, [a, b, c]),
+                bsdf.sample(&frame, wo, [a, b, c]),
+            ];
+            assert_eq!(
+                (bsdf_sample.some, bsdf_sample.delta),
+                (other.some, other.delta)
+            );
+            assert!(
+                (bsdf_sample.direction - other.direction).length() < 1e-9
+                    && (bsdf_sample.weight - other.weight).length() < 1e-9
             );
             if specular == 0.0 {
                 let lambert = 0.7 / core::f64::consts::PI;
                 assert!(
-                    (found.eval(wo, wi) - WHITE * lambert).abs().max_element() < 1e-15,
+                    (bsdf.eval(wo, wi) - WHITE * lambert).abs().max_element() < 1e-15,
                     "{:?}",
-                    found.eval(wo, wi)
+                    bsdf.eval(wo, wi)
                 );
                 assert!(
-                    (wanted.eval(wo, wi) - WHITE * lambert).abs().max_element() < 1e-15,
+                    (expected.eval(wo, wi) - WHITE * lambert)
+                        .abs()
+                        .max_element()
+                        < 1e-15,
                     "{:?}",
-                    wanted.eval(wo, wi)
+                    expected.eval(wo, wi)
                 );
             }
         }
@@ -447,8 +456,8 @@ fn factors_of_zero_are_absent() {
             ..matte(WHITE * 0.7, 0.3)
         },
     ] {
-        let plain = Layered::of(base, 1.5);
-        let wo = towards(NORMAL, 0.5, 0.3);
+        let plain = Layered::from_base(base, 1.5);
+        let wo = direction_at(NORMAL, 0.5, 0.3);
         let absent = [
             Layered {
                 coat: Some(Coat {
@@ -466,7 +475,7 @@ fn factors_of_zero_are_absent() {
                 ..plain
             },
             Layered {
-                film: Some(Film {
+                film: Some(ThinFilm {
                     share: 0.0,
                     ior: 1.8,
                     thickness: 400.0,
@@ -474,9 +483,9 @@ fn factors_of_zero_are_absent() {
                 ..plain
             },
             Layered {
-                combed: Some(Anisotropy {
+                anisotropy: Some(Anisotropy {
                     strength: 0.0,
-                    frame: Frame::about(NORMAL),
+                    frame: ShadingFrame::from_normal(NORMAL),
                 }),
                 ..plain
             },
@@ -491,20 +500,20 @@ fn factors_of_zero_are_absent() {
         let common = base.transport(NORMAL, wo, true, true);
         for i in 0..50 {
             let [a, b, _] = numbers(i);
-            let wi = towards(NORMAL, a, core::f64::consts::TAU * b);
-            let wanted = plain.transport(NORMAL, wo, true);
+            let wi = direction_at(NORMAL, a, core::f64::consts::TAU * b);
+            let expected = plain.transport(NORMAL, wo, true);
             assert!(
-                (common.eval(wo, wi) - wanted.eval(wo, wi))
+                (common.eval(wo, wi) - expected.eval(wo, wi))
                     .abs()
                     .max_element()
                     <= 1e-9 * common.eval(wo, wi).x
             );
-            assert!((common.pdf(wo, wi) - wanted.pdf(wo, wi)).abs() <= 1e-9 * common.pdf(wo, wi));
+            assert!((common.pdf(wo, wi) - expected.pdf(wo, wi)).abs() <= 1e-9 * common.pdf(wo, wi));
             for (k, model) in absent.iter().enumerate() {
-                let found = model.transport(NORMAL, wo, true);
+                let bsdf = model.transport(NORMAL, wo, true);
                 assert_eq!(
-                    (found.eval(wo, wi), found.pdf(wo, wi)),
-                    (wanted.eval(wo, wi), wanted.pdf(wo, wi)),
+                    (bsdf.eval(wo, wi), bsdf.pdf(wo, wi)),
+                    (expected.eval(wo, wi), expected.pdf(wo, wi)),
                     "{k}"
                 );
             }
@@ -523,7 +532,7 @@ fn values_head_on() {
     .transport(NORMAL, NORMAL, true);
     let share = 2.0 * 0.04 / 1.04;
     for (u, direction) in [(share - 1e-9, NORMAL), (share + 1e-9, -NORMAL)] {
-        let sampled = wall.sample(&Frame::about(NORMAL), NORMAL, [0.0, u, 0.0]);
+        let sampled = wall.sample(&ShadingFrame::from_normal(NORMAL), NORMAL, [0.0, u, 0.0]);
         assert!(
             sampled.some
                 && sampled.delta
@@ -536,7 +545,7 @@ fn values_head_on() {
     // ((0.75 − c)/(0.75 + c))².
     let c = f64::sqrt(2.0 / 3.0);
     let r = 0.5 * (((0.5 - 1.5 * c) / (0.5 + 1.5 * c)).powi(2) + ((0.75 - c) / (0.75 + c)).powi(2));
-    let wo = towards(NORMAL, 0.5, 1.0);
+    let wo = direction_at(NORMAL, 0.5, 1.0);
     let wall = Layered {
         thin: true,
         ..clear(0.0, 1.5)
@@ -544,8 +553,16 @@ fn values_head_on() {
     .transport(NORMAL, wo, true);
     let share = 2.0 * r / (1.0 + r);
     let (below, above) = (
-        wall.sample(&Frame::about(NORMAL), wo, [0.0, share - 1e-9, 0.0]),
-        wall.sample(&Frame::about(NORMAL), wo, [0.0, share + 1e-9, 0.0]),
+        wall.sample(
+            &ShadingFrame::from_normal(NORMAL),
+            wo,
+            [0.0, share - 1e-9, 0.0],
+        ),
+        wall.sample(
+            &ShadingFrame::from_normal(NORMAL),
+            wo,
+            [0.0, share + 1e-9, 0.0],
+        ),
     );
     assert!(
         below.direction.dot(NORMAL) > 0.0 && above.direction.distance(-wo) < 1e-12,
@@ -560,18 +577,18 @@ fn values_head_on() {
     let painted = Layered {
         specular: 0.0,
         coat,
-        ..Layered::of(matte(WHITE, 1.0), 1.5)
+        ..Layered::from_base(matte(WHITE, 1.0), 1.5)
     }
     .transport(NORMAL, NORMAL, true);
-    let sent = super::super::energy::directional_albedo(0.04, 0.5, 1.0);
-    let wanted = 0.04 * 16.0 / (4.0 * pi) + (1.0 - sent) / pi;
+    let scattered = super::super::energy::directional_albedo(0.04, 0.5, 1.0);
+    let expected = 0.04 * 16.0 / (4.0 * pi) + (1.0 - scattered) / pi;
     assert!(
-        (painted.eval(NORMAL, NORMAL).x - wanted).abs() < 1e-9,
-        "{} not {wanted}",
+        (painted.eval(NORMAL, NORMAL).x - expected).abs() < 1e-9,
+        "{} not {expected}",
         painted.eval(NORMAL, NORMAL).x
     );
     // Microfacets of α = ¼ lose a twelfth of it below the surface or to each other.
-    assert!((sent - 0.0366).abs() < 2e-4, "{sent}");
+    assert!((scattered - 0.0366).abs() < 2e-4, "{scattered}");
 }
 
 /// Protects: a conductor's reflectance agrees with complex arithmetic, without and with strong
@@ -609,12 +626,12 @@ fn s16_conductors_reflect_by_complex_indices() {
                 [scaled[0] - inner[0], scaled[1] - inner[1]],
                 [scaled[0] + inner[0], scaled[1] + inner[1]],
             );
-            let wanted =
+            let expected =
                 0.5 * (across[0].powi(2) + across[1].powi(2) + along[0].powi(2) + along[1].powi(2));
             let found = conductor(cosine, [n, k]);
             assert!(
-                (found - wanted).abs() <= 1e-9 && (0.0..=1.0).contains(&found),
-                "{n} + {k}i at {cosine}: {found}, not {wanted}"
+                (found - expected).abs() <= 1e-9 && (0.0..=1.0).contains(&found),
+                "{n} + {k}i at {cosine}: {found}, not {expected}"
             );
         }
     }
@@ -625,19 +642,19 @@ fn s16_conductors_reflect_by_complex_indices() {
 /// Protects: brushed metal's highlight is wider along the tangent, and follows its formula head-on:
 /// D(h) = 1/(π·αx·αy·(…)²).
 #[test]
-fn combed_facets_are_wider_one_way() {
+fn anisotropic_highlights_are_wider_along_the_tangent() {
     let frame = askew();
     let metal = MetallicRoughness {
         metallic: 1.0,
         ..matte(WHITE, 0.3)
     };
     let model = Layered {
-        combed: Some(Anisotropy {
+        anisotropy: Some(Anisotropy {
             strength: 0.8,
             frame,
         }),
         compensated: false,
-        ..Layered::of(metal, 1.5)
+        ..Layered::from_base(metal, 1.5)
     };
     let [ax, ay] = [0.09 + 0.91 * 0.64, 0.09];
     let bsdf = model.transport(NORMAL, NORMAL, true);
@@ -648,9 +665,12 @@ fn combed_facets_are_wider_one_way() {
         let density =
             1.0 / (core::f64::consts::PI * ax * ay * ((hx / own).powi(2) + hz * hz).powi(2));
         let (ix, iz) = (wi.dot(along), wi.dot(NORMAL));
-        let wanted = density * 0.5 / (iz + ((own * ix).powi(2) + iz * iz).sqrt());
+        let expected = density * 0.5 / (iz + ((own * ix).powi(2) + iz * iz).sqrt());
         let found = bsdf.eval(NORMAL, wi).x;
-        assert!((found / wanted - 1.0).abs() < 1e-9, "{found} not {wanted}");
+        assert!(
+            (found / expected - 1.0).abs() < 1e-9,
+            "{found} not {expected}"
+        );
     }
 }
 
@@ -662,7 +682,7 @@ fn films_colour_mirrors() {
         ..matte(WHITE * 0.6, 0.0)
     };
     let filmed = |thickness: f64| {
-        let film = Some(Film {
+        let film = Some(ThinFilm {
             share: 1.0,
             ior: 1.5,
             thickness,
@@ -670,38 +690,39 @@ fn films_colour_mirrors() {
         let model: Layered<f64> = Layered {
             film,
             compensated: false,
-            ..Layered::of(metal, 1.5)
+            ..Layered::from_base(metal, 1.5)
         };
         let bsdf = model.transport(NORMAL, NORMAL, true);
-        bsdf.sample(&Frame::about(NORMAL), NORMAL, [0.0; 3]).weight
+        bsdf.sample(&ShadingFrame::from_normal(NORMAL), NORMAL, [0.0; 3])
+            .weight
     };
     assert!(
         (filmed(0.0) - DVec3::splat(0.6)).abs().max_element() < 1e-3,
         "{}",
         filmed(0.0)
     );
-    let wanted = DVec3::from(reflectance(1.0, 1.5, 420.0, [0.6; 3]));
-    assert!((filmed(420.0) - wanted).abs().max_element() < 1e-9);
+    let expected = DVec3::from(reflectance(1.0, 1.5, 420.0, [0.6; 3]));
+    assert!((filmed(420.0) - expected).abs().max_element() < 1e-9);
     assert!(
-        wanted.max_element() - wanted.min_element() > 0.1,
-        "{wanted}"
+        expected.max_element() - expected.min_element() > 0.1,
+        "{expected}"
     );
 }
 
 /// Results of a layered surface in lanes, as bits; every NaN has the same bits.
-fn outcome<N: Number>(which: usize, first: usize) -> Vec<Vec<u32>> {
-    let (_, model) = layers().swap_remove(which);
+fn outcome<N: Number>(index: usize, first: usize) -> Vec<Vec<u32>> {
+    let (_, model) = layers().swap_remove(index);
     let place = |lane: usize| numbers((first + lane) as u64);
     let vector = |of: &dyn Fn(usize) -> DVec3| {
         <N::Vec3 as Vector3<N>>::of_lanes(|lane| of(lane).as_vec3().as_dvec3())
     };
     let number = |of: &dyn Fn(usize) -> f64| N::of_lanes(|lane| f64::from(of(lane) as f32));
     let normal = vector(&|_| NORMAL);
-    let direction = |lane: usize, at: usize| {
-        towards(
+    let direction = |lane: usize, position: usize| {
+        direction_at(
             NORMAL,
-            0.02 + 0.98 * place(lane + at)[0],
-            6.0 * place(lane + at)[1],
+            0.02 + 0.98 * place(lane + position)[0],
+            6.0 * place(lane + position)[1],
         )
     };
     let (wo, wi) = (
@@ -740,7 +761,7 @@ fn outcome<N: Number>(which: usize, first: usize) -> Vec<Vec<u32>> {
         }),
     };
     let frame = askew();
-    let across = Frame {
+    let across = ShadingFrame {
         tangent: vector(&|_| frame.tangent),
         bitangent: vector(&|_| frame.bitangent),
         normal,
@@ -756,11 +777,11 @@ fn outcome<N: Number>(which: usize, first: usize) -> Vec<Vec<u32>> {
             share: number(&|lane| d.share * place(lane)[1]),
             colour: vector(&|_| d.colour),
         }),
-        combed: model.combed.map(|c| Anisotropy {
+        anisotropy: model.anisotropy.map(|c| Anisotropy {
             strength: number(&|lane| c.strength * place(lane)[2]),
             frame: across,
         }),
-        film: model.film.map(|f| Film {
+        film: model.film.map(|f| ThinFilm {
             share: number(&|lane| f.share * place(lane)[2]),
             ior: N::exact(|_| f.ior),
             thickness: number(&|lane| f.thickness * place(lane)[0]),
@@ -775,7 +796,7 @@ fn outcome<N: Number>(which: usize, first: usize) -> Vec<Vec<u32>> {
             normal: vector(&|_| c.normal),
         }),
         rule: model.rule,
-        ..Layered::of(base, N::exact(|_| model.ior))
+        ..Layered::from_base(base, N::exact(|_| model.ior))
     };
     let bsdf = lobes(&layered, normal, wo, outside);
     let drawn = [
@@ -830,7 +851,7 @@ fn drawn_by<N: Number>(
     wo: N::Vec3,
     drawn: [N; 3],
 ) -> BsdfSample<N> {
-    bsdf.sample(&Frame::about(normal), wo, drawn)
+    bsdf.sample(&ShadingFrame::from_normal(normal), wo, drawn)
 }
 
 #[inline(never)]
@@ -843,10 +864,10 @@ fn values<N: Number>(bsdf: &LayeredBsdf<N>, wo: N::Vec3, wi: N::Vec3) -> (N::Vec
     // Below an opaque surface the value is meaningless; an opaque lane beside a transmissive one
     // has zero there.
     let value = bsdf.eval_and_pdf(wo, wi).0;
-    let told = if bsdf.lets_through() {
+    let told = if bsdf.is_transmissive() {
         !N::Mask::default()
     } else {
-        bsdf.normal().dot(wi).above(N::ZERO)
+        bsdf.normal().dot(wi).greater_than(N::ZERO)
     };
     (
         N::Vec3::select(told, value, N::Vec3::ZERO),
@@ -859,9 +880,9 @@ fn values<N: Number>(bsdf: &LayeredBsdf<N>, wo: N::Vec3, wi: N::Vec3) -> (N::Vec
 fn single_precision_agrees() {
     let value = |bits: u32| f64::from(f32::from_bits(bits));
     let (mut worst, mut some) = (0.0_f64, 0);
-    for which in 0..layers().len() {
+    for index in 0..layers().len() {
         for first in 0..400 {
-            let (single, double) = (outcome::<f32>(which, first), outcome::<f64>(which, first));
+            let (single, double) = (outcome::<f32>(index, first), outcome::<f64>(index, first));
             // Density and value of a given direction; sampled directions may fall on either side of
             // a choice.
             for k in [0, 2, 3, 4] {
@@ -879,18 +900,18 @@ fn single_precision_agrees() {
 fn dependent() -> Vec<&'static str> {
     const CASES: usize = 960;
     const N: usize = 4;
-    let differs = |which: usize| {
+    let differs = |index: usize| {
         let alone: Vec<Vec<u32>> = (0..CASES)
-            .map(|first| outcome::<f32>(which, first).remove(0))
+            .map(|first| outcome::<f32>(index, first).remove(0))
             .collect();
         (0..CASES)
             .step_by(N)
-            .any(|first| outcome::<Lanes<N>>(which, first) != alone[first..first + N])
+            .any(|first| outcome::<Lanes<N>>(index, first) != alone[first..first + N])
     };
     layers()
         .iter()
         .enumerate()
-        .filter(|&(which, _)| differs(which))
+        .filter(|&(index, _)| differs(index))
         .map(|(_, (name, _))| *name)
         .collect()
 }

@@ -64,7 +64,7 @@ fn mean(shape: &str, material: &str, degrees: f64, integrator: Integrator, depth
         integrator,
         sampling,
         max_depth: depth,
-        ..Settings::of(&scene)
+        ..Settings::from_scene(&scene)
     };
     let picture = prepare(&scene, &settings, &())
         .expect("it can be prepared")

@@ -79,13 +79,13 @@ const SENSITIVITY: [[(f64, f64); 2]; 3] = [
 ];
 
 /// Contrast sensitivity of the eye at a viewing distance, with one filter per channel.
-pub(super) struct Spatial {
+pub(super) struct SpatialFilters {
     /// Separable Gaussians of each channel: weights along rows and along columns, whose products
     /// sum to one over the channel.
     channels: [Vec<(Vec<f32>, Vec<f32>)>; 3],
 }
 
-impl Spatial {
+impl SpatialFilters {
     pub(super) fn new(pixels_per_degree: f64) -> Self {
         // Three standard deviations of the widest Gaussian.
         let widest = SENSITIVITY
@@ -153,7 +153,7 @@ pub(super) fn feature_differences(
     const WIDTH: f64 = 0.082;
     /// Exponent that emphasises small feature differences.
     const EXPONENT: f32 = 0.5;
-    let detectors = Detectors::new(0.5 * WIDTH * pixels_per_degree);
+    let detectors = FeatureDetectors::new(0.5 * WIDTH * pixels_per_degree);
     let [a, b] = [picture, reference].map(|plane| detectors.magnitudes(plane));
     let difference = |(a, b): (&[f32; 2], &[f32; 2])| {
         let largest = (a[0] - b[0]).abs().max((a[1] - b[1]).abs());
@@ -163,13 +163,13 @@ pub(super) fn feature_differences(
 }
 
 /// First and second derivatives of a Gaussian, which detect edges and points.
-struct Detectors {
+struct FeatureDetectors {
     smooth: Vec<f32>,
     edge: Vec<f32>,
     point: Vec<f32>,
 }
 
-impl Detectors {
+impl FeatureDetectors {
     fn new(deviation: f64) -> Self {
         let radius = (3.0 * deviation).ceil();
         let gaussian = |x: f64| Real::exp(-x * x / (2.0 * deviation * deviation));

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use raywright_bvh::scalar::Real;
 
 use self::colour::{hunt_lab, hyab, srgb_to_ycxcz};
-use self::filters::{ScalarImage, Spatial, feature_differences};
+use self::filters::{ScalarImage, SpatialFilters, feature_differences};
 use super::{MetricsError, check};
 use crate::picture::Picture;
 
@@ -44,7 +44,7 @@ pub fn flip(
         return Err(MetricsError::PixelsPerDegree(pixels_per_degree));
     }
     let [picture, reference] = [picture, reference].map(srgb_to_ycxcz);
-    let spatial = Spatial::new(pixels_per_degree);
+    let spatial = SpatialFilters::new(pixels_per_degree);
     let seen = [&picture, &reference].map(|planes| hunt_lab(&spatial.filter(planes)));
     let features = feature_differences(&picture[0], &reference[0], pixels_per_degree);
     let redistribution = Redistribution::new();

@@ -93,18 +93,18 @@ fn flip_agrees_with_its_authors() {
             s.third_quartile,
             s.maximum,
         ];
-        let wanted = [mean, quartiles[0], quartiles[1], quartiles[2], maximum];
-        for (found, wanted) in found.into_iter().zip(wanted) {
+        let wanted_value = [mean, quartiles[0], quartiles[1], quartiles[2], maximum];
+        for (found, wanted_value) in found.into_iter().zip(wanted_value) {
             assert!(
-                (found - wanted).abs() < 2e-5,
-                "{pixels_per_degree}: {found} for {wanted}"
+                (found - wanted_value).abs() < 2e-5,
+                "{pixels_per_degree}: {found} for {wanted_value}"
             );
         }
-        for ((x, y), wanted) in places.into_iter().zip(expected) {
+        for ((x, y), wanted_value) in places.into_iter().zip(expected) {
             let found = f64::from(map[y * 96 + x]);
             assert!(
-                (found - wanted).abs() < 1e-4,
-                "{pixels_per_degree} ({x}, {y}): {found} for {wanted}"
+                (found - wanted_value).abs() < 1e-4,
+                "{pixels_per_degree} ({x}, {y}): {found} for {wanted_value}"
             );
         }
     }
@@ -117,15 +117,15 @@ fn small_pictures_agree_too() {
     let [picture, reference] = pair(37, 5);
     let map = flip(&picture, &reference, DEFAULT_PIXELS_PER_DEGREE).unwrap();
     assert!((statistics(&map).mean - 0.412_871_8).abs() < 2e-5);
-    for (a, b, wanted) in [
+    for (a, b, expected) in [
         ([0, 0, 0], [255, 255, 255], 0.967_388_3),
         ([0, 255, 0], [0, 0, 255], 1.0),
         ([100, 100, 100], [101, 101, 101], 0.030_794_0),
     ] {
         let found = flip(&plain(a), &plain(b), DEFAULT_PIXELS_PER_DEGREE).unwrap()[0];
         assert!(
-            (found - wanted).abs() < 1e-5,
-            "{a:?} {b:?}: {found} for {wanted}"
+            (found - expected).abs() < 1e-5,
+            "{a:?} {b:?}: {found} for {expected}"
         );
     }
 }

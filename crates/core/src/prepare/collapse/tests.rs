@@ -131,7 +131,7 @@ fn generated_shapes_are_judged_where_they_land() {
         min: [0.0, 0.0, z],
         max: [1.0, 2.0, z + 0.01],
     };
-    let of = |kind: GeneratorKind, object: Object| {
+    let value_of = |kind: GeneratorKind, object: Object| {
         let scene = Scene {
             generators: vec![Generator { kind, object }],
             ..Scene::default()
@@ -145,7 +145,7 @@ fn generated_shapes_are_judged_where_they_land() {
             origin: [0.0, 0.0, origin],
             step: [0.0, 0.0, 100_000.0],
         };
-        of(kind, object(shape, transform))
+        value_of(kind, object(shape, transform))
     };
     let found = with(thin(0.0), Vec::new(), 100_000.0);
     assert_eq!(found.len(), 1, "{found:?}");
@@ -206,5 +206,5 @@ fn generated_shapes_are_judged_where_they_land() {
         max: [0.0, 0.0, 1e6],
         seed: 1,
     };
-    assert_eq!(of(kind, object(thin(0.0), Vec::new())).len(), 1);
+    assert_eq!(value_of(kind, object(thin(0.0), Vec::new())).len(), 1);
 }

@@ -6,7 +6,7 @@ use crate::affine::affine;
 use crate::effects::EffectSet;
 use crate::generate::expand;
 use crate::hash::mix;
-use crate::light::{Density, Emitters, Target};
+use crate::light::{Density, Emitters, LightTarget};
 use crate::prepare::Prepared;
 use crate::prepare::build_geometry;
 use crate::scene::Integrator;
@@ -16,9 +16,9 @@ use raywright_bvh::{AcceleratorKind, Interval, Ray};
 use serde_json::json;
 
 fn found(scene: &Scene) -> Emitters<f32> {
-    let (sources, wanted) = (
-        Sources::default(),
-        Wanted {
+    let (texture_tables, expected) = (
+        TextureTables::default(),
+        EmitterFilter {
             even: true,
             varied: false,
             read: false,
@@ -27,9 +27,9 @@ fn found(scene: &Scene) -> Emitters<f32> {
     Emitters::new(
         emitters::<f32>(
             (scene, DVec3::ZERO),
-            &Lookup::new(scene),
-            (&[], &sources),
-            wanted,
+            &SceneLookup::new(scene),
+            (&[], &texture_tables),
+            expected,
             &(),
         )
         .expect("nobody stops it"),
@@ -76,13 +76,13 @@ fn moved_emitters_need_no_map() {
         emitters.power(0)
     );
     for (i, object) in expand(&scene).iter().enumerate().skip(1) {
-        let place = affine(&object.transform).translation + DVec3::X;
+        let position = affine(&object.transform).translation + DVec3::X;
         let index = emitters
-            .of(i as u32, 0)
+            .index_of(i as u32, 0)
             .expect("each object has an emitter");
         let bounds = emitters.bounds(index).expect("a ball has an end");
         assert!(
-            (bounds.space.centre() - place).length() < 1e-5
+            (bounds.space.centre() - position).length() < 1e-5
                 && (emitters.power(index) / power - 1.0).abs() < 1e-6
         );
     }
@@ -159,7 +159,7 @@ fn a_hit_finds_its_emitter() {
         "objects": objects }),
     )
     .expect("a scene");
-    let (lookup, emitters) = (Lookup::new(&scene), found(&scene));
+    let (lookup, emitters) = (SceneLookup::new(&scene), found(&scene));
     assert_eq!((emitters.len(), emitters.lit()), (10, 7));
     let built = build_geometry::<f32>(&scene, &lookup, AcceleratorKind::Linear, &())
         .expect("it can be built");
@@ -170,7 +170,7 @@ fn a_hit_finds_its_emitter() {
             .closest(&ray, Interval::positive(), &mut ())
             .expect("something lies below");
         (
-            emitters.of(hit.outermost(), hit.primitive),
+            emitters.index_of(hit.outermost(), hit.primitive),
             built.geometry.surface(&ray, &hit).point,
         )
     };
@@ -201,8 +201,8 @@ fn a_hit_finds_its_emitter() {
         (
             emitter_at(0.5, 0.5).0,
             emitter_at(8.5, 0.3).0,
-            emitters.of(99, 0),
-            emitters.of(2, 1)
+            emitters.index_of(99, 0),
+            emitters.index_of(2, 1)
         ),
         (None, None, None, None)
     );
@@ -251,20 +251,20 @@ fn halves_of_a_quad_are_one_light() {
             (
                 halves.len(),
                 halves.lit(),
-                halves.of(0, 0),
-                halves.of(0, 1),
-                halves.of(0, 2)
+                halves.index_of(0, 0),
+                halves.index_of(0, 1),
+                halves.index_of(0, 2)
             ),
             (2, 2, Some(0), Some(0), None)
         );
         assert!((halves.power(0) / whole.power(0) - 1.0).abs() < 1e-6 && halves.power(1) == 0.0);
         assert_eq!((halves.probability(0), halves.probability(1)), (1.0, 0.0));
         for u in [[0.1, 0.2], [0.9, 0.3], [0.5, 0.999]] {
-            let ((direction, arriving, density), (there, wanted, all)) =
+            let ((direction, arriving, density), (there, expected, all)) =
                 (sample(&halves, u), sample(&whole, u));
             assert!(
                 (direction - there).length() < 1e-6
-                    && (arriving - wanted).length() < 1e-5 * wanted.length(),
+                    && (arriving - expected).length() < 1e-5 * expected.length(),
                 "{i} {j}"
             );
             let (Density::SolidAngle(density), Density::SolidAngle(all)) = (density, all) else {
@@ -276,22 +276,22 @@ fn halves_of_a_quad_are_one_light() {
             );
         }
         let mirrored = pair(slanted, indices, -1.0);
-        assert_eq!((mirrored.of(0, 1), mirrored.power(1)), (Some(0), 0.0));
+        assert_eq!((mirrored.index_of(0, 1), mirrored.power(1)), (Some(0), 0.0));
         assert!((mirrored.power(0) / whole.power(0) - 1.0).abs() < 1e-6);
     }
-    let (mut trapezoid, mut bent) = (slanted, slanted);
+    let (mut trapezoid, mut perturbed) = (slanted, slanted);
     trapezoid[3][2] = 1.25;
-    bent[3][1] = 2.25;
+    perturbed[3][1] = 2.25;
     let two = [
         (trapezoid, [[0, 1, 2], [0, 2, 3]]),
-        (bent, [[0, 1, 2], [0, 2, 3]]),
+        (perturbed, [[0, 1, 2], [0, 2, 3]]),
         (slanted, [[0, 1, 2], [0, 1, 2]]),
         (slanted, [[0, 1, 2], [0, 3, 2]]),
     ];
     for (positions, indices) in two {
         let emitters = pair(positions, indices, 1.0);
         assert_eq!(
-            (emitters.of(0, 0), emitters.of(0, 1)),
+            (emitters.index_of(0, 0), emitters.index_of(0, 1)),
             (Some(0), Some(1)),
             "{positions:?} {indices:?}"
         );
@@ -312,7 +312,7 @@ fn screen(sign: f64) -> Prepared<f64> {
     let scene: Scene = serde_json::from_value(scene).expect("a scene");
     let settings = Settings {
         integrator: Integrator::Path,
-        ..Settings::of(&scene)
+        ..Settings::from_scene(&scene)
     };
     Prepared::new(&scene, &settings, EffectSet::ALL, &()).expect("it can be prepared")
 }
@@ -339,7 +339,7 @@ fn points_are_drawn_where_a_mesh_glows() {
                     probability,
                 )
                 .expect("it is seen");
-            let Target::Surface(surface) = sample.target else {
+            let LightTarget::Surface(surface) = sample.target else {
                 panic!("{:?}", sample.target)
             };
             // Cells are a thirtieth wide, and their neighbours are sampled half as often.
@@ -372,8 +372,8 @@ fn triangles_that_vary_are_counted() {
     let count = |even, varied, read| {
         varied_triangles(
             &scene,
-            &Lookup::new(&scene),
-            Wanted { even, varied, read },
+            &SceneLookup::new(&scene),
+            EmitterFilter { even, varied, read },
             &(),
         )
         .expect("nobody ends it")

@@ -17,12 +17,12 @@ fn scene(colour: f64, studio: Value) -> Scene {
 }
 
 fn settings(scene: &Scene, view: View, fov: f64) -> Settings {
-    let camera = Some(Silhouette::of(scene).frame(view, fov, 1.0));
+    let camera = Some(Silhouette::from_scene(scene).frame(view, fov, 1.0));
     Settings {
         size: [32, 32],
         sampling: Sampling::General(16),
         camera,
-        ..Settings::of(scene)
+        ..Settings::from_scene(scene)
     }
 }
 
@@ -41,7 +41,7 @@ fn the_backdrop_sets_off_what_stands_before_it() {
         let scene = scene(colour, studio);
         let picture = picture(&scene, &settings(&scene, View::USUAL, 30.0));
         let [middle, corner] =
-            [16, 0].map(|place| picture.pixel(place, place).expect("in the picture")[0]);
+            [16, 0].map(|index| picture.pixel(index, index).expect("in the picture")[0]);
         (f64::from(middle), f64::from(corner))
     };
     for colour in [0.0, 0.04, 0.9, 1.0] {
@@ -96,7 +96,7 @@ fn what_is_seen_decides_how_bright_things_are() {
 /// least half of its radiance on every side.
 #[test]
 fn backdrops_fall_with_the_cosine() {
-    let camera = Silhouette::of(&scene(1.0, json!({}))).frame(
+    let camera = Silhouette::from_scene(&scene(1.0, json!({}))).frame(
         View {
             azimuth: 0.0,
             elevation: 0.0,
@@ -111,10 +111,10 @@ fn backdrops_fall_with_the_cosine() {
         ([1.0, 0.0, 0.0], 0.5),
         ([0.0, 0.6, 0.8], 0.5),
     ] {
-        let seen = backdrop.seen(direction.into());
+        let actual = backdrop.seen(direction.into());
         assert!(
-            (seen.x - 0.4 * share).abs() < 1e-12,
-            "{direction:?}: {seen}"
+            (actual.x - 0.4 * share).abs() < 1e-12,
+            "{direction:?}: {actual}"
         );
     }
 }
@@ -225,13 +225,13 @@ fn the_ground_catches_shadows_alone() {
             assert_eq!(grounded.rgb[pixel], [0.0; 3]);
         }
     }
-    let most = grounded
+    let maximum = grounded
         .shadow
         .iter()
         .flatten()
         .copied()
         .fold(0.0, f32::max);
-    assert!(most > 0.3, "{most}");
+    assert!(maximum > 0.3, "{maximum}");
 }
 
 /// Protects: switching a prepared scene to another camera gives the bits of a scene prepared for
@@ -258,8 +258,8 @@ fn turning_is_preparing_anew() {
         }
         ready
     });
-    let own = all[0].camera.clone().expect("a view");
-    let Projection::Pinhole(pinhole) = own.projection.clone() else {
+    let own_camera = all[0].camera.clone().expect("a view");
+    let Projection::Pinhole(pinhole) = own_camera.projection.clone() else {
         panic!("a pinhole")
     };
     let lens = Camera {
@@ -268,7 +268,7 @@ fn turning_is_preparing_anew() {
             aperture_radius: 0.1,
             focus_distance: 3.0,
         },
-        ..own.clone()
+        ..own_camera.clone()
     };
     assert!(
         !ready.turn_to(&scene, &lens)
@@ -276,7 +276,7 @@ fn turning_is_preparing_anew() {
                 &scene,
                 &Camera {
                     shutter: Some([0.0, 1.0]),
-                    ..own
+                    ..own_camera
                 }
             )
     );

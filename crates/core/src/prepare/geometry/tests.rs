@@ -76,7 +76,7 @@ fn collapsed_shapes_are_refused() {
         generators,
         ..Scene::default()
     };
-    let lookup = Lookup::new(&scene);
+    let lookup = SceneLookup::new(&scene);
     let narrow = build::<f32>(&scene, &lookup, AcceleratorKind::Linear, &()).err();
     let Some(PrepareError::Collapsed { problems }) = narrow else {
         panic!("{narrow:?}")
@@ -146,7 +146,7 @@ fn vanished_meshes_are_told() {
         objects,
         ..Scene::default()
     };
-    let lookup = Lookup::new(&scene);
+    let lookup = SceneLookup::new(&scene);
     let narrow =
         build::<f32>(&scene, &lookup, AcceleratorKind::Linear, &()).expect("it can be built");
     assert_eq!(narrow.lost, [1, 6]);

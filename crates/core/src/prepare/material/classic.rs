@@ -5,26 +5,26 @@ use raywright_bvh::{Real, Vector};
 use super::super::error::PrepareError;
 use super::super::inputs::Compiler;
 use super::{prepared, vector};
-use crate::expr::{Scope, Variable};
+use crate::expr::{ExprScope, Variable};
 use crate::material::Glass;
 use crate::scene::{Classic as ClassicData, Colour, Mixture, SpecularModel, TransmissionChoice};
-use crate::texture::Input;
+use crate::texture::PreparedInput;
 
 /// Inputs of a local lighting model of several terms.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ClassicInputs<R: Real> {
-    pub colour: Input<R>,
-    pub local: Input<R>,
+    pub colour: PreparedInput<R>,
+    pub local: PreparedInput<R>,
     pub ambient: R::Vec3,
-    pub diffuse: Input<R>,
+    pub diffuse: PreparedInput<R>,
     pub specular: Option<SpecularInputs<R>>,
-    pub rim: Option<(Input<R>, u32)>,
+    pub rim: Option<(PreparedInput<R>, u32)>,
     pub reflection: Option<ReflectionInputs<R>>,
     pub transmission: Option<TransmissionInputs<R>>,
-    pub emission: Option<Input<R>>,
+    pub emission: Option<PreparedInput<R>>,
     pub mixture: Option<Mixture>,
     pub shadow_transmittance: R,
-    pub shadow: Option<Input<R>>,
+    pub shadow: Option<PreparedInput<R>>,
     /// Whether a shadow ray is needed: not if `shadow` determines the light without one.
     pub asks_what_is_between: bool,
     /// Whether a weight depends on the distance of the nearest occluder.
@@ -38,7 +38,7 @@ pub(crate) struct ClassicInputs<R: Real> {
 pub(crate) struct SpecularInputs<R: Real> {
     pub model: SpecularModel,
     pub exponent: u32,
-    pub strength: Input<R>,
+    pub strength: PreparedInput<R>,
     pub lit: bool,
     pub shadowed: bool,
     pub on_reflection: bool,
@@ -47,7 +47,7 @@ pub(crate) struct SpecularInputs<R: Real> {
 /// A traced mirror reflection.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ReflectionInputs<R: Real> {
-    pub weight: Input<R>,
+    pub weight: PreparedInput<R>,
     pub tinted: bool,
     /// Amount, and the rows of frequencies.
     pub fuzz: Option<(R, [R::Vec3; 3])>,
@@ -69,7 +69,7 @@ pub(super) fn classic<R: Real>(
         Ok(SpecularInputs {
             model: s.model,
             exponent: s.exponent,
-            strength: inputs.weight(&s.strength, Scope::Light, "specular.strength")?,
+            strength: inputs.weight(&s.strength, ExprScope::Light, "specular.strength")?,
             lit: s.lit,
             shadowed: s.shadowed,
             on_reflection: s.on_reflection,
@@ -77,7 +77,7 @@ pub(super) fn classic<R: Real>(
     })?;
     let reflection = prepared(m.reflection.as_ref(), |r| {
         Ok(ReflectionInputs {
-            weight: inputs.weight(&r.weight, Scope::Light, "reflection.weight")?,
+            weight: inputs.weight(&r.weight, ExprScope::Light, "reflection.weight")?,
             tinted: r.tinted,
             fuzz: r.fuzz.as_ref().map(|f| {
                 (
@@ -87,9 +87,9 @@ pub(super) fn classic<R: Real>(
             }),
         })
     })?;
-    let diffuse = inputs.weight(&m.diffuse, Scope::Light, "diffuse")?;
+    let diffuse = inputs.weight(&m.diffuse, ExprScope::Light, "diffuse")?;
     let shadow = prepared(m.shadow.as_ref(), |s| {
-        inputs.weight(s, Scope::Light, "shadow")
+        inputs.weight(s, ExprScope::Light, "shadow")
     })?;
     let further = [
         specular.as_ref().map(|s: &SpecularInputs<R>| &s.strength),
@@ -101,17 +101,17 @@ pub(super) fn classic<R: Real>(
         .flatten();
     let asks_how_far = weights
         .into_iter()
-        .any(|w| w.reads(&inputs.sources, &[Variable::OccluderDistance]));
+        .any(|w| w.reads(&inputs.texture_tables, &[Variable::OccluderDistance]));
     let rim = prepared(m.rim.as_ref(), |r| {
         Ok((
-            inputs.weight(&r.strength, Scope::Surface, "rim.strength")?,
+            inputs.weight(&r.strength, ExprScope::Surface, "rim.strength")?,
             r.exponent,
         ))
     })?;
     Ok(ClassicInputs {
         rim,
         colour: inputs.input(&m.colour, "colour")?,
-        local: inputs.weight(&m.local, Scope::Surface, "local")?,
+        local: inputs.weight(&m.local, ExprScope::Surface, "local")?,
         ambient: vector::<R>(m.ambient.unwrap_or(ambient)),
         diffuse,
         specular,
@@ -130,7 +130,7 @@ pub(super) fn classic<R: Real>(
         shadow_transmittance: R::from_f64(m.shadow_transmittance),
         asks_what_is_between: shadow.is_none_or(|s| {
             s.reads(
-                &inputs.sources,
+                &inputs.texture_tables,
                 &[Variable::Shadow, Variable::OccluderDistance],
             )
         }),

@@ -6,24 +6,26 @@ use super::super::error::PrepareError;
 use super::super::inputs::Compiler;
 use super::prepared;
 use crate::effects::EffectSet;
-use crate::material::{Anisotropy, Coat, Diffused, Film, FresnelRule, LayerStage, Layered, Sheen};
+use crate::material::{
+    Anisotropy, Coat, Diffused, FresnelRule, LayerStage, Layered, Sheen, ThinFilm,
+};
 use crate::scene::{Channel, Model, Physical as PhysicalData, Scene};
-use crate::texture::{Bump, Input, Product};
+use crate::texture::{Bump, InputProduct, PreparedInput};
 
 /// The stage of layers with inputs as fields.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct InputStage<R>(R);
 
 impl<R: Real> LayerStage for InputStage<R> {
-    type Share = Product<R>;
-    type Tint = Product<R>;
-    type Colour = Product<R>;
+    type Share = InputProduct<R>;
+    type Tint = InputProduct<R>;
+    type Colour = InputProduct<R>;
     type Thickness = Thickness<R>;
     type Constant = f64;
     type Spectrum = R::Vec3;
     /// `None` selects the surface's normal without a normal map.
     type Normal = Option<Bump<R>>;
-    type Frame = Directions<R>;
+    type Frame = SurfaceDirections<R>;
     type Base = ();
 }
 
@@ -34,22 +36,22 @@ pub(crate) type LayeredInputs<R> = Layered<InputStage<R>>;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Thickness<R: Real> {
     /// Thickness at white and at black texels of the image.
-    pub thickest: Product<R>,
+    pub thickest: InputProduct<R>,
     pub thinnest: R,
-    pub image: Option<Input<R>>,
+    pub image: Option<PreparedInput<R>>,
 }
 
 /// Tangent directions on a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Directions<R: Real> {
+pub(crate) struct SurfaceDirections<R: Real> {
     /// Cosine and sine of the rotation from the tangent.
     pub turn: [R; 2],
-    pub image: Option<Input<R>>,
+    pub image: Option<PreparedInput<R>>,
 }
 
 /// Whether the layers depend on tangents.
 pub(super) fn is_directed<R: Real>(layers: &LayeredInputs<R>) -> bool {
-    layers.combed.is_some()
+    layers.anisotropy.is_some()
         || layers
             .coat
             .as_ref()
@@ -58,7 +60,7 @@ pub(super) fn is_directed<R: Real>(layers: &LayeredInputs<R>) -> bool {
 
 /// Context of preparing a material.
 #[derive(Debug)]
-pub(in crate::prepare) struct Context<R: Real> {
+pub(in crate::prepare) struct MaterialContext<R: Real> {
     /// Layers of the prepared materials, which refer to them by index.
     pub layers: Vec<LayeredInputs<R>>,
     /// Whether a path tracer runs.
@@ -77,7 +79,7 @@ fn is_layered(m: &PhysicalData, rule: FresnelRule) -> bool {
     let present = [
         m.coat().is_some(),
         m.fibres().is_some(),
-        m.combed().is_some(),
+        m.active_anisotropy().is_some(),
         m.film().is_some(),
         m.metal().is_some(),
     ];
@@ -103,7 +105,7 @@ pub(crate) fn count_layered(scene: &Scene, rule: FresnelRule) -> u64 {
 pub(super) fn layered<R: Real>(
     m: &PhysicalData,
     inputs: &mut Compiler<'_, R>,
-    context: &Context<R>,
+    context: &MaterialContext<R>,
 ) -> Result<Option<LayeredInputs<R>>, PrepareError> {
     if m.unlit || !context.paths || !is_layered(m, context.fresnel) {
         return Ok(None);
@@ -136,7 +138,7 @@ pub(super) fn layered<R: Real>(
             )?,
         })
     })?;
-    let combed = prepared(m.combed(), |layer| {
+    let anisotropy = prepared(m.active_anisotropy(), |layer| {
         let image = inputs.image(&layer.texture, "anisotropy.texture")?;
         let strength = inputs.product(
             &layer.strength,
@@ -146,14 +148,14 @@ pub(super) fn layered<R: Real>(
         let angle = layer.rotation.to_radians();
         Ok(Anisotropy {
             strength,
-            frame: Directions {
+            frame: SurfaceDirections {
                 turn: [libm::cos(angle), libm::sin(angle)].map(R::from_f64),
                 image,
             },
         })
     })?;
     let film = prepared(m.film(), |layer| {
-        Ok(Film {
+        Ok(ThinFilm {
             share: inputs.factor(&layer.factor, &layer.factor_texture, "iridescence.factor")?,
             ior: layer.ior,
             thickness: Thickness {
@@ -193,7 +195,7 @@ pub(super) fn layered<R: Real>(
             .map(|index| [index.n, index.k].map(|c| R::Vec3::from_f64(c.0.into()))),
         thin: m.thin_walled,
         diffused,
-        combed,
+        anisotropy,
         film,
         sheen,
         coat,

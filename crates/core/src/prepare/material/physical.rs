@@ -4,28 +4,28 @@ use raywright_bvh::{Real, Vector};
 
 use super::super::error::PrepareError;
 use super::super::inputs::Compiler;
-use super::layered::{Context, layered};
+use super::layered::{MaterialContext, layered};
 use super::prepared;
 use crate::effects::Effect;
 use crate::scene::{AlphaMode, Channel, Physical as PhysicalData};
-use crate::texture::{Bump, Product};
+use crate::texture::{Bump, InputProduct};
 
 /// Inputs of the metallic-roughness model.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PhysicalInputs<R: Real> {
-    pub base: Product<R>,
+    pub base: InputProduct<R>,
     pub vertex_colours: bool,
-    pub metallic: Product<R>,
-    pub roughness: Product<R>,
-    pub index: Index<R>,
+    pub metallic: InputProduct<R>,
+    pub roughness: InputProduct<R>,
+    pub index: RefractiveIndex<R>,
     /// Transmission; `None` for an opaque material.
     pub transmission: Option<PhysicalTransmission<R>>,
     /// Absorption coefficient of the inside per metre; `None` without absorption.
     pub absorption: Option<R::Vec3>,
     /// Emitted radiance; `None` without emission.
-    pub emission: Option<Product<R>>,
+    pub emission: Option<InputProduct<R>>,
     pub alpha: AlphaMode,
-    pub opacity: Product<R>,
+    pub opacity: InputProduct<R>,
     pub unlit: bool,
     /// Whether the surface is a thin wall, without refraction.
     pub thin: bool,
@@ -38,22 +38,22 @@ pub(crate) struct PhysicalInputs<R: Real> {
     pub bump: Option<Bump<R>>,
     /// Whether the material is opaque, without layers and independent of expressions, so that many
     /// of its points may be shaded at once.
-    pub plain: bool,
+    pub is_common: bool,
     /// Whether smooth reflection is traced; otherwise it is shaded as rough reflection.
     pub mirrors: bool,
 }
 
 /// Index of refraction of a physical material: at least 1, or 0 everywhere for total reflection.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Index<R: Real> {
+pub(crate) enum RefractiveIndex<R: Real> {
     /// A constant index.
-    Even(Boundary<R>),
-    Varying(Product<R>),
+    Even(DielectricBoundary<R>),
+    Varying(InputProduct<R>),
 }
 
 /// An index of refraction with its reflectance.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Boundary<R> {
+pub(crate) struct DielectricBoundary<R> {
     /// In `f64`, the precision of refraction.
     pub ior: f64,
     /// Reflectance at normal incidence, computed in `f64` because `f32` would lose digits near
@@ -61,7 +61,7 @@ pub(crate) struct Boundary<R> {
     pub f0: R,
 }
 
-impl<R: Real> Boundary<R> {
+impl<R: Real> DielectricBoundary<R> {
     pub fn new(ior: f64) -> Self {
         Self {
             ior,
@@ -73,7 +73,7 @@ impl<R: Real> Boundary<R> {
 /// Transmission of a physical material.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PhysicalTransmission<R: Real> {
-    pub share: Product<R>,
+    pub share: InputProduct<R>,
     /// Tint of the transmission by the base colour; white if the base colour varies.
     pub tint: R::Vec3,
     /// Transmittance for shadow rays; `None` if it varies.
@@ -89,7 +89,7 @@ impl<R: Real> PhysicalTransmission<R> {
 
 impl<R: Real> PhysicalInputs<R> {
     /// Whether the material is a transmissive thin wall with layers.
-    pub fn is_wall(&self) -> bool {
+    pub fn is_thin(&self) -> bool {
         self.thin && self.transmission.is_some() && self.layered.is_some()
     }
 }
@@ -101,7 +101,7 @@ const MOST_ABSORPTION: f64 = 1e30;
 pub(super) fn physical<R: Real>(
     m: &PhysicalData,
     inputs: &mut Compiler<'_, R>,
-    context: &mut Context<R>,
+    context: &mut MaterialContext<R>,
 ) -> Result<PhysicalInputs<R>, PrepareError> {
     let image = inputs.image(&m.base_colour_texture, "base_colour_texture")?;
     let base = inputs.product(&m.base_colour, image, "base_colour")?;
@@ -137,8 +137,8 @@ pub(super) fn physical<R: Real>(
         inputs.factor(emission, &m.emission_texture, "emission")
     })?;
     let index = match m.ior.constant() {
-        Some(ior) => Index::Even(Boundary::new(ior)),
-        None => Index::Varying(inputs.factor(&m.ior, &None, "ior")?),
+        Some(ior) => RefractiveIndex::Even(DielectricBoundary::new(ior)),
+        None => RefractiveIndex::Varying(inputs.factor(&m.ior, &None, "ior")?),
     };
     let transmission = prepared(m.may_transmit().then_some(&m.transmission), |share| {
         let share = inputs.factor(share, &m.transmission_texture, "transmission")?;
@@ -162,7 +162,7 @@ pub(super) fn physical<R: Real>(
         .filter(|_| context.paths && layered.is_none());
     let opaque = m.alpha == AlphaMode::Opaque && transmission.is_none() && !m.unlit;
     Ok(PhysicalInputs {
-        plain: opaque && layered.is_none() && !inputs.reads.expressions,
+        is_common: opaque && layered.is_none() && !inputs.reads.expressions,
         layered,
         specular: R::from_f64(factor.unwrap_or(1.0)),
         thin: m.thin_walled,

@@ -6,13 +6,13 @@ use core::marker::PhantomData;
 use serde::de::{self, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 
-use super::{CheckerInput, Colour, Input, TextureInput, Triple, Value, Weight};
+use super::{CheckerInput, Colour, Input, InputValue, TextureInput, Triple, Weight};
 
 /// A number that may be written as a string: the loader's deserializer evaluates the string, any
 /// other format refuses it.
-struct Number(f64);
+struct NumberOnly(f64);
 
-impl<'de> Deserialize<'de> for Number {
+impl<'de> Deserialize<'de> for NumberOnly {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         f64::deserialize(deserializer).map(Self)
     }
@@ -22,7 +22,7 @@ fn triple<'de, A: SeqAccess<'de>>(mut seq: A, what: &dyn de::Expected) -> Result
     let mut out = [0.0; 3];
     for (i, slot) in out.iter_mut().enumerate() {
         *slot = seq
-            .next_element::<Number>()?
+            .next_element::<NumberOnly>()?
             .ok_or_else(|| de::Error::invalid_length(i, what))?
             .0;
     }
@@ -96,7 +96,7 @@ impl<'de> Deserialize<'de> for Weight {
 
 struct InputVisitor<T>(PhantomData<T>);
 
-impl<'de, T: Value> Visitor<'de> for InputVisitor<T> {
+impl<'de, T: InputValue> Visitor<'de> for InputVisitor<T> {
     type Value = Input<T>;
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(T::EXPECTED)
@@ -148,7 +148,7 @@ impl<'de, T: Value> Visitor<'de> for InputVisitor<T> {
     }
 }
 
-impl<'de, T: Value> Deserialize<'de> for Input<T> {
+impl<'de, T: InputValue> Deserialize<'de> for Input<T> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         deserializer.deserialize_any(InputVisitor(PhantomData))
     }
@@ -157,7 +157,7 @@ impl<'de, T: Value> Deserialize<'de> for Input<T> {
 /// Reads an input whose string is evaluated once where it does not depend on the hit. So the
 /// roughness or emission of a surface is known before rendering. The name of the newtype tells the
 /// loader which inputs to evaluate.
-pub(in crate::scene) fn early<'de, T: Value, D: Deserializer<'de>>(
+pub(in crate::scene) fn early<'de, T: InputValue, D: Deserializer<'de>>(
     deserializer: D,
 ) -> Result<Input<T>, D::Error> {
     deserializer.deserialize_newtype_struct("EarlyInput", InputVisitor(PhantomData))

@@ -3,16 +3,18 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::super::field::Bounds::{Any, Finite, Within};
-use super::super::field::{Bounds, Field, FieldValue, Fields, fields, file_struct};
+use super::super::field::FieldBounds::{Any, Finite, Within};
+use super::super::field::{
+    FieldBounds, FieldValue, MaterialField, MaterialFields, fields, file_struct,
+};
 use super::super::input::{Colour, ColourInput, NumberInput, TextureRef, early};
 
 /// Bounds of a share, and of a colour's channels.
-pub(super) const SHARE: Bounds = Within(0.0, 1.0);
+pub(super) const SHARE: FieldBounds = Within(0.0, 1.0);
 
 /// Least and greatest index of refraction.
 pub(super) const IOR: [f64; 2] = [1.0, 1e3];
-const INDICES: Bounds = Within(IOR[0], IOR[1]);
+const INDICES: FieldBounds = Within(IOR[0], IOR[1]);
 
 file_struct! {
     /// A clear coat of index 1.5 over everything (KHR_materials_clearcoat).

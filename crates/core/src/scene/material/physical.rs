@@ -2,8 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::super::field::Bounds::{Any, Finite, Length, Within};
-use super::super::field::{Bounds, Field, FieldValue, Fields, fields, file_struct};
+use super::super::field::FieldBounds::{Any, Finite, Length, Within};
+use super::super::field::{
+    FieldBounds, FieldValue, MaterialField, MaterialFields, fields, file_struct,
+};
 use super::super::input::{Colour, ColourInput, NumberInput, TextureRef, early};
 use super::layers::{
     Anisotropy, Clearcoat, Conductor, DiffuseTransmission, IOR, Iridescence, SHARE, Sheen,
@@ -18,7 +20,7 @@ macro_rules! physical_fields {
             /// multiplies its texture.
             Physical
             /// Base colour, linear.
-            base_colour: ColourInput = ColourInput::default(), Bounds::Light;
+            base_colour: ColourInput = ColourInput::default(), FieldBounds::Light;
             /// Image that multiplies the base colour.
             base_colour_texture: Option<TextureRef> = None, Any;
             /// Whether the mesh's vertex colours multiply the base colour.
@@ -41,7 +43,7 @@ macro_rules! physical_fields {
             /// the dielectric part reflects all light at every angle, reduced only by `specular`
             /// and its colour, and transmits none.
             #[serde(deserialize_with = "early")]
-            ior: NumberInput = 1.5.into(), Bounds::ZeroOrWithin(IOR[0], IOR[1]);
+            ior: NumberInput = 1.5.into(), FieldBounds::ZeroOrWithin(IOR[0], IOR[1]);
             /// Share of light that passes through the surface instead of being diffused, 0 to 1; a
             /// varying value is clamped to that range.
             #[serde(deserialize_with = "early")]
@@ -68,7 +70,7 @@ macro_rules! physical_fields {
             /// Image that multiplies `specular`, by its red channel unless it names another.
             specular_texture: Option<TextureRef> = None, Any, TintedReflection;
             /// Colour of the dielectric part's reflection at normal incidence; may be above one.
-            specular_colour: ColourInput = Colour::WHITE.into(), Bounds::Light, TintedReflection;
+            specular_colour: ColourInput = Colour::WHITE.into(), FieldBounds::Light, TintedReflection;
             /// Image that multiplies `specular_colour`.
             specular_colour_texture: Option<TextureRef> = None, Any, TintedReflection;
             /// Complex index of the metallic part, in place of the base colour.
@@ -85,7 +87,7 @@ macro_rules! physical_fields {
             clearcoat: Option<Clearcoat> = None, Any, Clearcoat;
             /// Emitted radiance.
             #[serde(deserialize_with = "early")]
-            emission: ColourInput = Colour::BLACK.into(), Bounds::Light, Emission;
+            emission: ColourInput = Colour::BLACK.into(), FieldBounds::Light, Emission;
             /// Image that multiplies the emission.
             emission_texture: Option<TextureRef> = None, Any;
             /// Meaning of the base colour's alpha.
@@ -190,7 +192,7 @@ impl Physical {
     }
 
     /// Returns the anisotropy, as [`Self::coat`].
-    pub fn combed(&self) -> Option<&Anisotropy> {
+    pub fn active_anisotropy(&self) -> Option<&Anisotropy> {
         self.anisotropy
             .as_ref()
             .filter(|layer| layer.strength != 0.0.into())
@@ -213,12 +215,12 @@ impl Physical {
                 .and_then(|coat| coat.normal_texture.as_ref())
                 .filter(|_| !self.unlit)
         };
-        let combed = || {
-            self.combed()
+        let anisotropy = || {
+            self.active_anisotropy()
                 .and_then(|layer| layer.texture.as_ref())
                 .filter(|_| !self.unlit)
         };
-        self.bent_by().or_else(coat).or_else(combed)
+        self.bent_by().or_else(coat).or_else(anisotropy)
     }
 }
 

@@ -30,7 +30,7 @@ fn numbered() -> ImageData {
 
 fn read<R: Real>(sampler: &Sampler<R>, u: R, v: R) -> f64 {
     static NUMBERED: LazyLock<ImageData> = LazyLock::new(numbered);
-    sampler.filtered(&NUMBERED, &Codes::new(), [u, v])[0].to_f64()
+    sampler.filtered(&NUMBERED, &TexelCodes::new(), [u, v])[0].to_f64()
 }
 
 /// ⌊u·n⌋ without rounding: an f64 is an integer times a power of two.
@@ -196,7 +196,7 @@ fn codes_are_decoded_in_the_precision_that_reads_them() {
             ((c + 0.055) / 1.055).powf(2.4)
         }
     };
-    let codes = Codes::new();
+    let codes = TexelCodes::new();
     for code in 0..=255_u8 {
         let image = ImageData {
             width: 1,
@@ -224,7 +224,7 @@ fn codes_are_decoded_in_the_precision_that_reads_them() {
 #[test]
 fn footprints_choose_levels() {
     let image = numbered();
-    let (levels, codes) = (pyramid::levels(&image, false), Codes::new());
+    let (levels, codes) = (pyramid::levels(&image, false), TexelCodes::new());
     assert_eq!(levels.len(), 2);
     for wrap in [Wrap::Repeat, Wrap::MirroredRepeat, Wrap::Clamp] {
         let sampler = sampler::<f64>(Filter::Mipmaps, [wrap; 2]);
@@ -285,8 +285,8 @@ fn footprints_choose_levels() {
 /// Protects: uses with equal footprints read the same texels, whatever their codes and factors;
 /// other uses do not.
 #[test]
-fn places_are_shared_where_texels_are() {
-    let (image, codes) = (numbered(), Codes::new());
+fn equal_footprints_read_equal_texels() {
+    let (image, codes) = (numbered(), TexelCodes::new());
     let wraps = [Wrap::Repeat, Wrap::MirroredRepeat, Wrap::Clamp];
     let filters = [Filter::Nearest, Filter::Bilinear];
     let transforms = [
@@ -314,12 +314,12 @@ fn places_are_shared_where_texels_are() {
                 factor: other.factor * 0.5,
                 ..*other
             };
-            assert_eq!(one.lies_as(&darker), i == k, "{one:?} {other:?}");
-            let alike = |uv: [f64; 2]| {
+            assert_eq!(one.shares_footprint(&darker), i == k, "{one:?} {other:?}");
+            let equal = |uv: [f64; 2]| {
                 darker.read(&image, &codes, &one.place(&image, uv))
                     == darker.filtered(&image, &codes, darker.mapped(uv))
             };
-            assert!(i != k || points.into_iter().all(alike), "{one:?}");
+            assert!(i != k || points.into_iter().all(equal), "{one:?}");
         }
     }
 }
@@ -328,7 +328,7 @@ fn places_are_shared_where_texels_are() {
 /// both directions, equal map of coordinates, and the same number of texels, one or four. Colour
 /// spaces and factors do not matter.
 #[test]
-fn uses_that_lie_alike() {
+fn equal_footprints() {
     let plain = sampler::<f64>(Filter::Bilinear, [Wrap::Repeat; 2]);
     let moved = Some([[1.0, 0.0, 0.5], [0.0, 1.0, 0.0]]);
     let others = [
@@ -376,18 +376,21 @@ fn uses_that_lie_alike() {
             false,
         ),
     ];
-    for (i, (other, alike)) in others.iter().enumerate() {
+    for (i, (other, equal)) in others.iter().enumerate() {
         assert_eq!(
-            (plain.lies_as(other), other.lies_as(&plain)),
-            (*alike, *alike),
+            (
+                plain.shares_footprint(other),
+                other.shares_footprint(&plain)
+            ),
+            (*equal, *equal),
             "{i}"
         );
-        assert!(other.lies_as(other), "{i}");
+        assert!(other.shares_footprint(other), "{i}");
         // Equal footprints are claimed only where they are equal everywhere about the image.
         for place in (-20..=30).map(|i| 0.1 * f64::from(i) + 0.013) {
             let found = [&plain, other]
                 .map(|use_of| use_of.place(&numbered(), [place, 0.7 - place]).corners);
-            assert!(!alike || found[0] == found[1], "{i} at {place}");
+            assert!(!equal || found[0] == found[1], "{i} at {place}");
         }
     }
 }

@@ -25,13 +25,13 @@ fn problems(camera: Value, object: Value) -> Vec<Problem> {
 }
 
 #[track_caller]
-fn one(camera: Value, object: Value, path: &str, said: &str) {
+fn expect_problem(camera: Value, object: Value, path: &str, message: &str) {
     let found = problems(camera, object);
     let [problem] = found.as_slice() else {
         panic!("not one problem: {found:?}")
     };
     assert_eq!(problem.path, path);
-    assert!(problem.message.contains(said), "{}", problem.message);
+    assert!(problem.message.contains(message), "{}", problem.message);
 }
 
 fn turned(degrees: f64) -> Value {
@@ -41,7 +41,7 @@ fn turned(degrees: f64) -> Value {
 /// Protects: an object's map must be invertible at every time, at each end and in between; an
 /// object with constant emission cannot move. The message refers to the end, with a hint.
 #[test]
-fn objects_are_there_all_the_way() {
+fn maps_are_invertible_at_every_time() {
     let end = |steps: Value| json!({ "transform_end": steps });
     for fine in [
         turned(179.0),
@@ -51,28 +51,28 @@ fn objects_are_there_all_the_way() {
         assert_eq!(problems(json!({}), end(fine)), []);
     }
     for flat in [turned(180.0), json!([{ "scale": [-1, 1, 1] }])] {
-        one(
+        expect_problem(
             json!({}),
             end(flat),
             "objects[0].transform_end",
             "nothing is left to see",
         );
     }
-    one(
+    expect_problem(
         json!({}),
         end(json!([{ "scale": [0, 1, 1] }])),
         "objects[0].transform_end[0].scale",
         "may be zero",
     );
     let tiny = vec![json!({ "scale": [1e-15, 1e-15, 1e-15] }); 30];
-    one(
+    expect_problem(
         json!({}),
         end(json!(tiny)),
         "objects[0].transform_end",
         "the steps of `transform_end` together",
     );
     let glowing = |material: &str| json!({ "material": material, "transform_end": [{ "translate": [1, 0, 0] }] });
-    one(
+    expect_problem(
         json!({}),
         glowing("lamp"),
         "objects[0].transform_end",
@@ -130,20 +130,20 @@ fn cameras_look_somewhere_all_the_way() {
             look([1.001, 1e6, 0.0], [0.0; 3]),
         ),
     ] {
-        one(
+        expect_problem(
             wrong,
             json!({}),
             "cameras[0].pose_end",
             "at some time between",
         );
     }
-    one(
+    expect_problem(
         from_to(start(), orbit(0.0, 0.0)),
         json!({}),
         "cameras[0].pose_end",
         "same kind",
     );
-    one(
+    expect_problem(
         from_to(start(), look([1.0; 3], [1.0; 3])),
         json!({}),
         "cameras[0].pose_end.look_at.target",
@@ -159,6 +159,6 @@ fn shutters_open_before_they_close() {
         assert_eq!(problems(with(fine), json!({})), []);
     }
     for wrong in [[0.5, 0.25], [-0.1, 1.0], [0.0, 1.1]] {
-        one(with(wrong), json!({}), "cameras[0].shutter", "must open");
+        expect_problem(with(wrong), json!({}), "cameras[0].shutter", "must open");
     }
 }

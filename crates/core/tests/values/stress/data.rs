@@ -52,55 +52,64 @@ fn linear(width: u32, texels: impl Fn(u32) -> [f32; 4]) -> Option<ImageData> {
 /// Protects: materials that make light, and values that are no numbers or out of their range.
 #[test]
 fn materials_that_make_light() {
-    let found = alone(
+    let finding = alone(
         &painted(json!({ "base_colour": 1.4 })),
-        Code::EnergyMade,
+        FindingCode::EnergyMade,
         PictureWrong,
     );
     assert!(
-        found.why.contains("`base_colour` is up to 1.400"),
+        finding.reason.contains("`base_colour` is up to 1.400"),
         "{}",
-        found.why
+        finding.reason
     );
-    let found = alone(
+    let finding = alone(
         &painted(json!({ "roughness": "1.5 + 0*p.x" })),
-        Code::ValuesOutOfRange,
+        FindingCode::ValuesOutOfRange,
         Harmless,
     );
     assert!(
-        found.why.contains("`roughness` is up to 1.500"),
+        finding.reason.contains("`roughness` is up to 1.500"),
         "{}",
-        found.why
+        finding.reason
     );
-    let found = alone(
+    let finding = alone(
         &painted(json!({ "base_colour": "sqrt(p.x - 100)" })),
-        Code::ValuesNotNumbers,
+        FindingCode::ValuesNotNumbers,
         PictureWrong,
     );
-    assert!(found.why.contains("`base_colour`"), "{}", found.why);
+    assert!(
+        finding.reason.contains("`base_colour`"),
+        "{}",
+        finding.reason
+    );
     let hdr = with_image(
         json!({ "base_colour_texture": texture() }),
         "linear",
         linear(8, |i| [if i == 2 { 8.0 } else { 0.1 }; 4]),
     );
-    finds(&hdr, Code::BrighterThanLights, SlowOrNoisy, &[]);
+    expect_finding(&hdr, FindingCode::BrighterThanLights, SlowOrNoisy, &[]);
 }
 
 /// Protects: what is nowhere there, glass without segments to come through, and absorption in other
 /// units.
 #[test]
 fn materials_that_show_nothing() {
-    finds(
+    expect_finding(
         &painted(json!({ "alpha": { "mask": { "cutoff": 1.5 } } })),
-        Code::InvisibleObject,
+        FindingCode::InvisibleObject,
         Harmless,
         &[],
     );
     let mut shallow = painted(json!({ "transmission": 1, "roughness": 0 }));
     shallow.render.max_depth = 2;
-    finds(&shallow, Code::DepthBelowGlass, PictureWrong, &[]);
+    expect_finding(&shallow, FindingCode::DepthBelowGlass, PictureWrong, &[]);
     let dense = json!({ "transmission": 1, "roughness": 0, "attenuation_colour": [0.1, 0.5, 0.5], "attenuation_distance": 1e-6 });
-    finds(&painted(dense), Code::AbsorptionOutOfScale, Harmless, &[]);
+    expect_finding(
+        &painted(dense),
+        FindingCode::AbsorptionOutOfScale,
+        Harmless,
+        &[],
+    );
 }
 
 /// Protects: images of one colour, with texels that are no light, that could not be read, and such
@@ -113,43 +122,43 @@ fn images() {
         listed(&report(&with_image(base(), "srgb", codes(varied))).findings),
         []
     );
-    finds(
+    expect_finding(
         &with_image(base(), "srgb", codes(|_| [90; 4])),
-        Code::UniformImage,
+        FindingCode::UniformImage,
         Harmless,
         &[],
     );
     let hole = |i: u32| [if i == 5 { f32::NAN } else { 0.02 * i as f32 }; 4];
     alone(
         &with_image(base(), "linear", linear(8, hole)),
-        Code::ImageNotLight,
+        FindingCode::ImageNotLight,
         PictureWrong,
     );
-    finds(
+    expect_finding(
         &with_image(base(), "srgb", None),
-        Code::MissingImage,
+        FindingCode::MissingImage,
         PictureWrong,
         &[],
     );
     let normals = |i: u32| [120 + (i % 16) as u8, 128, 250, 255];
-    let bent = || json!({ "normal_texture": texture() });
+    let curved = || json!({ "normal_texture": texture() });
     assert_eq!(
-        listed(&report(&with_image(bent(), "linear", codes(normals))).findings),
+        listed(&report(&with_image(curved(), "linear", codes(normals))).findings),
         []
     );
-    let found = alone(
-        &with_image(bent(), "srgb", codes(normals)),
-        Code::DataReadAsColour,
+    let finding = alone(
+        &with_image(curved(), "srgb", codes(normals)),
+        FindingCode::DataReadAsColour,
         PictureWrong,
     );
     assert!(
-        found.why.contains("`normal_texture`") && found.why.contains("sRGB"),
+        finding.reason.contains("`normal_texture`") && finding.reason.contains("sRGB"),
         "{}",
-        found.why
+        finding.reason
     );
-    finds(
-        &with_image(bent(), "linear", codes(|i| [4 * i as u8 / 2; 4])),
-        Code::NotANormalMap,
+    expect_finding(
+        &with_image(curved(), "linear", codes(|i| [4 * i as u8 / 2; 4])),
+        FindingCode::NotANormalMap,
         PictureWrong,
         &[],
     );
@@ -175,26 +184,26 @@ fn texture_coordinates() {
         ];
         scene
     };
-    finds(
+    expect_finding(
         &cube(None, json!({ "base_colour_texture": texture() })),
-        Code::NoTextureCoordinates,
+        FindingCode::NoTextureCoordinates,
         PictureWrong,
         &[],
     );
     // As readers write what a file lacks.
-    finds(
+    expect_finding(
         &cube(
             Some(vec![[0.0; 2]; 8]),
             json!({ "base_colour_texture": texture() }),
         ),
-        Code::NoTextureCoordinates,
+        FindingCode::NoTextureCoordinates,
         PictureWrong,
         &[],
     );
     let same = Some(vec![[0.5, 0.5]; 8]);
-    finds(
+    expect_finding(
         &cube(same, json!({ "normal_texture": texture() })),
-        Code::FlatTextureCoordinates,
+        FindingCode::FlatTextureCoordinates,
         PictureWrong,
         &[],
     );
@@ -213,7 +222,12 @@ fn skies() {
     let varied = |i: u32| [0.1 + 1e-5 * i as f32, 0.1, 0.2, 1.0];
     assert_eq!(listed(&report(&under(linear(256, varied))).findings), []);
     let sun = |i: u32| if i == 9000 { [60000.0; 4] } else { varied(i) };
-    finds(&under(linear(256, sun)), Code::SkySpikes, SlowOrNoisy, &[]);
+    expect_finding(
+        &under(linear(256, sun)),
+        FindingCode::SkySpikes,
+        SlowOrNoisy,
+        &[],
+    );
     let hole = |i: u32| {
         if i == 9000 {
             [f32::INFINITY; 4]
@@ -221,5 +235,9 @@ fn skies() {
             varied(i)
         }
     };
-    alone(&under(linear(256, hole)), Code::ImageNotLight, PictureWrong);
+    alone(
+        &under(linear(256, hole)),
+        FindingCode::ImageNotLight,
+        PictureWrong,
+    );
 }

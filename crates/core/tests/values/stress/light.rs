@@ -1,6 +1,6 @@
 //! Faults of rays, samples, lights and cameras.
 
-use raywright_core::stress::Subject;
+use raywright_core::stress::FindingSubject;
 
 use super::*;
 
@@ -44,9 +44,9 @@ fn constant_offsets() {
         }))
     };
     let one = json!([object("ball", ball([0.1, 0.2, 0.3], 0.7), "paint")]);
-    finds(
+    expect_finding(
         &constant(0.0, one.clone()),
-        Code::SelfHit,
+        FindingCode::SelfHit,
         PictureWrong,
         &[],
     );
@@ -63,9 +63,9 @@ fn constant_offsets() {
             "paint"
         )
     ]);
-    finds(
+    expect_finding(
         &constant(0.5, sheets),
-        Code::StartBeyondSurface,
+        FindingCode::StartBeyondSurface,
         PictureWrong,
         &[],
     );
@@ -78,9 +78,9 @@ fn gaps_that_storing_closes() {
         object("shell", ball([0.0; 3], 1.000_000_12), "glass"),
         object("ball", ball([0.0; 3], 1.0), "paint")
     ]);
-    finds(
+    expect_finding(
         &scene(&json!({ "objects": shell })),
-        Code::ClosedGap,
+        FindingCode::ClosedGap,
         PictureWrong,
         &[],
     );
@@ -99,11 +99,11 @@ fn gaps_that_storing_closes() {
         json!({ "look_at": { "eye": [0.5, 0.5, 0.4], "target": [0, 0, 0] } }),
     )
     .expect("a pose");
-    finds(
+    expect_finding(
         &below,
-        Code::LightThroughCover,
+        FindingCode::LightThroughCover,
         PictureWrong,
-        &[Code::BlackPicture],
+        &[FindingCode::BlackPicture],
     );
 }
 
@@ -112,8 +112,13 @@ fn gaps_that_storing_closes() {
 #[test]
 fn samples_that_are_lost() {
     let half = json!({ "sky": { "expression": "d.x < 0 ? sqrt(d.x) : 1" } });
-    let found = finds(&scene(&half), Code::SamplesNotFinite, PictureWrong, &[]);
-    assert!(found.pixel.is_some());
+    let finding = expect_finding(
+        &scene(&half),
+        FindingCode::SamplesNotFinite,
+        PictureWrong,
+        &[],
+    );
+    assert!(finding.pixel.is_some());
     let sheet = object(
         "veil",
         quad([-9.0, -9.0, 0.0], [18.0, 0.0, 0.0], [0.0, 18.0, 0.0]),
@@ -125,18 +130,18 @@ fn samples_that_are_lost() {
         "generators": [{ "kind": { "grid": { "counts": [1, 1, 9000], "origin": [0, 0, -9], "step": [0, 0, 0.001] } }, "object": sheet }],
         "render": { "size": [6, 4], "samples": 1, "integrator": "path" },
     });
-    finds(&scene(&veils), Code::RaysCutShort, PictureWrong, &[]);
+    expect_finding(&scene(&veils), FindingCode::RaysCutShort, PictureWrong, &[]);
     let mut away = scene(&json!({}));
     away.cameras[0].pose =
         serde_json::from_value(json!({ "look_at": { "eye": [0, 0, 6], "target": [0, 0, 9] } }))
             .expect("a pose");
-    finds(&away, Code::NothingSeen, PictureWrong, &[]);
+    expect_finding(&away, FindingCode::NothingSeen, PictureWrong, &[]);
     let boxed = json!({
         "objects": [object("ball", ball([0.0; 3], 1.0), "paint"), object("lamp", ball([0.0, 4.0, 0.0], 0.5), "lamp"),
                     object("box", ball([0.0, 4.0, 0.0], 0.8), "paint")],
         "materials": with_lamp(4.0), "sky": null,
     });
-    finds(&scene(&boxed), Code::BlackPicture, PictureWrong, &[]);
+    expect_finding(&scene(&boxed), FindingCode::BlackPicture, PictureWrong, &[]);
 }
 
 /// Protects: lamps that nothing reaches, that shine past everything, that are met by chance, are
@@ -148,21 +153,26 @@ fn lamps_that_light_nothing() {
                     object("box", ball([0.0, 4.0, 0.0], 0.8), "paint")],
         "materials": with_lamp(4.0),
     });
-    finds(&scene(&boxed), Code::UnreachedLight, SlowOrNoisy, &[]);
-    finds(
+    expect_finding(
+        &scene(&boxed),
+        FindingCode::UnreachedLight,
+        SlowOrNoisy,
+        &[],
+    );
+    expect_finding(
         &scene(&json!({ "lights": [point([0.0, 50.0, 0.0], json!({ "range": 10 }))] })),
-        Code::LightMissesScene,
+        FindingCode::LightMissesScene,
         SlowOrNoisy,
         &[],
     );
     let spot = json!({ "spot": { "position": [0, 20, 0], "direction": [1, 0, 0], "inner_angle": 10, "outer_angle": 20 } });
-    let found = finds(
+    let finding = expect_finding(
         &scene(&json!({ "lights": [{ "kind": spot, "colour": 9 }] })),
-        Code::LightMissesScene,
+        FindingCode::LightMissesScene,
         SlowOrNoisy,
         &[],
     );
-    assert!(!found.remedy.contains("range"), "{}", found.remedy);
+    assert!(!finding.remedy.contains("range"), "{}", finding.remedy);
     let mut turned = object(
         "lamp",
         quad([-1.0, 3.0, -1.0], [0.0, 0.0, 2.0], [2.0, 0.0, 0.0]),
@@ -170,36 +180,41 @@ fn lamps_that_light_nothing() {
     );
     turned["side"] = json!("outside");
     let ball_and = |other: Value| json!({ "objects": [object("ball", ball([0.0; 3], 1.0), "paint"), other], "materials": with_lamp(9.0) });
-    finds(
+    expect_finding(
         &scene(&ball_and(turned)),
-        Code::LightMissesScene,
+        FindingCode::LightMissesScene,
         SlowOrNoisy,
         &[],
     );
-    finds(
+    expect_finding(
         &scene(&ball_and(object(
             "mote",
             ball([0.0, 1.5, 0.5], 1e-4),
             "lamp",
         ))),
-        Code::LampBelowPixel,
+        FindingCode::LampBelowPixel,
         SlowOrNoisy,
         &[],
     );
     let twice =
         json!({ "lights": [point([0.0, 5.0, 0.0], json!({})), point([0.0, 5.0, 0.0], json!({}))] });
-    finds(&scene(&twice), Code::DuplicateLight, PictureWrong, &[]);
+    expect_finding(
+        &scene(&twice),
+        FindingCode::DuplicateLight,
+        PictureWrong,
+        &[],
+    );
     let mut other = scene(&twice);
     other.lights[1].colour = raywright_core::scene::Colour::WHITE;
-    finds(&other, Code::DuplicateLight, Harmless, &[]);
+    expect_finding(&other, FindingCode::DuplicateLight, Harmless, &[]);
     let bulb = json!({
         "objects": [object("floor", quad([-4.0, -1.0, 4.0], [8.0, 0.0, 0.0], [0.0, 0.0, -8.0]), "paint"),
                     object("bulb", ball([0.0, 1.0, 0.0], 0.5), "glass"), object("wire", ball([0.0, 1.0, 0.0], 0.003), "lamp")],
         "materials": with_lamp(1000.0), "render": { "size": [160, 90], "samples": 16, "integrator": "path" },
     });
-    let found = alone(&scene(&bulb), Code::LightByChance, SlowOrNoisy);
-    assert_eq!(found.subject, Subject::Object(2));
-    assert!(found.why.contains("`bulb`"), "{}", found.why);
+    let finding = alone(&scene(&bulb), FindingCode::LightByChance, SlowOrNoisy);
+    assert_eq!(finding.subject, FindingSubject::Object(2));
+    assert!(finding.reason.contains("`bulb`"), "{}", finding.reason);
 }
 
 /// Protects: what shines by chance through glass is the sky where there is no lamp, and no lamp is
@@ -212,9 +227,14 @@ fn a_sky_that_is_met_by_chance() {
         "sky": { "gradient": { "bottom": 0.1, "top": 0.2, "suns": [{ "direction": [0.2, 1, 0.1], "weight": 1e4, "exponent": 65536, "colour": 1 }] } },
         "render": { "size": [160, 90], "samples": 16, "integrator": "path" },
     });
-    let found = finds(&scene(&under_sun), Code::LightByChance, SlowOrNoisy, &[]);
-    assert_eq!(found.subject, Subject::Sky);
-    assert!(!found.remedy.contains("make them"), "{}", found.remedy);
+    let finding = expect_finding(
+        &scene(&under_sun),
+        FindingCode::LightByChance,
+        SlowOrNoisy,
+        &[],
+    );
+    assert_eq!(finding.subject, FindingSubject::Sky);
+    assert!(!finding.remedy.contains("make them"), "{}", finding.remedy);
 }
 
 /// Protects: cameras within bodies, that are sharp where nothing is, that see everything within a
@@ -229,21 +249,21 @@ fn cameras() {
         scene
     };
     let glass = json!({ "objects": [object("pond", ball([0.0; 3], 9.0), "glass"), object("fish", ball([0.0; 3], 0.5), "paint")] });
-    finds(
+    expect_finding(
         &from([0.5, 1.5, 6.0], glass),
-        Code::CameraInBody,
+        FindingCode::CameraInBody,
         Harmless,
         &[],
     );
-    finds(
+    expect_finding(
         &from([-1.2, 0.1, 0.3], json!({})),
-        Code::CameraInBody,
+        FindingCode::CameraInBody,
         PictureWrong,
         &[],
     );
-    finds(
+    expect_finding(
         &from([3e4, 2e4, 6e4], json!({})),
-        Code::SceneBelowPixel,
+        FindingCode::SceneBelowPixel,
         PictureWrong,
         &[],
     );
@@ -252,8 +272,8 @@ fn cameras() {
         "thin_lens": { "pinhole": { "vertical_fov": 40 }, "aperture_radius": 0.1, "focus_distance": 0.05 }
     }))
     .expect("a lens");
-    finds(&lens, Code::FocusNowhere, Harmless, &[]);
+    expect_finding(&lens, FindingCode::FocusNowhere, Harmless, &[]);
     let mut wide = scene(&json!({}));
     wide.cameras[0].aspect = Some(3.0);
-    finds(&wide, Code::StretchedPicture, Harmless, &[]);
+    expect_finding(&wide, FindingCode::StretchedPicture, Harmless, &[]);
 }

@@ -48,8 +48,8 @@ fn plain(
 #[test]
 fn a_closed_cube_has_no_findings() {
     for (material, side) in [("paint", "both"), ("glass", "both"), ("paint", "culled")] {
-        let found = report(&plain(|_, _| {}, material, side)).findings;
-        assert_eq!(listed(&found), [], "{material} {side}");
+        let findings = report(&plain(|_, _| {}, material, side)).findings;
+        assert_eq!(listed(&findings), [], "{material} {side}");
     }
 }
 
@@ -57,27 +57,32 @@ fn a_closed_cube_has_no_findings() {
 /// them and its place.
 #[test]
 fn single_triangles() {
-    let found = finds(
+    let finding = expect_finding(
         &plain(|_, i| i.push([0, 0, 1]), "paint", "both"),
-        Code::DegenerateTriangles,
+        FindingCode::DegenerateTriangles,
         Harmless,
         &[],
     );
-    assert_eq!((found.count, found.of, found.primitive), (1, 13, Some(12)));
+    assert_eq!(
+        (finding.count, finding.of, finding.primitive),
+        (1, 13, Some(12))
+    );
     assert!(
-        found.place.is_some_and(|[_, y, _]| (y + 0.8).abs() < 1e-6),
+        finding
+            .place
+            .is_some_and(|[_, y, _]| (y + 0.8).abs() < 1e-6),
         "{:?}",
-        found.place
+        finding.place
     );
-    finds(
+    expect_finding(
         &plain(|_, i| i.push(i[4]), "paint", "both"),
-        Code::DuplicateTriangles,
+        FindingCode::DuplicateTriangles,
         Harmless,
         &[],
     );
-    finds(
+    expect_finding(
         &plain(|_, i| i.push(i[4]), "glass", "both"),
-        Code::DuplicateTriangles,
+        FindingCode::DuplicateTriangles,
         PictureWrong,
         &[],
     );
@@ -85,9 +90,9 @@ fn single_triangles() {
         p.extend([[-0.5, 1.0, 0.0], [0.5, 1.0, 0.0], [0.1, 1.000_01, 0.0]]);
         i.push([8, 9, 10]);
     };
-    finds(
+    expect_finding(
         &plain(sliver, "paint", "both"),
-        Code::SliverTriangles,
+        FindingCode::SliverTriangles,
         Harmless,
         &[],
     );
@@ -98,30 +103,30 @@ fn single_triangles() {
 #[test]
 fn bodies_of_glass_are_closed() {
     let open = |_: &mut Vec<[f64; 3]>, i: &mut Vec<[u32; 3]>| i.truncate(10);
-    let found = finds(
+    let finding = expect_finding(
         &plain(open, "glass", "both"),
-        Code::OpenEdges,
+        FindingCode::OpenEdges,
         PictureWrong,
         &[],
     );
-    assert_eq!(found.count, 4);
+    assert_eq!(finding.count, 4);
     assert!(report(&plain(open, "paint", "both")).findings.is_empty());
     let fin = |p: &mut Vec<[f64; 3]>, i: &mut Vec<[u32; 3]>| {
         p.push([2.0, 2.0, 2.0]);
         i.push([7, 5, 8]);
     };
-    finds(
+    expect_finding(
         &plain(fin, "glass", "both"),
-        Code::NonManifoldEdges,
+        FindingCode::NonManifoldEdges,
         PictureWrong,
-        &[Code::OpenEdges],
+        &[FindingCode::OpenEdges],
     );
     let turned = |_: &mut Vec<[f64; 3]>, i: &mut Vec<[u32; 3]>| {
         i[10..].iter_mut().for_each(|t| t.swap(1, 2))
     };
-    finds(
+    expect_finding(
         &plain(turned, "glass", "both"),
-        Code::FlippedTriangles,
+        FindingCode::FlippedTriangles,
         PictureWrong,
         &[],
     );
@@ -130,39 +135,44 @@ fn bodies_of_glass_are_closed() {
 /// Protects: what is turned over makes the picture wrong where its back is hidden, and is harmless
 /// where both sides are shown.
 #[test]
-fn what_is_turned_over() {
+fn flipped_meshes() {
     let one = |_: &mut Vec<[f64; 3]>, i: &mut Vec<[u32; 3]>| {
         i[10..].iter_mut().for_each(|t| t.swap(1, 2))
     };
     let all =
         |_: &mut Vec<[f64; 3]>, i: &mut Vec<[u32; 3]>| i.iter_mut().for_each(|t| t.swap(1, 2));
-    finds(
+    expect_finding(
         &plain(one, "paint", "culled"),
-        Code::FlippedTriangles,
+        FindingCode::FlippedTriangles,
         PictureWrong,
         &[],
     );
-    finds(
+    expect_finding(
         &plain(one, "paint", "both"),
-        Code::FlippedTriangles,
+        FindingCode::FlippedTriangles,
         Harmless,
         &[],
     );
-    finds(
+    expect_finding(
         &plain(all, "paint", "culled"),
-        Code::InsideOut,
+        FindingCode::InsideOut,
         PictureWrong,
         &[],
     );
-    finds(&plain(all, "paint", "both"), Code::InsideOut, Harmless, &[]);
+    expect_finding(
+        &plain(all, "paint", "both"),
+        FindingCode::InsideOut,
+        Harmless,
+        &[],
+    );
     let mut cube = cube([0.0; 3], |_, _| {});
     let inwards: Vec<[f64; 3]> = (0..8)
         .map(|i| core::array::from_fn(|axis| if i >> axis & 1 == 1 { -0.577 } else { 0.577 }))
         .collect();
     cube["source"]["inline"]["normals"] = json!(inwards);
-    finds(
+    expect_finding(
         &with_cube(cube, "paint", "both"),
-        Code::NormalsAgainstFaces,
+        FindingCode::NormalsAgainstFaces,
         PictureWrong,
         &[],
     );
@@ -173,43 +183,43 @@ fn what_is_turned_over() {
 fn bodies_of_shapes() {
     let tube = json!({ "hyperboloid": { "centre": [0, 0, 0], "waist_radius": 0.8, "c": 1, "half_height": 0.7 } });
     let alone = |objects: Value| scene(&json!({ "objects": objects }));
-    finds(
+    expect_finding(
         &alone(json!([object("tube", tube, "glass")])),
-        Code::OpenBody,
+        FindingCode::OpenBody,
         PictureWrong,
         &[],
     );
     let glass = |radius: f64| object("glass", ball([0.0; 3], radius), "glass");
-    finds(
+    expect_finding(
         &alone(json!([glass(1.2), glass(0.6)])),
-        Code::NestedGlass,
+        FindingCode::NestedGlass,
         PictureWrong,
         &[],
     );
-    finds(
+    expect_finding(
         &alone(json!([glass(1.2), glass(1.2)])),
-        Code::DuplicateObject,
+        FindingCode::DuplicateObject,
         PictureWrong,
         &[],
     );
     let paint = |material: &str| object("paint", ball([0.3, 0.0, 0.0], 1.0), material);
-    finds(
+    expect_finding(
         &alone(json!([paint("paint"), paint("paint")])),
-        Code::DuplicateObject,
+        FindingCode::DuplicateObject,
         Harmless,
         &[],
     );
-    finds(
+    expect_finding(
         &alone(json!([paint("paint"), paint("other")])),
-        Code::DuplicateObject,
+        FindingCode::DuplicateObject,
         PictureWrong,
         &[],
     );
     let mut turned = object("turned", ball([0.0, 0.3, 0.0], 1.0), "paint");
     turned["transform"] = json!([{ "rotate": { "axis": [0, 0, 1], "degrees": -90 } }]);
-    finds(
+    expect_finding(
         &alone(json!([paint("paint"), turned])),
-        Code::DuplicateObject,
+        FindingCode::DuplicateObject,
         Harmless,
         &[],
     );
@@ -236,7 +246,7 @@ fn surfaces_in_one_place() {
     }));
     let look = json!({ "look_at": { "eye": [62.0, 42.0, 55.0], "target": away } });
     scene.cameras[0].pose = serde_json::from_value(look).expect("a pose");
-    finds(&scene, Code::FlickeringSurfaces, PictureWrong, &[]);
+    expect_finding(&scene, FindingCode::FlickeringSurfaces, PictureWrong, &[]);
 }
 
 /// Protects: what storing makes of small things far away is found, whichever way it is lost.
@@ -273,15 +283,15 @@ fn small_things_far_away() {
     let whole = || cube([0.0; 3], |_, _| {});
     let away = [1e7, 1e7, 1e7];
     for (target, severity) in [(away, PictureWrong), ([0.0; 3], Harmless)] {
-        let seen = [Code::NothingSeen];
-        finds(
+        let seen = [FindingCode::NothingSeen];
+        expect_finding(
             &far(whole(), away, 1e-2, target),
-            Code::LostObject,
+            FindingCode::LostObject,
             severity,
             &seen,
         );
         let of = far(whole(), [1e7, 0.0, 0.0], 2.0, [target[0], 0.0, 0.0]);
-        finds(&of, Code::UnresolvedObject, severity, &seen);
+        expect_finding(&of, FindingCode::UnresolvedObject, severity, &seen);
     }
     let tiny = |p: &mut Vec<[f64; 3]>, i: &mut Vec<[u32; 3]>| {
         p.extend([[0.0, 1.5, 0.0], [1e-5, 1.5, 0.0], [0.0, 1.5, 1e-5]]);
@@ -290,13 +300,13 @@ fn small_things_far_away() {
     let at = [5e4, 0.0, 0.0];
     for (target, severity) in [(at, PictureWrong), ([0.0; 3], Harmless)] {
         let of = far(cube([0.0; 3], tiny), at, 100.0, target);
-        finds(&of, Code::LostTriangles, severity, &[]);
+        expect_finding(&of, FindingCode::LostTriangles, severity, &[]);
     }
     let speck = json!({ "box": { "min": [1e6, 0, 0], "max": [1e6 + 1e-3, 1, 1] } });
     let lost = scene(
         &json!({ "objects": [object("ball", ball([0.0; 3], 1.0), "paint"), object("speck", speck, "paint")] }),
     );
-    finds(&lost, Code::LostShape, PictureWrong, &[]);
+    expect_finding(&lost, FindingCode::LostShape, PictureWrong, &[]);
 }
 
 /// Protects: a scene of a hundredth of a millimetre is named.
@@ -305,7 +315,7 @@ fn unlikely_sizes() {
     let mut small = scene(
         &json!({ "objects": [object("ball", ball([0.0; 3], 1e-5), "paint")], "cameras": [] }),
     );
-    finds(&small, Code::ExtremeScale, Harmless, &[]);
+    expect_finding(&small, FindingCode::ExtremeScale, Harmless, &[]);
     small.objects[0].transform = vec![raywright_core::scene::TransformStep::Scale([1e5; 3])];
     assert_eq!(listed(&report(&small).findings), []);
 }
@@ -323,9 +333,9 @@ fn what_is_right_has_no_findings() {
         json!({ "box": { "min": [-1, -1, -1], "max": [1, 0.5, 1] } }),
         json!({ "plane": { "point": [0, -1, 0], "normal": [0, 1, 0] } }),
     ];
-    let clean = |parts: &Value, what: &str| {
-        let found = report(&scene(parts)).findings;
-        assert_eq!(listed(&found), [], "{what}");
+    let clean = |parts: &Value, label: &str| {
+        let findings = report(&scene(parts)).findings;
+        assert_eq!(listed(&findings), [], "{label}");
     };
     for shape in shapes {
         clean(
@@ -426,7 +436,7 @@ fn surfaces_in_one_plane() {
         object("rug", quad([0.0, y, 0.0], u, v), material)
     };
     let edges = [[1.5, 0.0, 0.0], [0.0, 0.0, 1.0]];
-    let of = |objects: Value| scene(&json!({ "objects": objects }));
+    let value_of = |objects: Value| scene(&json!({ "objects": objects }));
     for (floor, edges) in [
         (floor(), edges),
         (floor(), [edges[1], edges[0]]),
@@ -456,20 +466,23 @@ fn surfaces_in_one_plane() {
             edges,
         ),
     ] {
-        let found = finds(
-            &of(json!([floor, rug(-1.0, edges, "other")])),
-            Code::CoplanarSurfaces,
+        let finding = expect_finding(
+            &value_of(json!([floor, rug(-1.0, edges, "other")])),
+            FindingCode::CoplanarSurfaces,
             PictureWrong,
             &[],
         );
-        assert_eq!(found.subject, raywright_core::stress::Subject::Object(1));
-        let [x, y, z] = found.place.expect("a place");
+        assert_eq!(
+            finding.subject,
+            raywright_core::stress::FindingSubject::Object(1)
+        );
+        let [x, y, z] = finding.place.expect("a place");
         assert!(
-            found.count > 100
+            finding.count > 100
                 && (y + 1.0).abs() < 1e-6
                 && (0.0..1.5).contains(&x)
                 && (0.0..1.0).contains(&z),
-            "{found:?}"
+            "{finding:?}"
         );
     }
     let block = || {
@@ -500,15 +513,19 @@ fn surfaces_in_one_plane() {
             rug(-1.0, edges, "other")
         ]),
     ] {
-        assert_eq!(listed(&report(&of(clean.clone())).findings), [], "{clean}");
+        assert_eq!(
+            listed(&report(&value_of(clean.clone())).findings),
+            [],
+            "{clean}"
+        );
     }
-    let before = report(&of(json!([rug(-1.0, edges, "other"), floor()]))).findings;
+    let before = report(&value_of(json!([rug(-1.0, edges, "other"), floor()]))).findings;
     assert_eq!(
         before
             .iter()
-            .map(|found| (found.code, found.severity))
+            .map(|finding| (finding.code, finding.severity))
             .collect::<Vec<_>>(),
-        [(Code::CoplanarSurfaces, Harmless)]
+        [(FindingCode::CoplanarSurfaces, Harmless)]
     );
 }
 
@@ -527,25 +544,27 @@ fn many_surfaces_in_one_plane() {
     let mut tiles: Vec<Value> = (0..3600)
         .map(|i| tile(i, if i % 2 == 0 { "paint" } else { "other" }))
         .collect();
-    let of = |tiles: &[Value]| report(&scene(&json!({ "objects": tiles }))).findings;
-    assert_eq!(listed(&of(&tiles)), []);
+    let value_of = |tiles: &[Value]| report(&scene(&json!({ "objects": tiles }))).findings;
+    assert_eq!(listed(&value_of(&tiles)), []);
     let rug = object(
         "rug",
         quad([-0.5, -1.0, -0.5], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]),
         "glass",
     );
     tiles.push(rug);
-    let found = of(&tiles);
-    let found: Vec<&Finding> = found
+    let findings = value_of(&tiles);
+    let findings: Vec<&StressFinding> = findings
         .iter()
-        .filter(|found| found.code == Code::CoplanarSurfaces)
+        .filter(|finding| finding.code == FindingCode::CoplanarSurfaces)
         .collect();
     assert!(
-        found.len() == 1 && found[0].severity == PictureWrong && found[0].why.contains("tile"),
-        "{found:?}"
+        findings.len() == 1
+            && findings[0].severity == PictureWrong
+            && findings[0].reason.contains("tile"),
+        "{findings:?}"
     );
     assert_eq!(
-        found[0].subject,
-        raywright_core::stress::Subject::Object(3600)
+        findings[0].subject,
+        raywright_core::stress::FindingSubject::Object(3600)
     );
 }

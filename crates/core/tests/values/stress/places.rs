@@ -1,18 +1,18 @@
 //! Where findings are said to be, and what they are said to be about.
 
 use raywright_core::settings::PrecisionChoice;
-use raywright_core::stress::Subject;
+use raywright_core::stress::FindingSubject;
 
 use super::meshes::cube;
 use super::*;
 
 /// The one finding of a kind.
 #[track_caller]
-fn one(scene: &Scene, code: Code) -> Finding {
+fn one(scene: &Scene, code: FindingCode) -> StressFinding {
     let all = report(scene).findings;
-    let mut found = all.iter().filter(|found| found.code == code);
+    let mut found = all.iter().filter(|finding| finding.code == code);
     match (found.next(), found.next()) {
-        (Some(found), None) => found.clone(),
+        (Some(finding), None) => finding.clone(),
         _ => panic!("{}: {all:?}", code.name()),
     }
 }
@@ -41,12 +41,18 @@ fn with_cubes(meshes: &[Value], material: &str) -> Scene {
 fn the_fault_is_marked_and_no_neighbour() {
     // The two triangles of the front, which is at z = 0.8.
     let turned = cube([0.0; 3], |_, i| i[11].swap(1, 2));
-    let found = one(&with_cubes(&[turned], "glass"), Code::FlippedTriangles);
-    assert_eq!((found.primitive, found.count, found.of), (Some(11), 1, 12));
+    let finding = one(
+        &with_cubes(&[turned], "glass"),
+        FindingCode::FlippedTriangles,
+    );
+    assert_eq!(
+        (finding.primitive, finding.count, finding.of),
+        (Some(11), 1, 12)
+    );
     let hole = cube([0.0; 3], |_, i| i.truncate(10));
-    let found = one(&with_cubes(&[hole], "glass"), Code::OpenEdges);
-    let [_, _, z] = found.place.expect("a place");
-    assert!((z - 0.8).abs() < 1e-6, "{found:?}");
+    let finding = one(&with_cubes(&[hole], "glass"), FindingCode::OpenEdges);
+    let [_, _, z] = finding.place.expect("a place");
+    assert!((z - 0.8).abs() < 1e-6, "{finding:?}");
 }
 
 /// Protects: of many places the one that is nearest to the camera is told, and no pixel where
@@ -59,13 +65,13 @@ fn the_nearest_place_is_told_and_hidden_ones_have_no_pixel() {
     // Corner 0 is at the back, and corner 7 in front.
     let both = one(
         &with_cubes(&[flat(&[[0, 0, 0], [7, 7, 7]])], "paint"),
-        Code::DegenerateTriangles,
+        FindingCode::DegenerateTriangles,
     );
     assert_eq!((both.primitive, both.count), (Some(13), 2));
     assert!(both.pixel.is_some(), "{both:?}");
     let back = one(
         &with_cubes(&[flat(&[[0, 0, 0]])], "paint"),
-        Code::DegenerateTriangles,
+        FindingCode::DegenerateTriangles,
     );
     assert!(back.place.is_some() && back.pixel.is_none(), "{back:?}");
 }
@@ -83,14 +89,14 @@ fn seams_of_rounding_are_told_once() {
             }
         })
     };
-    let found = one(
+    let finding = one(
         &with_cubes(&[seam(-1.5), seam(0.5)], "glass"),
-        Code::OpenEdges,
+        FindingCode::OpenEdges,
     );
-    assert_eq!((found.severity, found.count), (Harmless, 16));
+    assert_eq!((finding.severity, finding.count), (Harmless, 16));
     assert!(
-        found.why.contains("seam") && found.remedy.contains("merge"),
-        "{found:?}"
+        finding.reason.contains("seam") && finding.remedy.contains("merge"),
+        "{finding:?}"
     );
 }
 
@@ -103,9 +109,12 @@ fn what_is_far_out_is_the_outlier() {
         .map(small)
         .chain([object("ring", ring, "paint")])
         .collect();
-    let found = one(&scene(&json!({ "objects": objects })), Code::ExtremeScale);
-    assert_eq!(found.subject, Subject::Object(5));
-    assert!(found.why.contains("metres"), "{}", found.why);
+    let finding = one(
+        &scene(&json!({ "objects": objects })),
+        FindingCode::ExtremeScale,
+    );
+    assert_eq!(finding.subject, FindingSubject::Object(5));
+    assert!(finding.reason.contains("metres"), "{}", finding.reason);
 }
 
 /// Protects: a rug that is nearer above a floor than the picture tells apart is told with that
@@ -141,22 +150,29 @@ fn a_rug_that_is_too_near() {
             "meshes": meshes,
             "objects": [object("floor", floor, "paint"), object("rug", rug, "other")],
         }));
-        let found = report(&of).findings;
-        let codes = [Code::CoplanarSurfaces, Code::FlickeringSurfaces];
+        let findings = report(&of).findings;
+        let codes = [
+            FindingCode::CoplanarSurfaces,
+            FindingCode::FlickeringSurfaces,
+        ];
         assert!(
-            found.len() == 1
-                && codes.contains(&found[0].code)
-                && found[0].severity == PictureWrong
-                && found[0].why.contains(words),
-            "{y}: {found:?}"
+            findings.len() == 1
+                && codes.contains(&findings[0].code)
+                && findings[0].severity == PictureWrong
+                && findings[0].reason.contains(words),
+            "{y}: {findings:?}"
         );
-        assert!(found[0].remedy.contains("metres"), "{}", found[0].remedy);
+        assert!(
+            findings[0].remedy.contains("metres"),
+            "{}",
+            findings[0].remedy
+        );
         if y > 0.0 {
             let settings = Settings {
                 precision: PrecisionChoice::Reference,
-                ..Settings::of(&of)
+                ..Settings::from_scene(&of)
             };
-            let exact = stress(&of, &settings, &Effort::default(), &());
+            let exact = stress(&of, &settings, &StressEffort::default(), &());
             let exact = exact.unwrap_or_else(|e| panic!("{e}")).findings;
             assert_eq!(listed(&exact), [], "{y}");
         }

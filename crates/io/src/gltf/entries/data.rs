@@ -16,7 +16,7 @@ pub(in crate::gltf) struct Buffer {
 /// A part of a buffer.
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
-pub(in crate::gltf) struct View {
+pub(in crate::gltf) struct BufferViewEntry {
     pub buffer: u32,
     #[serde(default)]
     pub byte_offset: u64,
@@ -54,7 +54,7 @@ pub(in crate::gltf) struct Meshopt {
 /// Typed elements in a buffer view, with codes and type names of the specification.
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
-pub(in crate::gltf) struct Accessor {
+pub(in crate::gltf) struct AccessorEntry {
     pub buffer_view: Option<u32>,
     #[serde(default)]
     pub byte_offset: u64,

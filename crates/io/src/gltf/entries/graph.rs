@@ -69,7 +69,7 @@ fn one() -> f32 {
 
 /// A camera in its node's space.
 #[derive(Debug, Deserialize)]
-pub(in crate::gltf) struct Camera {
+pub(in crate::gltf) struct CameraEntry {
     pub name: Option<String>,
     /// `perspective` or `orthographic`.
     #[serde(rename = "type")]
@@ -101,7 +101,7 @@ pub(in crate::gltf) struct Orthographic {
 /// Channels played together.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
-pub(in crate::gltf) struct Animation {
+pub(in crate::gltf) struct AnimationEntry {
     pub name: Option<String>,
     pub channels: Vec<Channel>,
     pub samplers: Vec<AnimationSampler>,
@@ -112,13 +112,13 @@ pub(in crate::gltf) struct Animation {
 #[serde(default)]
 pub(in crate::gltf) struct Channel {
     pub sampler: u32,
-    pub target: Target,
+    pub target: ChannelTarget,
 }
 
 /// A property of a node, or any property if `path` is `pointer`.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
-pub(in crate::gltf) struct Target {
+pub(in crate::gltf) struct ChannelTarget {
     pub extensions: TargetExtensions,
     pub node: Option<u32>,
     pub path: String,
@@ -171,7 +171,7 @@ pub(in crate::gltf) struct SceneEntry {
 /// A node of the hierarchy.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
-pub(in crate::gltf) struct Node {
+pub(in crate::gltf) struct NodeEntry {
     pub camera: Option<u32>,
     pub children: Vec<u32>,
     pub extensions: NodeExtensions,
@@ -233,12 +233,12 @@ pub(in crate::gltf) struct Lights {
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub(in crate::gltf) struct Variants {
-    pub variants: Vec<Variant>,
+    pub variants: Vec<VariantEntry>,
 }
 
 /// A variant of the file's materials.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
-pub(in crate::gltf) struct Variant {
+pub(in crate::gltf) struct VariantEntry {
     pub name: Option<String>,
 }

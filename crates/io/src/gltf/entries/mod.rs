@@ -6,11 +6,11 @@ mod graph;
 mod material;
 
 pub(super) use data::{
-    Accessor, Buffer, Draco, Mesh, Meshopt, Primitive, Sparse, View, ViewExtensions,
+    AccessorEntry, Buffer, BufferViewEntry, Draco, Mesh, Meshopt, Primitive, Sparse, ViewExtensions,
 };
 pub(super) use graph::{
-    Animation, AnimationSampler, Camera, Channel, Instancing, Interpolation, Light, Node,
-    RootExtensions, SceneEntry, Skin, Spot,
+    AnimationEntry, AnimationSampler, CameraEntry, Channel, Instancing, Interpolation, Light,
+    NodeEntry, RootExtensions, SceneEntry, Skin, Spot,
 };
 pub(super) use material::{
     Image, Material, MaterialExtensions, Sampler, SpecularGlossiness, Texture, TextureTransform,

@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 use raywright_core::scene::SCHEMA;
 use serde_json::Value;
 
-use super::good;
+use super::read_scene;
 use crate::native::{Notation, Overrides, parse};
 use crate::presets;
 
@@ -21,7 +21,7 @@ const ALTERNATIVES: &str = "constant = expression = map = { image = rotation = s
 /// Protects: the scene with every key is valid.
 #[test]
 fn the_scene_of_everything_is_right() {
-    assert_eq!(good(EVERYTHING).title, "Everything");
+    assert_eq!(read_scene(EVERYTHING).title, "Everything");
 }
 
 /// Protects: every addition to the format is also added to the scene with every key, because the
@@ -82,7 +82,7 @@ fn a_scene_written_as_json_is_read_back_the_same() {
         .collect();
     texts.push(EVERYTHING);
     for text in texts {
-        let scene = good(text);
+        let scene = read_scene(text);
         let json = serde_json::to_string(&scene).expect("a scene is plain data");
         let again = parse("x.scene.json", &json, Notation::Json, &Overrides::default());
         assert_eq!(

@@ -10,7 +10,7 @@ use super::schema::to_json;
 use super::toml;
 use crate::error::Error;
 use crate::error_kind::ErrorKind;
-use crate::native::node::{Node, Value};
+use crate::native::node::{Value, ValueNode};
 use crate::native::{Notation, Overrides, parse, read, text, tree};
 use crate::presets;
 
@@ -85,7 +85,7 @@ proptest! {
 
 /// Values that are wrong almost everywhere.
 fn strange() -> impl Strategy<Value = Value> {
-    let node = |value| Node { span: 0..1, value };
+    let node = |value| ValueNode { span: 0..1, value };
     prop_oneof![
         Just(Value::Null),
         Just(Value::Date),
@@ -103,7 +103,7 @@ fn strange() -> impl Strategy<Value = Value> {
     ]
 }
 
-fn count(node: &Node) -> usize {
+fn count(node: &ValueNode) -> usize {
     1 + match &node.value {
         Value::Array(items) => items.iter().map(count).sum(),
         Value::Table(entries) => entries.iter().map(|entry| count(&entry.node)).sum(),
@@ -112,7 +112,7 @@ fn count(node: &Node) -> usize {
 }
 
 /// Returns the value of the nth node in the order of [`count`].
-fn nth<'a>(node: &'a mut Node, n: &mut usize) -> Option<&'a mut Value> {
+fn nth<'a>(node: &'a mut ValueNode, n: &mut usize) -> Option<&'a mut Value> {
     if *n == 0 {
         return Some(&mut node.value);
     }

@@ -1,11 +1,11 @@
 //! Messages about expressions, each read from a newcomer's point of view.
 
-use super::shows;
+use super::expect_message;
 
 /// Protects: the message for an unknown name, word for word: place, cause and remedy.
 #[test]
 fn an_unknown_name() {
-    shows(
+    expect_message(
         "x.scene.toml",
         r#"format = 1
 [parameters]
@@ -29,7 +29,7 @@ error: in the expression of `centre[1]`: unknown name `sped`
 /// Protects: the message for an expression that breaks off, word for word: place, cause and remedy.
 #[test]
 fn an_expression_that_breaks_off() {
-    shows(
+    expect_message(
         "x.scene.toml",
         r#"format = 1
 t = "2 *"
@@ -49,7 +49,7 @@ error: in the expression of `t`: the expression ends where a value is expected
 /// Protects: the message for an expression without end, word for word: place, cause and remedy.
 #[test]
 fn an_expression_without_end() {
-    shows(
+    expect_message(
         "x.scene.toml",
         r#"format = 1
 t = "(((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((1)))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))"
@@ -67,7 +67,7 @@ error: in the expression of `t`: this expression is nested more than 64 deep
 /// Protects: the message for a division by zero, word for word: place, cause and remedy.
 #[test]
 fn a_division_by_zero() {
-    shows(
+    expect_message(
         "x.scene.toml",
         r#"format = 1
 [render]
@@ -89,7 +89,7 @@ error: in the expression of `exposure`: the value of this expression is inf
 /// remedy.
 #[test]
 fn a_parameter_that_uses_a_later_one() {
-    shows(
+    expect_message(
         "x.scene.toml",
         r#"format = 1
 [parameters]
@@ -112,7 +112,7 @@ error: in the expression of `a`: unknown name `b`
 /// remedy.
 #[test]
 fn a_parameter_named_like_the_time() {
-    shows(
+    expect_message(
         "x.scene.toml",
         r#"format = 1
 [parameters]
@@ -134,7 +134,7 @@ error: `t` cannot be the name of a parameter
 /// cause and remedy.
 #[test]
 fn a_number_of_the_hit_where_numbers_are_settled() {
-    shows(
+    expect_message(
         "x.scene.toml",
         r#"format = 1
 [[objects]]
@@ -156,7 +156,7 @@ error: in the expression of `radius`: `u` does not exist in a number of the scen
 /// Protects: the message for a vector for a weight, word for word: place, cause and remedy.
 #[test]
 fn a_vector_for_a_weight() {
-    shows(
+    expect_message(
         "x.scene.toml",
         r#"format = 1
 [[materials]]
@@ -176,7 +176,7 @@ error: in the expression of `diffuse`: a weight must be a number, and this is a 
 /// Protects: the message for a surface variable in the sky, word for word: place, cause and remedy.
 #[test]
 fn a_surface_variable_in_the_sky() {
-    shows(
+    expect_message(
         "x.scene.toml",
         r#"format = 1
 [sky]

@@ -1,11 +1,11 @@
 //! Messages about inconsistent scenes, each read from a newcomer's point of view.
 
-use super::shows;
+use super::expect_message;
 
 /// Protects: the message for an unknown material, word for word: place, cause and remedy.
 #[test]
 fn an_unknown_material() {
-    shows(
+    expect_message(
         "x.scene.toml",
         r#"format = 1
 [[materials]]
@@ -30,7 +30,7 @@ error: unknown material `rde`
 /// Protects: the message for two materials of one name, word for word: place, cause and remedy.
 #[test]
 fn two_materials_of_one_name() {
-    shows(
+    expect_message(
         "x.scene.toml",
         r#"format = 1
 [[materials]]
@@ -53,7 +53,7 @@ error: `red` is also the name of `materials[0]`
 /// Protects: the message for a negative radius, word for word: place, cause and remedy.
 #[test]
 fn a_negative_radius() {
-    shows(
+    expect_message(
         "x.scene.toml",
         r#"format = 1
 [parameters]
@@ -78,7 +78,7 @@ error: `radius` must be above zero, not -0.5
 /// Protects: the message for a direction without length, word for word: place, cause and remedy.
 #[test]
 fn a_direction_without_length() {
-    shows(
+    expect_message(
         "x.scene.toml",
         r#"format = 1
 [[lights]]
@@ -99,7 +99,7 @@ error: `to_light` has no length, so it is no direction
 /// remedy.
 #[test]
 fn a_camera_that_looks_at_its_own_eye() {
-    shows(
+    expect_message(
         "x.scene.toml",
         r#"format = 1
 [[cameras]]
@@ -121,7 +121,7 @@ error: `target` is where `eye` is, so the camera looks nowhere
 /// Protects: the message for a camera that looks along up, word for word: place, cause and remedy.
 #[test]
 fn a_camera_that_looks_along_up() {
-    shows(
+    expect_message(
         "x.scene.toml",
         r#"format = 1
 [[cameras]]
@@ -143,7 +143,7 @@ error: the camera looks along `up`, [0, 1, 0], so no direction of the picture is
 /// Protects: the message for two opening angles, word for word: place, cause and remedy.
 #[test]
 fn two_opening_angles() {
-    shows(
+    expect_message(
         "x.scene.toml",
         r#"format = 1
 [[cameras]]
@@ -164,8 +164,8 @@ error: `vertical_fov` and `focal_length` both say how wide the pinhole opens
 
 /// Protects: the message for no number, word for word: place, cause and remedy.
 #[test]
-fn no_number() {
-    shows(
+fn message_for_no_number() {
+    expect_message(
         "x.scene.toml",
         r#"format = 1
 [[lights]]
@@ -191,7 +191,7 @@ error: `colour` must be finite, not [inf, inf, inf]
 /// Protects: the message for a picture without pixels, word for word: place, cause and remedy.
 #[test]
 fn a_picture_without_pixels() {
-    shows(
+    expect_message(
         "x.scene.toml",
         r#"format = 1
 [render]
@@ -218,7 +218,7 @@ error: `max_depth` must be from 1 to 64, not 0
 /// remedy.
 #[test]
 fn a_mesh_whose_arrays_do_not_fit() {
-    shows(
+    expect_message(
         "x.scene.toml",
         r#"format = 1
 [[meshes]]
@@ -247,7 +247,7 @@ error: `normals` must have one entry for each of the 3 positions, not 1
 /// Protects: the message for a transform that flattens, word for word: place, cause and remedy.
 #[test]
 fn a_transform_that_flattens() {
-    shows(
+    expect_message(
         "x.scene.toml",
         r#"format = 1
 [[materials]]

@@ -1,12 +1,12 @@
 //! Messages about texts that are no TOML, or no scene at all, each read from a newcomer's point of
 //! view.
 
-use super::shows;
+use super::expect_message;
 
 /// Protects: the message for an empty file, word for word: place, cause and remedy.
 #[test]
 fn an_empty_file() {
-    shows(
+    expect_message(
         "x.scene.toml",
         r#""#,
         r#"
@@ -18,8 +18,8 @@ help: the smallest scene is `format = 1`
 
 /// Protects: the message for no format, word for word: place, cause and remedy.
 #[test]
-fn no_format() {
-    shows(
+fn message_for_no_format() {
+    expect_message(
         "x.scene.toml",
         r#"title = "x"
 "#,
@@ -33,7 +33,7 @@ help: a scene begins with `format = 1`, in JSON with `"format": 1`
 /// Protects: the message for a later format, word for word: place, cause and remedy.
 #[test]
 fn a_later_format() {
-    shows(
+    expect_message(
         "x.scene.toml",
         r#"format = 2
 new_key = 1
@@ -51,7 +51,7 @@ error: this program reads format 1 of scenes, and this is another
 /// Protects: the message for a value without quotes, word for word: place, cause and remedy.
 #[test]
 fn a_value_without_quotes() {
-    shows(
+    expect_message(
         "x.scene.toml",
         r#"format = 1
 title = hello
@@ -71,7 +71,7 @@ error: not valid TOML: string values must be quoted, expected literal string
 /// Protects: the message for text that is not closed, word for word: place, cause and remedy.
 #[test]
 fn text_that_is_not_closed() {
-    shows(
+    expect_message(
         "x.scene.toml",
         r#"format = 1
 title = "hello
@@ -91,7 +91,7 @@ error: not valid TOML: invalid basic string, expected `"`
 /// Protects: the message for a duplicate key, word for word: place, cause and remedy.
 #[test]
 fn a_duplicate_key() {
-    shows(
+    expect_message(
         "x.scene.toml",
         r#"format = 1
 title = "a"
@@ -112,7 +112,7 @@ error: not valid TOML: duplicate key
 /// Protects: the message for JSON in a TOML file, word for word: place, cause and remedy.
 #[test]
 fn json_in_a_toml_file() {
-    shows(
+    expect_message(
         "x.scene.toml",
         r#"{ "format": 1 }"#,
         r#"
@@ -130,7 +130,7 @@ error: not valid TOML: invalid key-value pair, expected key
 /// Protects: the message for a header that is not closed, word for word: place, cause and remedy.
 #[test]
 fn a_header_that_is_not_closed() {
-    shows(
+    expect_message(
         "x.scene.toml",
         r#"format = 1
 [render
@@ -149,7 +149,7 @@ error: not valid TOML: unclosed table, expected `]`
 /// Protects: the message for a date, word for word: place, cause and remedy.
 #[test]
 fn a_date() {
-    shows(
+    expect_message(
         "x.scene.toml",
         r#"format = 1
 t = 2026-01-01
@@ -167,7 +167,7 @@ error: `t` must be a number, or an expression in quotes, not a date
 /// Protects: the message for a number that is too large, word for word: place, cause and remedy.
 #[test]
 fn a_number_that_is_too_large() {
-    shows(
+    expect_message(
         "x.scene.toml",
         r#"format = 1
 [render]
@@ -188,7 +188,7 @@ error: this number is too large
 /// Protects: the message for a comment in JSON, word for word: place, cause and remedy.
 #[test]
 fn a_comment_in_json() {
-    shows(
+    expect_message(
         "x.scene.json",
         r#"{
   "format": 1, // one
@@ -207,7 +207,7 @@ error: not valid JSON: comments are not allowed
 /// Protects: the message for a last comma in JSON, word for word: place, cause and remedy.
 #[test]
 fn a_last_comma_in_json() {
-    shows(
+    expect_message(
         "x.scene.json",
         r#"{ "format": 1, "t": 0, }"#,
         r#"
@@ -223,7 +223,7 @@ error: not valid JSON: trailing commas are not allowed
 /// Protects: the message for a duplicate key in JSON, word for word: place, cause and remedy.
 #[test]
 fn a_duplicate_key_in_json() {
-    shows(
+    expect_message(
         "x.scene.json",
         r#"{ "format": 1, "t": 0, "t": 1 }"#,
         r#"
@@ -239,7 +239,7 @@ error: duplicate key `t`
 /// Protects: the message for half of a JSON file, word for word: place, cause and remedy.
 #[test]
 fn half_of_a_json_file() {
-    shows(
+    expect_message(
         "x.scene.json",
         r#"{ "format": 1, "render": { "size": [640"#,
         r#"
@@ -255,7 +255,7 @@ error: not valid JSON: unterminated array
 /// Protects: the message for an array as a scene, word for word: place, cause and remedy.
 #[test]
 fn an_array_as_a_scene() {
-    shows(
+    expect_message(
         "x.scene.json",
         r#"[1]"#,
         r#"
@@ -268,7 +268,7 @@ help: a scene begins with `format = 1`, in JSON with `"format": 1`
 /// Protects: the message for a wrong number in JSON, word for word: place, cause and remedy.
 #[test]
 fn a_wrong_number_in_json() {
-    shows(
+    expect_message(
         "x.scene.json",
         r#"{ "format": 1, "render": { "samples": 1.5, "size": [1, "t + 0.5"] } }"#,
         r#"

@@ -1,12 +1,12 @@
 //! Messages about values of the wrong kind, unknown words and missing keys, each read from a
 //! newcomer's point of view.
 
-use super::shows;
+use super::expect_message;
 
 /// Protects: the message for an unknown section, word for word: place, cause and remedy.
 #[test]
 fn an_unknown_section() {
-    shows(
+    expect_message(
         "x.scene.toml",
         r#"format = 1
 [camera]
@@ -27,7 +27,7 @@ error: unknown key `camera`
 /// Protects: the message for an unknown key, word for word: place, cause and remedy.
 #[test]
 fn an_unknown_key() {
-    shows(
+    expect_message(
         "x.scene.toml",
         r#"format = 1
 [render]
@@ -47,8 +47,8 @@ error: unknown key `sampels`
 
 /// Protects: the message for another spelling, word for word: place, cause and remedy.
 #[test]
-fn another_spelling() {
-    shows(
+fn message_for_another_spelling() {
+    expect_message(
         "x.scene.toml",
         r#"format = 1
 [[lights]]
@@ -76,7 +76,7 @@ error: unknown key `color`
 /// Protects: the message for a missing key, word for word: place, cause and remedy.
 #[test]
 fn a_missing_key() {
-    shows(
+    expect_message(
         "x.scene.toml",
         r#"format = 1
 [[objects]]
@@ -96,7 +96,7 @@ error: `objects[0]`: missing key `material`
 /// remedy.
 #[test]
 fn one_table_where_many_are_possible() {
-    shows(
+    expect_message(
         "x.scene.toml",
         r#"format = 1
 [materials]
@@ -118,7 +118,7 @@ error: `materials` must be an array, not a table
 /// remedy.
 #[test]
 fn many_tables_where_one_is_possible() {
-    shows(
+    expect_message(
         "x.scene.toml",
         r#"format = 1
 [[render]]
@@ -139,7 +139,7 @@ error: `render` must be a table of keys, not an array
 /// Protects: the message for text where a number is needed, word for word: place, cause and remedy.
 #[test]
 fn text_where_a_number_is_needed() {
-    shows(
+    expect_message(
         "x.scene.toml",
         r#"format = 1
 [render]
@@ -159,7 +159,7 @@ error: `samples` must be a number, or an expression in quotes, not true or false
 /// and remedy.
 #[test]
 fn a_fraction_where_a_whole_number_is_needed() {
-    shows(
+    expect_message(
         "x.scene.toml",
         r#"format = 1
 [render]
@@ -178,7 +178,7 @@ error: `samples` must be a whole number, not 4.5
 /// Protects: the message for a negative count, word for word: place, cause and remedy.
 #[test]
 fn a_negative_count() {
-    shows(
+    expect_message(
         "x.scene.toml",
         r#"format = 1
 [render]
@@ -197,7 +197,7 @@ error: `samples` must be a whole number from 0 to 4294967295, not -4
 /// Protects: the message for two numbers for a point, word for word: place, cause and remedy.
 #[test]
 fn two_numbers_for_a_point() {
-    shows(
+    expect_message(
         "x.scene.toml",
         r#"format = 1
 [[objects]]
@@ -217,7 +217,7 @@ error: `centre` must be an array of 3 values, not of 2
 /// Protects: the message for an unknown word, word for word: place, cause and remedy.
 #[test]
 fn an_unknown_word() {
-    shows(
+    expect_message(
         "x.scene.toml",
         r#"format = 1
 [render]
@@ -238,7 +238,7 @@ error: `tone_map` cannot be `filmic`
 /// Protects: the message for a mistyped word, word for word: place, cause and remedy.
 #[test]
 fn a_mistyped_word() {
-    shows(
+    expect_message(
         "x.scene.toml",
         r#"format = 1
 [render]
@@ -259,7 +259,7 @@ error: `gamma` cannot be `sRGB`
 /// Protects: the message for an unknown shape, word for word: place, cause and remedy.
 #[test]
 fn an_unknown_shape() {
-    shows(
+    expect_message(
         "x.scene.toml",
         r#"format = 1
 [[objects]]
@@ -281,7 +281,7 @@ error: `shape` cannot be `spere`
 /// Protects: the message for two shapes at once, word for word: place, cause and remedy.
 #[test]
 fn two_shapes_at_once() {
-    shows(
+    expect_message(
         "x.scene.toml",
         r#"format = 1
 [[objects]]
@@ -301,7 +301,7 @@ error: `shape` must have exactly one key that says which kind it is, not 2
 /// Protects: the message for a shape without its keys, word for word: place, cause and remedy.
 #[test]
 fn a_shape_without_its_keys() {
-    shows(
+    expect_message(
         "x.scene.toml",
         r#"format = 1
 [[objects]]
@@ -323,7 +323,7 @@ error: `sphere` needs a value
 /// Protects: the message for a word that takes no keys, word for word: place, cause and remedy.
 #[test]
 fn a_word_that_takes_no_keys() {
-    shows(
+    expect_message(
         "x.scene.toml",
         r#"format = 1
 [[materials]]
@@ -345,7 +345,7 @@ error: `blend` has no value of its own
 /// Protects: the message for a colour that is none, word for word: place, cause and remedy.
 #[test]
 fn a_colour_that_is_none() {
-    shows(
+    expect_message(
         "x.scene.toml",
         r#"format = 1
 [sky]
@@ -364,7 +364,7 @@ error: `constant`: expected a colour: [red, green, blue] or one number for grey,
 /// Protects: the message for an unknown input, word for word: place, cause and remedy.
 #[test]
 fn an_unknown_input() {
-    shows(
+    expect_message(
         "x.scene.toml",
         r#"format = 1
 [[materials]]

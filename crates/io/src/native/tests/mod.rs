@@ -22,12 +22,12 @@ fn toml(text: &str) -> Result<Scene, Error> {
 }
 
 /// Reads a TOML scene that must be valid.
-fn good(text: &str) -> Scene {
+fn read_scene(text: &str) -> Scene {
     toml(text).unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// Checks that a wrong scene is refused with exactly this message, given between line breaks.
-fn shows(file: &str, text: &str, message: &str) {
+fn expect_message(file: &str, text: &str, message: &str) {
     let notation = if file.ends_with("json") {
         Notation::Json
     } else {

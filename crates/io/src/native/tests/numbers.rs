@@ -4,7 +4,7 @@
 use serde_json::{Value, json};
 
 use super::everything::EVERYTHING;
-use super::good;
+use super::read_scene;
 use crate::native::{Notation, Overrides, parse};
 
 /// Numbers where [`EVERYTHING`] has another kind of value, or none.
@@ -71,7 +71,7 @@ fn refused(scene: &Value) -> bool {
 #[test]
 fn every_number_has_bounds_on_both_sides() {
     for text in [EVERYTHING, OTHERS, "format = 1\nsky.constant = [1, 2, 3]"] {
-        let scene = serde_json::to_value(good(text)).expect("a scene is plain data");
+        let scene = serde_json::to_value(read_scene(text)).expect("a scene is plain data");
         let mut places = Vec::new();
         numbers(&scene, "", &mut places);
         assert!(!refused(&scene) && places.len() > 3);
@@ -162,15 +162,15 @@ generators = [{ kind.scatter = { count = 1, min = [0, 0, 0], max = [1, 1, 1], se
 } }]
 sky.gradient = { bottom = 0, top = 1, suns = [] }
 "#;
-    assert_eq!(good(SHORT), good(LONG));
+    assert_eq!(read_scene(SHORT), read_scene(LONG));
     let sky = |more: &str| {
-        good(&format!(
+        read_scene(&format!(
             "format = 1\nimages = [{{ name = \"a\", path = \"a\" }}]\nsky.map = {{ image = \"a\"{more} }}"
         ))
     };
     assert_eq!(sky(""), sky(", rotation = 0, strength = 1"));
     assert_eq!(
-        good("format = 1"),
-        good("format = 1\nclassic.spawn = \"error_bound\"")
+        read_scene("format = 1"),
+        read_scene("format = 1\nclassic.spawn = \"error_bound\"")
     );
 }

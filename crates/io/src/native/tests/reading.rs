@@ -2,7 +2,7 @@
 
 use raywright_core::scene::{Colour, ColourInput, Model, Shape, Weight};
 
-use super::{good, parse, toml};
+use super::{parse, read_scene, toml};
 use crate::error_kind::ErrorKind;
 use crate::native::{Notation, Overrides};
 
@@ -26,7 +26,7 @@ material = "red"
 /// Protects: numbers may be expressions of the time and of earlier parameters.
 #[test]
 fn numbers_may_be_expressions_of_the_time_and_of_earlier_parameters() {
-    let scene = good(BALL);
+    let scene = read_scene(BALL);
     assert_eq!(scene.parameters["a"], 5.0);
     assert_eq!(
         scene.objects[0].shape,
@@ -40,7 +40,7 @@ fn numbers_may_be_expressions_of_the_time_and_of_earlier_parameters() {
 /// Protects: inputs that depend on the hit keep their text, and colours do not.
 #[test]
 fn inputs_of_the_hit_keep_their_text_and_colours_do_not() {
-    let Model::Classic(classic) = &good(BALL).materials[0].model else {
+    let Model::Classic(classic) = &read_scene(BALL).materials[0].model else {
         panic!("a classic material")
     };
     assert_eq!(classic.diffuse, Weight::Expression("1 - u".to_owned()));
@@ -61,7 +61,7 @@ fn inputs_that_ask_nothing_of_the_hit_are_numbers() {
     let physical =
         r#"{ physical = { metallic = "a / 10", roughness = "u / a", emission = "2 * a" } }"#;
     let text = BALL.replace(classic, physical);
-    let Model::Physical(physical) = &good(&text).materials[0].model else {
+    let Model::Physical(physical) = &read_scene(&text).materials[0].model else {
         panic!("a physical material")
     };
     assert_eq!(
@@ -78,7 +78,7 @@ fn inputs_that_ask_nothing_of_the_hit_are_numbers() {
 #[test]
 fn overrides_stand_in_place_of_the_file_and_reach_later_parameters() {
     let overrides = Overrides {
-        at: Some(1.0),
+        time: Some(1.0),
         set: vec![("z".to_owned(), 10.0)],
     };
     let scene = parse("x", BALL, Notation::Toml, &overrides)
@@ -94,7 +94,7 @@ fn overrides_stand_in_place_of_the_file_and_reach_later_parameters() {
 #[test]
 fn the_time_can_be_given_to_a_scene_that_says_none() {
     let overrides = Overrides {
-        at: Some(0.5),
+        time: Some(0.5),
         set: Vec::new(),
     };
     assert_eq!(
@@ -110,7 +110,7 @@ fn the_time_can_be_given_to_a_scene_that_says_none() {
 #[test]
 fn a_parameter_that_the_scene_does_not_have_is_a_usage_error_with_a_suggestion() {
     let overrides = Overrides {
-        at: None,
+        time: None,
         set: vec![("Z".to_owned(), 1.0)],
     };
     let error = parse("x", BALL, Notation::Toml, &overrides)
@@ -138,6 +138,6 @@ fn json_says_the_same_as_toml() {
         parse("x", json, Notation::Json, &Overrides::default())
             .expect("a scene")
             .scene,
-        good(BALL)
+        read_scene(BALL)
     );
 }

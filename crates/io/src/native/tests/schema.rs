@@ -5,7 +5,7 @@ use raywright_core::scene::SCHEMA;
 use serde_json::{Map, Value, json};
 
 use super::everything::EVERYTHING;
-use crate::native::node::{Node, Value as Tree};
+use crate::native::node::{Value as Tree, ValueNode};
 use crate::native::{Notation, tree};
 use crate::presets;
 
@@ -105,7 +105,7 @@ fn is_kind(kind: &Value, value: &Value) -> bool {
     }
 }
 
-pub(super) fn to_json(node: &Node) -> Value {
+pub(super) fn to_json(node: &ValueNode) -> Value {
     match &node.value {
         Tree::Null | Tree::Date => Value::Null,
         Tree::Boolean(value) => json!(value),

@@ -198,7 +198,7 @@ fn pages_show_the_codes_of_the_display() {
             .flat_map(|(i, rgb)| rgb.iter().copied().chain(alpha(i)));
         values.map(|value| (value * 255.0).round() as u8).collect()
     };
-    let told = decode(&png_bytes(&trouble(), Display::PLAIN, &metadata()).unwrap())
+    let other_metadata = decode(&png_bytes(&trouble(), Display::PLAIN, &metadata()).unwrap())
         .unwrap()
         .metadata();
     let display = Display {
@@ -218,7 +218,7 @@ fn pages_show_the_codes_of_the_display() {
             (read.notation, codes(&read)),
             ("WebP", eight.to_codes(&picture))
         );
-        assert_eq!(read.metadata(), told);
+        assert_eq!(read.metadata(), other_metadata);
     }
     let ramp = |x: u32| [x as f32 / 64.0, 0.25, 1.0 - x as f32 / 64.0];
     let picture = Picture {
@@ -233,7 +233,7 @@ fn pages_show_the_codes_of_the_display() {
         .map(|(&a, b)| a.abs_diff(b))
         .max();
     assert!(
-        farthest <= Some(4) && read.notation == "JPEG" && read.metadata() == told,
+        farthest <= Some(4) && read.notation == "JPEG" && read.metadata() == other_metadata,
         "{farthest:?} codes"
     );
     assert!(jpeg(30).len() < jpeg(100).len());
@@ -251,7 +251,7 @@ fn pictures_are_written_by_name() {
     let folder = tempfile::tempdir().unwrap();
     for name in ["a.png", "b.EXR", "c.jpg", "d.WebP"] {
         let path = folder.path().join(name);
-        Place::check(&path).unwrap();
+        OutputPlace::check(&path).unwrap();
         write_picture(&path, &trouble(), Display::PLAIN, &metadata()).unwrap();
         assert_eq!(
             read_picture(&path, &Limits::default())
@@ -264,17 +264,19 @@ fn pictures_are_written_by_name() {
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 4);
     for name in ["a.tif", "a"] {
         assert_eq!(
-            Format::of(Path::new(name)).unwrap_err().kind(),
+            PictureFormat::from_path(Path::new(name))
+                .unwrap_err()
+                .kind(),
             ErrorKind::Usage,
             "{name}"
         );
     }
-    let kind = |path: PathBuf| Place::check(&path).unwrap_err().kind();
+    let kind = |path: PathBuf| OutputPlace::check(&path).unwrap_err().kind();
     assert_eq!(kind(folder.path().join("missing/a.png")), ErrorKind::File);
     assert_eq!(kind(folder.path().join("a.png/b.png")), ErrorKind::File);
     std::fs::create_dir(folder.path().join("c.png")).unwrap();
     assert_eq!(kind(folder.path().join("c.png")), ErrorKind::File);
-    assert!(Place::check(Path::new("no_folder_in_the_name.png")).is_ok());
+    assert!(OutputPlace::check(Path::new("no_folder_in_the_name.png")).is_ok());
 }
 
 /// Protects: a picture under a default name replaces only a picture of this program, and gets

@@ -284,18 +284,18 @@ fn damaged_files_give_errors() {
         for length in 0..bytes.len() - 1 {
             let _ = decode(&bytes[..length]);
         }
-        for place in 0..bytes.len() {
+        for index in 0..bytes.len() {
             for value in [
                 0,
                 1,
                 0x7f,
                 0x80,
                 0xff,
-                bytes[place] ^ 1,
-                bytes[place] ^ 0x10,
+                bytes[index] ^ 1,
+                bytes[index] ^ 0x10,
             ] {
                 let mut damaged = bytes.clone();
-                damaged[place] = value;
+                damaged[index] = value;
                 let _ = decode(&damaged);
             }
         }

@@ -93,7 +93,7 @@ fn every_reference_picture_is_read() {
                 folders.push(path);
                 continue;
             }
-            let Ok(format) = Format::of(&path) else {
+            let Ok(format) = PictureFormat::from_path(&path) else {
                 continue;
             };
             let read =
@@ -101,7 +101,7 @@ fn every_reference_picture_is_read() {
             let aov = path.file_stem().is_some_and(|stem| stem == "aov");
             assert_eq!(read.has_colour, !aov, "{}", path.display());
             assert_eq!(aov, !read.picture.layers.is_empty(), "{}", path.display());
-            if format == Format::Exr {
+            if format == PictureFormat::Exr {
                 exr += 1
             } else {
                 png += 1

@@ -2,26 +2,32 @@
 
 use super::*;
 
-fn point(x: f64, y: f64) -> Point {
-    Point {
+fn point(x: f64, y: f64) -> PlotPoint {
+    PlotPoint {
         x,
         y,
         spread: [y, y],
-        ..Point::default()
+        ..PlotPoint::default()
     }
 }
 
 /// Protects: all decades have the same width, over the whole plot area, upwards for greater values.
 #[test]
 fn scales_are_logarithmic() {
-    let scale = Scale::new([2.0, 500.0].into_iter(), 0.0, 300.0);
+    let scale = DecadeScale::new([2.0, 500.0].into_iter(), 0.0, 300.0);
     assert_eq!(scale.decades().collect::<Vec<_>>(), [0, 1, 2, 3]);
     for (value, at) in [(1.0, 0.0), (10.0, 100.0), (1000.0, 300.0)] {
-        assert!((scale.at(value) - at).abs() < 1e-9, "{value}");
+        assert!((scale.map(value) - at).abs() < 1e-9, "{value}");
     }
     // A single value, or none, still spans a decade.
-    assert_eq!(Scale::new([10.0].into_iter(), 0.0, 1.0).decades, [1, 2]);
-    assert_eq!(Scale::new([f64::NAN].into_iter(), 0.0, 1.0).decades, [0, 1]);
+    assert_eq!(
+        DecadeScale::new([10.0].into_iter(), 0.0, 1.0).decades,
+        [1, 2]
+    );
+    assert_eq!(
+        DecadeScale::new([f64::NAN].into_iter(), 0.0, 1.0).decades,
+        [0, 1]
+    );
 }
 
 /// Protects: no name or file name breaks the SVG.
@@ -52,18 +58,18 @@ fn words_are_escaped() {
 #[test]
 fn spreads_lie_on_the_area() {
     let points = vec![
-        Point {
+        PlotPoint {
             x: 1.0,
             y: 10.0,
             spread: [1.0, 1000.0],
-            ..Point::default()
+            ..PlotPoint::default()
         },
         point(10.0, 10.0),
     ];
     let svg = Plot {
-        lines: vec![Line {
+        lines: vec![PlotLine {
             points,
-            ..Line::default()
+            ..PlotLine::default()
         }],
         ..Plot::default()
     }
@@ -79,10 +85,10 @@ fn spreads_lie_on_the_area() {
 /// coordinate is NaN.
 #[test]
 fn lines_are_drawn_and_named() {
-    let line = |name: &str, points| Line {
+    let line = |name: &str, points| PlotLine {
         name: name.to_owned(),
         points,
-        ..Line::default()
+        ..PlotLine::default()
     };
     let lines = vec![
         line("one", vec![point(1.0, 3.0), point(100.0, 7.0)]),
@@ -90,7 +96,7 @@ fn lines_are_drawn_and_named() {
     ];
     let svg = Plot {
         lines,
-        marks: vec![Mark {
+        marks: vec![PlotMark {
             x: 10.0,
             label: "here".to_owned(),
         }],
@@ -115,18 +121,18 @@ fn lines_are_drawn_and_named() {
 /// missing title lower.
 #[test]
 fn bounds_and_names_are_drawn() {
-    let bound = Point {
+    let bound = PlotPoint {
         is_bound: true,
         ..point(1.0, 10.0)
     };
-    let named = Point {
+    let named = PlotPoint {
         name: "n1".to_owned(),
         label: Some("--spp 64".to_owned()),
         ..point(10.0, 30.0)
     };
-    let lines = vec![Line {
+    let lines = vec![PlotLine {
         points: vec![bound, named],
-        ..Line::default()
+        ..PlotLine::default()
     }];
     let svg = Plot {
         title: "t".to_owned(),
@@ -154,9 +160,9 @@ fn bounds_and_names_are_drawn() {
         "{svg}"
     );
     let plain = Plot {
-        lines: vec![Line {
+        lines: vec![PlotLine {
             points: vec![point(1.0, 3.0)],
-            ..Line::default()
+            ..PlotLine::default()
         }],
         ..Plot::default()
     }

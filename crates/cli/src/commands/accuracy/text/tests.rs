@@ -1,7 +1,8 @@
 //! Cells of the tables: an artificial report, and its figures in text tables and CSV.
 
 use raywright_core::accuracy::{
-    Answer, Base, EffectCost, EffectCosts, Errors, Reference, RungCost, Tiles,
+    BaselineReport, EffectCost, EffectCosts, Recommendations, Reference, RungCost, SettingErrors,
+    Tiles,
 };
 use raywright_core::bench::Spread;
 
@@ -19,20 +20,20 @@ fn spread(median: f64) -> Spread {
     }
 }
 
-fn interval(value: f64, low: f64, high: f64) -> Interval {
-    Interval { value, low, high }
+fn interval(value: f64, low: f64, high: f64) -> ConfidenceInterval {
+    ConfidenceInterval { value, low, high }
 }
 
 /// Creates a measurement in which all figures differ.
-fn measured(relmse: Interval, rmse: Interval) -> Measured {
-    let errors = Errors {
+fn measured(relmse: ConfidenceInterval, rmse: ConfidenceInterval) -> MeasuredSetting {
+    let errors = SettingErrors {
         rmse,
         relmse,
         bias: Some(interval(1.21e-4, 1.0e-4, 1.44e-4)),
         light: interval(0.919, 0.918, 0.92),
     };
     let (seconds, ratio) = (interval(25.0, 22.5, 27.5), interval(1.75, 1.7499, 1.7501));
-    Measured {
+    MeasuredSetting {
         tiles: 9,
         renders: 4,
         seconds,
@@ -43,17 +44,17 @@ fn measured(relmse: Interval, rmse: Interval) -> Measured {
     }
 }
 
-fn seen() -> Measured {
+fn seen() -> MeasuredSetting {
     measured(interval(0.09, 0.04, 0.16), interval(0.35, 0.3, 0.4))
 }
 
 fn rung_report(
     name: &str,
     in_use: bool,
-    measured: Option<Measured>,
+    measured: Option<MeasuredSetting>,
     own_error: Option<f64>,
 ) -> RungReport {
-    let own_error = own_error.map(Interval::exact);
+    let own_error = own_error.map(ConfidenceInterval::exact);
     RungReport {
         rung: name.to_owned(),
         about: "what it is",
@@ -64,29 +65,29 @@ fn rung_report(
     }
 }
 
-pub fn report() -> Report {
+pub fn report() -> AccuracyReport {
     let lost = measured(interval(0.01, 0.0, 0.04), interval(0.02, 0.0, 0.3));
     let rungs = vec![
         rung_report("quick", false, Some(seen()), Some(0.067)),
         rung_report("plain", true, Some(lost), None),
         rung_report("exact", false, None, None),
     ];
-    let paid = RungCost {
+    let rung_cost = RungCost {
         preparing: spread(0.5),
         seconds: spread(2.0),
         ratio: spread(1.25),
         geometry: 3 << 20,
         same_bits: true,
     };
-    let price = |name: &str, paid: Option<RungCost>| Price {
+    let price = |name: &str, rung_cost: Option<RungCost>| RungPrice {
         rung: name.to_owned(),
         about: "",
         in_use: name == "tree",
-        paid,
+        rung_cost,
     };
     let torn = RungCost {
         same_bits: false,
-        ..paid.clone()
+        ..rung_cost.clone()
     };
     let output = |rung, bytes_per_pixel, seconds| OutputReport {
         rung,
@@ -113,7 +114,7 @@ pub fn report() -> Report {
         effects: vec![cost],
         late: vec!["sky"],
     };
-    Report {
+    AccuracyReport {
         size: [640, 360],
         tiles: Tiles {
             edge: 32,
@@ -129,7 +130,7 @@ pub fn report() -> Report {
             seconds: 3.0,
             kept: false,
         },
-        answer: Answer::default(),
+        recommendations: Recommendations::default(),
         own: seen(),
         base: None,
         ladders: vec![LadderReport {
@@ -142,7 +143,7 @@ pub fn report() -> Report {
             ladder: "accelerator",
             in_use: "tree".to_owned(),
             rungs: vec![
-                price("tree", Some(paid)),
+                price("tree", Some(rung_cost)),
                 price("scan", Some(torn)),
                 price("boxes", None),
             ],
@@ -222,7 +223,7 @@ fn figures_of_rungs() {
         !text.contains("slower and worse") && !text.contains("below:"),
         "{text}"
     );
-    report.base = Some(Base {
+    report.base = Some(BaselineReport {
         samples: 16,
         measured: seen(),
     });
@@ -230,7 +231,7 @@ fn figures_of_rungs() {
         .measured
         .as_mut()
         .expect("figures");
-    (quick.ratio, quick.errors.relmse.value) = (Interval::exact(1.9), 0.1);
+    (quick.ratio, quick.errors.relmse.value) = (ConfidenceInterval::exact(1.9), 0.1);
     let text = rungs(&report);
     assert_eq!(
         words(&text, "below: 16 samples"),
@@ -241,7 +242,7 @@ fn figures_of_rungs() {
         "slower and worse than what is in use: a=quick"
     );
     assert!(!text.contains("  quick"), "{text}");
-    report.combinations = vec![Candidate {
+    report.combinations = vec![FrontierCandidate {
         flags: vec!["--rung samples=4".to_owned(), "--rung clamp=1".to_owned()],
         measured: seen(),
     }];
@@ -265,14 +266,17 @@ fn what_to_do_comes_first() {
     };
     let loaded =
         raywright_io::load(&input, &raywright_io::LoadOptions::default()).expect("a scene");
-    let (mut report, settings) = (report(), raywright_core::Settings::of(&loaded.scene));
-    let candidate = |flags: &[&str]| Candidate {
+    let (mut report, settings) = (
+        report(),
+        raywright_core::Settings::from_scene(&loaded.scene),
+    );
+    let candidate = |flags: &[&str]| FrontierCandidate {
         flags: flags.iter().map(|&flag| flag.to_owned()).collect(),
         measured: seen(),
     };
     report.frontier = vec![candidate(&["--rung samples=4"]), candidate(&[])];
-    let asked = ["--at 2".to_owned()];
-    let document = Document::new(&loaded, &asked, &settings, 1, &report);
+    let requested = ["--at 2".to_owned()];
+    let document = AccuracyDocument::new(&loaded, &requested, &settings, 1, &report);
     let text = table(&document);
     let lines: Vec<&str> = text.lines().collect();
     assert!(
@@ -309,10 +313,13 @@ fn the_page_says_the_same() {
     };
     let loaded =
         raywright_io::load(&input, &raywright_io::LoadOptions::default()).expect("a scene");
-    let (mut report, settings) = (report(), raywright_core::Settings::of(&loaded.scene));
+    let (mut report, settings) = (
+        report(),
+        raywright_core::Settings::from_scene(&loaded.scene),
+    );
     let mut lost = seen();
     lost.errors.relmse.low = 0.0;
-    let candidate = |flag: &str, measured| Candidate {
+    let candidate = |flag: &str, measured| FrontierCandidate {
         flags: vec![flag.to_owned()],
         measured,
     };
@@ -323,12 +330,13 @@ fn the_page_says_the_same() {
     let rungs = &mut report.ladders[0].rungs;
     let mut slow = rungs[0].clone();
     slow.rung = "slow".to_owned();
-    slow.measured
-        .iter_mut()
-        .for_each(|of| (of.ratio, of.errors.relmse.value) = (Interval::exact(1.9), 0.1));
+    slow.measured.iter_mut().for_each(|each_measured| {
+        (each_measured.ratio, each_measured.errors.relmse.value) =
+            (ConfidenceInterval::exact(1.9), 0.1)
+    });
     rungs.push(slow);
-    let document = Document::new(&loaded, &[], &settings, 1, &report);
-    let page = document.text(super::super::file::Kind::Html);
+    let document = AccuracyDocument::new(&loaded, &[], &settings, 1, &report);
+    let page = document.text(super::super::file::AccuracyFileKind::Html);
     for words in [
         "<p class=\"answer\">In use: error 0.3 (0.2 to 0.4), ",
         "<td>25.0 s ±10 %</td><td>1.75</td><td>0.300 (0.200 to 0.400)</td>",
@@ -339,7 +347,7 @@ fn the_page_says_the_same() {
         assert!(page.contains(words), "no {words} in {page}");
     }
     assert!(!page.contains(">slow</td>"), "{page}");
-    let svg = document.text(super::super::file::Kind::Svg);
+    let svg = document.text(super::super::file::AccuracyFileKind::Svg);
     assert!(
         svg.contains(">(1)</text>")
             && svg.contains(">(1)  --spp 4<")

@@ -16,30 +16,30 @@ use raywright_core::display::Display;
 use raywright_core::film::Uncertainty;
 use raywright_core::scene::Sky;
 use raywright_core::settings::Settings;
-use raywright_core::{Ready, Rendered, Scene, estimate};
+use raywright_core::{ReadyScene, RenderOutput, Scene, estimate};
 use raywright_io::output::write_atomically;
-use raywright_io::{Error, Input, Inputs, LoadOptions, Loaded};
+use raywright_io::{Error, Input, InputFiles, LoadOptions, Loaded};
 
-use super::film::Session;
-use super::{ALLOW_EMPTY, film, tell, write};
+use super::film::FilmSession;
+use super::{ALLOW_EMPTY, film, messages, write};
 use crate::beginning::Beginning;
-use crate::clock::{Clock, Seconds, spoken};
+use crate::clock::{Clock, Seconds, format_duration};
 use crate::commands::denoise;
 use crate::console;
 use crate::failure::{Exit, Failure};
 use crate::notes::Notes;
-use crate::plan::{Plan, Shot, Task};
+use crate::plan::{PicturePlan, RenderTask, Shot};
 use crate::progress::Progress;
 use crate::stats::Stats;
-use crate::table::significant;
-use crate::targets::{Outputs, Target};
+use crate::table::format_significant;
+use crate::targets::{OutputFiles, OutputTarget};
 use crate::threads::Threads;
 use crate::{interrupt, origin, scene_input};
-use moment::Moment;
-use together::Together;
+use moment::SceneMoment;
+use together::CombinedFiles;
 
 /// Renders scenes and writes their pictures.
-pub fn run(task: &Task) -> Result<(), Failure> {
+pub fn run(task: &RenderTask) -> Result<(), Failure> {
     let mut notes = Notes::new(task.verbosity);
     let mut series = Series::start(task)?;
     let done = series.render(&mut notes);
@@ -52,22 +52,22 @@ pub fn run(task: &Task) -> Result<(), Failure> {
 /// The pictures of a run. A single picture is a series of one; only that may have a film or go to
 /// standard output.
 struct Series<'a> {
-    task: &'a Task,
+    task: &'a RenderTask,
     clock: Clock,
     /// Guard of the early stage, until the first picture begins.
     beginning: Option<Beginning>,
     stop: &'static AtomicBool,
     threads: Threads,
     progress: Progress,
-    outputs: Outputs,
+    outputs: OutputFiles,
     inputs: Vec<Input>,
     /// Scenes loaded before their turn, by number, at the time of their first picture.
     loaded: HashMap<usize, Result<Loaded, Failure>>,
     /// Inputs of the scene that the outputs were last checked against.
-    clear_of: Inputs,
+    clear_of: InputFiles,
     /// Output files of each picture, scene after scene.
-    targets: Vec<Vec<Target>>,
-    together: Together,
+    targets: Vec<Vec<OutputTarget>>,
+    together: CombinedFiles,
     /// Written files of each picture.
     names: Vec<Vec<String>>,
     finished: usize,
@@ -91,10 +91,10 @@ struct Series<'a> {
 }
 
 /// A rendered picture.
-struct Taken<'a> {
-    plan: Plan,
-    session: Session<'a>,
-    rendered: Rendered,
+struct RenderedFrame<'a> {
+    plan: PicturePlan,
+    session: FilmSession<'a>,
+    rendered: RenderOutput,
     /// Error of the picture before denoising.
     noisy: Option<Uncertainty>,
     seconds: Seconds,
@@ -102,16 +102,16 @@ struct Taken<'a> {
 
 impl<'a> Series<'a> {
     /// Checks everything that is known before a scene is loaded.
-    fn start(task: &'a Task) -> Result<Self, Failure> {
+    fn start(task: &'a RenderTask) -> Result<Self, Failure> {
         let clock = Clock::start();
-        let mut outputs = Outputs::with_quality(task.quality());
+        let mut outputs = OutputFiles::with_quality(task.quality());
         let count = task.scenes.len() * task.shots.len();
         let targets = names::named(
             &task.outputs,
             (!task.is_single).then_some(count),
             &mut outputs,
         )?;
-        let together = Together::start(task, count, &mut outputs)?;
+        let together = CombinedFiles::start(task, count, &mut outputs)?;
         if task.is_single || targets.iter().any(|targets| !targets.is_empty()) {
             targets
                 .iter()
@@ -135,7 +135,7 @@ impl<'a> Series<'a> {
         let (names, failed, shortfalls, description) =
             (Vec::new(), Vec::new(), Vec::new(), Default::default());
         let (loaded, clear_of, finished, error, unkept) =
-            (HashMap::new(), Inputs::default(), 0, None, None);
+            (HashMap::new(), InputFiles::default(), 0, None, None);
         let (exposure, backdrop, shows) = (None, None, false);
         let mut series = Self {
             task,
@@ -164,14 +164,14 @@ impl<'a> Series<'a> {
         if !task.is_single {
             // Scene files are never output pictures; the other files that a scene names are known
             // once it is loaded.
-            series.name_pictures(&Inputs::default())?;
+            series.name_pictures(&InputFiles::default())?;
             series.keep_clear_of_all()?;
         }
         Ok(series)
     }
 
     /// Names the pictures after their scenes where the user named no file.
-    fn name_pictures(&mut self, inputs: &Inputs) -> Result<(), Failure> {
+    fn name_pictures(&mut self, inputs: &InputFiles) -> Result<(), Failure> {
         let has_own = self.targets.iter().any(|targets| !targets.is_empty());
         if !has_own && !self.together.is_some() && self.task.part.is_none() {
             let format = super::default_format(self.task);
@@ -190,7 +190,7 @@ impl<'a> Series<'a> {
     /// them. Therefore, if any output exists already, all scenes are loaded first, and small ones
     /// are kept for their turn; errors appear then.
     fn keep_clear_of_all(&mut self) -> Result<(), Failure> {
-        let mut named = Inputs::default();
+        let mut named = InputFiles::default();
         self.inputs.iter().for_each(|input| {
             if let Input::Path(path) = input {
                 named.read(path)
@@ -217,12 +217,12 @@ impl<'a> Series<'a> {
     /// Load options of a picture, at its own time or at the time of the flags.
     fn options(&self, shot: &Shot) -> LoadOptions {
         let mut options = self.task.options.clone();
-        options.overrides.at = shot.at.or(options.overrides.at);
+        options.overrides.time = shot.at.or(options.overrides.time);
         options
     }
 
     fn load(&self, scene: usize, shot: &Shot) -> Result<Loaded, Failure> {
-        let Task {
+        let RenderTask {
             is_single,
             progress,
             verbosity,
@@ -251,7 +251,7 @@ impl<'a> Series<'a> {
             if self.inputs.len() == 1 {
                 return Err(self.with_kept(failure));
             }
-            console::tell(failure.message.trim_end());
+            console::print_message(failure.message.trim_end());
             self.failed.push(failure.exit);
             self.task
                 .shots
@@ -263,7 +263,7 @@ impl<'a> Series<'a> {
         let files = [ranges(&self.names), together].concat().join(", ");
         let error = self
             .error
-            .map(|error| format!(", errors up to {}", significant(error, 2)))
+            .map(|error| format!(", errors up to {}", format_significant(error, 2)))
             .unwrap_or_default();
         let [one, all] = &self.description;
         let described = if self.finished == 1 {
@@ -276,7 +276,7 @@ impl<'a> Series<'a> {
             "" => Some("nothing was written".to_owned()),
             files => Some(format!(
                 "wrote {files} ({described}, {})",
-                spoken(self.clock.total())
+                format_duration(self.clock.total())
             )),
         })
     }
@@ -295,7 +295,7 @@ impl<'a> Series<'a> {
 
     /// Renders all pictures of a scene.
     fn render_scene(&mut self, scene: usize, notes: &mut Notes) -> Result<(), Failure> {
-        let mut moment: Option<Moment> = None;
+        let mut moment: Option<SceneMoment> = None;
         (self.exposure, self.shows) = (None, false);
         for (i, shot) in self.task.shots.iter().enumerate() {
             // Notes on the first picture of a scene usually apply to all of them.
@@ -323,7 +323,12 @@ impl<'a> Series<'a> {
     }
 
     /// Loads a scene at the time of one of its pictures.
-    fn moment(&mut self, scene: usize, i: usize, notes: &mut Notes) -> Result<Moment, Failure> {
+    fn moment(
+        &mut self,
+        scene: usize,
+        i: usize,
+        notes: &mut Notes,
+    ) -> Result<SceneMoment, Failure> {
         let early = if i == 0 {
             self.loaded.remove(&scene)
         } else {
@@ -352,7 +357,7 @@ impl<'a> Series<'a> {
         if let Some(Sky::Studio(studio)) = &mut loaded.scene.sky {
             studio.backdrop = studio.backdrop.or(self.backdrop);
         }
-        Ok(Moment::new(loaded))
+        Ok(SceneMoment::new(loaded))
     }
 
     /// Renders a picture and writes it.
@@ -360,7 +365,7 @@ impl<'a> Series<'a> {
         &mut self,
         number: usize,
         shot: &Shot,
-        moment: &mut Moment,
+        moment: &mut SceneMoment,
         notes: &mut Notes,
     ) -> Result<(), Failure> {
         let plan = moment.settle(self.task, shot)?;
@@ -376,7 +381,7 @@ impl<'a> Series<'a> {
             prepared => prepared?,
         }
         let prepare = self.clock.lap();
-        let Moment {
+        let SceneMoment {
             loaded,
             ready: Some(ready),
             ..
@@ -426,7 +431,7 @@ impl<'a> Series<'a> {
             number,
             &caption,
             (loaded, ready),
-            Taken {
+            RenderedFrame {
                 plan,
                 session,
                 rendered,
@@ -442,17 +447,17 @@ impl<'a> Series<'a> {
         &mut self,
         number: usize,
         caption: &str,
-        (loaded, ready): (&mut Loaded, &Ready),
-        taken: Taken<'_>,
+        (loaded, ready): (&mut Loaded, &ReadyScene),
+        rendered_frame: RenderedFrame<'_>,
         notes: &mut Notes,
     ) -> Result<(), Failure> {
-        let Taken {
+        let RenderedFrame {
             mut plan,
             mut session,
             rendered,
             noisy,
             mut seconds,
-        } = taken;
+        } = rendered_frame;
         if session.is_done() {
             self.refuse_empty(loaded, &rendered, &plan)?;
         }
@@ -483,28 +488,29 @@ impl<'a> Series<'a> {
         )?;
         super::print_hash(task, (&rendered, plan.display), &names, caption)?;
         self.names.push(session.with_own(names));
-        self.together.add(rendered.shown(), plan.display, caption)?;
+        self.together
+            .add(rendered.shown_picture(), plan.display, caption)?;
         (seconds.write, seconds.total) = (self.clock.lap(), self.clock.total());
         loaded
             .warnings
-            .extend(tell::note_losses(&rendered.counters, notes));
+            .extend(messages::note_losses(&rendered.counters, notes));
         if let Some(path) = &task.stats {
             let stats = Stats::new(loaded, ready, &rendered, noisy, seconds);
             write_atomically(path, console::json(&stats).as_bytes())?;
         }
         super::note_rendered(loaded, &rendered, &plan, targets, notes);
-        tell::note_shut_away(loaded, ready, session.film(), notes);
+        messages::note_shut_away(loaded, ready, session.film(), notes);
         if let Some(noisy) = claimed {
-            tell::note_denoising(noisy, &plan.settings, notes);
+            messages::note_denoising(noisy, &plan.settings, notes);
         }
         let description =
             super::described(task, &plan.settings, &session, &rendered, claimed, notes);
-        let shortfall = task
-            .max_error
-            .and_then(|asked| tell::shortfall(asked, claimed, session.film(), &rendered));
+        let shortfall = task.max_error.and_then(|requested| {
+            messages::shortfall(requested, claimed, session.film(), &rendered)
+        });
         self.shortfalls.extend(shortfall);
         if task.is_single {
-            notes.detail(tell::details(ready, &rendered, &seconds).trim_end());
+            notes.detail(messages::details(ready, &rendered, &seconds).trim_end());
         }
         self.description = [
             description,
@@ -526,22 +532,24 @@ impl<'a> Series<'a> {
     fn refuse_empty(
         &mut self,
         loaded: &Loaded,
-        rendered: &Rendered,
-        plan: &Plan,
+        rendered: &RenderOutput,
+        plan: &PicturePlan,
     ) -> Result<(), Failure> {
-        let why = scene_input::nothing_met(loaded, rendered, &plan.settings);
-        self.shows |= why.is_none();
-        match why.filter(|_| self.task.shots.len() == 1 && self.task.refuses_empty()) {
-            Some(why) => Err(scene_input::empty(&loaded.source.name, why).with_hint(ALLOW_EMPTY)),
+        let reason = scene_input::nothing_met(loaded, rendered, &plan.settings);
+        self.shows |= reason.is_none();
+        match reason.filter(|_| self.task.shots.len() == 1 && self.task.refuses_empty()) {
+            Some(reason) => {
+                Err(scene_input::empty(&loaded.source.name, reason).with_hint(ALLOW_EMPTY))
+            }
             None => Ok(()),
         }
     }
 
     /// Returns the exposure chosen from the scene's first picture.
-    fn exposure_of(&mut self, rendered: &Rendered, own: Display) -> f64 {
+    fn exposure_of(&mut self, rendered: &RenderOutput, display: Display) -> f64 {
         *self
             .exposure
-            .get_or_insert_with(|| own.suited_to(rendered.shown()).exposure_stops)
+            .get_or_insert_with(|| display.suited_to(rendered.shown_picture()).exposure_stops)
     }
 
     /// Result of the run: a failure where a scene failed, a film could not be written, or a target
@@ -594,7 +602,7 @@ const MOST_KEPT: u64 = 1 << 30;
 
 /// Estimated memory of a scene.
 fn bytes_of(scene: &Scene) -> u64 {
-    estimate(scene, &Settings::of(scene)).total()
+    estimate(scene, &Settings::from_scene(scene)).total()
 }
 
 #[cfg(test)]
@@ -633,7 +641,8 @@ mod tests {
             panic!("a right command line")
         };
         std::fs::write(at("0.png"), "old").expect("a file");
-        let task = Task::new(*args, console::Verbosity::Quiet).expect("nothing is wrong with it");
+        let task =
+            RenderTask::new(*args, console::Verbosity::Quiet).expect("nothing is wrong with it");
         let mut series = Series::start(&task).expect("nothing in the way");
         std::fs::remove_file(at("b.obj")).expect("a file");
         series
@@ -646,7 +655,7 @@ mod tests {
     /// single picture by name, and an empty list is empty.
     #[test]
     fn files_are_told_by_the_first_and_the_last_of_a_kind() {
-        let told = |names: &[&[&str]]| {
+        let describe = |names: &[&[&str]]| {
             ranges(
                 &names
                     .iter()
@@ -656,16 +665,16 @@ mod tests {
             .join(", ")
         };
         assert_eq!(
-            told(&[
+            describe(&[
                 &["a-0.png", "b-0.exr"],
                 &["a-1.png", "b-1.exr"],
                 &["a-2.png", "b-2.exr"]
             ]),
             "a-0.png to a-2.png, b-0.exr to b-2.exr"
         );
-        assert_eq!(told(&[&["w.png", "t-0000.png"]]), "w.png, t-0000.png");
+        assert_eq!(describe(&[&["w.png", "t-0000.png"]]), "w.png, t-0000.png");
         assert_eq!(
-            (told(&[]), told(&[&[], &[]])),
+            (describe(&[]), describe(&[&[], &[]])),
             (String::new(), String::new())
         );
     }

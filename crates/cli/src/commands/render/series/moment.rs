@@ -3,27 +3,27 @@
 use std::cell::OnceCell;
 use std::sync::atomic::AtomicBool;
 
-use raywright_core::Ready;
+use raywright_core::ReadyScene;
 use raywright_core::framing::Silhouette;
 use raywright_io::Loaded;
 
 use crate::failure::Failure;
-use crate::plan::{Plan, Shot, Task};
-use crate::ready::prepared;
+use crate::plan::{PicturePlan, RenderTask, Shot};
+use crate::preparation::prepare_loaded;
 use crate::threads::Threads;
 use crate::watch::Watch;
 
 /// A scene at one time.
-pub struct Moment {
+pub struct SceneMoment {
     /// The loaded scene, on the rungs of the last picture.
     pub loaded: Loaded,
     /// Silhouette, computed where a camera frames the whole scene.
     silhouette: OnceCell<Silhouette>,
     /// Prepared scene of the last picture.
-    pub ready: Option<Ready>,
+    pub ready: Option<ReadyScene>,
 }
 
-impl Moment {
+impl SceneMoment {
     /// Wraps a loaded scene that is not prepared yet.
     pub fn new(loaded: Loaded) -> Self {
         Self {
@@ -34,7 +34,7 @@ impl Moment {
     }
 
     /// Resolves the settings of a picture.
-    pub fn settle(&mut self, task: &Task, shot: &Shot) -> Result<Plan, Failure> {
+    pub fn settle(&mut self, task: &RenderTask, shot: &Shot) -> Result<PicturePlan, Failure> {
         task.settle_shot(&mut self.loaded.scene, shot, &self.silhouette)
     }
 
@@ -42,7 +42,7 @@ impl Moment {
     /// differs.
     pub fn prepare(
         &mut self,
-        plan: &Plan,
+        plan: &PicturePlan,
         threads: &Threads,
         stop: &AtomicBool,
     ) -> Result<(), Failure> {
@@ -51,8 +51,10 @@ impl Moment {
             _ => false,
         };
         if !turned {
-            self.ready =
-                Some(threads.run(|| prepared(&self.loaded, &plan.settings, &Watch::until(stop)))?);
+            self.ready = Some(
+                threads
+                    .run(|| prepare_loaded(&self.loaded, &plan.settings, &Watch::until(stop)))?,
+            );
         }
         Ok(())
     }

@@ -3,20 +3,20 @@
 use std::collections::HashMap;
 use std::path::PathBuf;
 
-use raywright_io::output::{AnimationFormat, Format};
-use raywright_io::{Error, Input, Inputs};
+use raywright_io::output::{AnimationFormat, PictureFormat};
+use raywright_io::{Error, Input, InputFiles};
 
 use crate::failure::Failure;
 use crate::plan::Shot;
-use crate::targets::{self, Outputs, Target};
+use crate::targets::{self, OutputFiles, OutputTarget};
 
 /// Resolves the files of each picture from names with a place for a number, without files that hold
 /// all pictures. Without a count, the series has a single picture and the names are used unchanged.
 pub fn named(
     outputs: &[PathBuf],
     count: Option<usize>,
-    all: &mut Outputs,
-) -> Result<Vec<Vec<Target>>, Failure> {
+    all: &mut OutputFiles,
+) -> Result<Vec<Vec<OutputTarget>>, Failure> {
     let Some(count) = count else {
         return Ok(vec![targets::pictures(outputs, all)?]);
     };
@@ -44,25 +44,26 @@ pub fn named(
                 )))
             }
         };
-    let of = |number: usize| {
+    let value_of = |number: usize| {
         own.iter()
             .map(|path| numbered(path, number))
             .collect::<Result<Vec<_>, _>>()
     };
     (0..count)
-        .map(|number| targets::pictures(&of(number)?, all))
+        .map(|number| targets::pictures(&value_of(number)?, all))
         .collect()
 }
 
 /// Resolves the files of each picture where the user named none: after the scenes, two of which may
 /// share a name, and after the views. `read` lists the known inputs.
 pub fn unnamed(
-    format: Format,
+    format: PictureFormat,
     inputs: &[Input],
     shots: &[Shot],
-    (all, read): (&mut Outputs, &Inputs),
-) -> Result<Vec<Vec<Target>>, Failure> {
-    let (mut stems, mut targets): (HashMap<String, usize>, Vec<Vec<Target>>) = Default::default();
+    (all, read): (&mut OutputFiles, &InputFiles),
+) -> Result<Vec<Vec<OutputTarget>>, Failure> {
+    let (mut stems, mut targets): (HashMap<String, usize>, Vec<Vec<OutputTarget>>) =
+        Default::default();
     for input in inputs {
         let own = input.stem();
         let count = stems.entry(own.clone()).or_default();
@@ -154,16 +155,16 @@ mod tests {
         ]
         .map(|name| Input::Path(name.into()));
         let found = unnamed(
-            Format::Png,
+            PictureFormat::Png,
             &inputs,
             &[Shot::default()],
-            (&mut Outputs::default(), &Inputs::default()),
+            (&mut OutputFiles::default(), &InputFiles::default()),
         )
         .expect("names that are free");
         let names = found
             .iter()
             .flatten()
-            .filter_map(Target::path)
+            .filter_map(OutputTarget::path)
             .map(|path| path.display().to_string());
         assert_eq!(
             names.collect::<Vec<_>>(),

@@ -5,25 +5,31 @@ use std::path::{Path, PathBuf};
 
 use raywright_core::display::Display;
 use raywright_core::picture::Picture;
-use raywright_io::output::{self, Animation, AnimationFormat, Format, Metadata, Sheet};
-use raywright_io::{Error, Inputs};
+use raywright_io::output::{
+    self, AnimationFormat, AnimationWriter, ContactSheet, Metadata, PictureFormat,
+};
+use raywright_io::{Error, InputFiles};
 
-use crate::commands::render::write::{self, shown};
+use crate::commands::render::write::{self, printable_path};
 use crate::failure::Failure;
 use crate::origin;
-use crate::plan::Task;
-use crate::targets::Outputs;
+use crate::plan::RenderTask;
+use crate::targets::OutputFiles;
 
 /// The files, each with the pictures so far.
-pub struct Together {
-    sheet: Option<(PathBuf, Sheet)>,
-    animations: Vec<(PathBuf, Animation)>,
+pub struct CombinedFiles {
+    sheet: Option<(PathBuf, ContactSheet)>,
+    animations: Vec<(PathBuf, AnimationWriter)>,
     metadata: Metadata,
 }
 
-impl Together {
+impl CombinedFiles {
     /// Creates the files for `count` pictures.
-    pub fn start(task: &Task, count: usize, outputs: &mut Outputs) -> Result<Self, Failure> {
+    pub fn start(
+        task: &RenderTask,
+        count: usize,
+        outputs: &mut OutputFiles,
+    ) -> Result<Self, Failure> {
         let metadata = match task.has_metadata {
             false => Metadata::default(),
             true => Metadata {
@@ -34,13 +40,13 @@ impl Together {
         };
         let mut sheet = None;
         if let Some(path) = &task.sheet {
-            if Format::of(path)? != Format::Png {
+            if PictureFormat::from_path(path)? != PictureFormat::Png {
                 return Err(
                     Error::usage(format_args!("{}: a sheet is a .png", path.display())).into(),
                 );
             }
             outputs.add(path, "--sheet")?;
-            sheet = Some((path.clone(), Sheet::new(count)));
+            sheet = Some((path.clone(), ContactSheet::new(count)));
         }
         let mut animations = Vec::new();
         for (path, format) in task
@@ -51,7 +57,7 @@ impl Together {
             outputs.add(path, "-o")?;
             animations.push((
                 path.clone(),
-                Animation::new(path, format, task.rate, metadata.clone())?,
+                AnimationWriter::new(path, format, task.rate, metadata.clone())?,
             ));
         }
         Ok(Self {
@@ -88,12 +94,12 @@ impl Together {
     /// is kept beside the input or in the temporary folder, and the failure names that file.
     pub fn write(
         &mut self,
-        (inputs, is_free): (&Inputs, impl Fn(&Path) -> bool),
+        (inputs, is_free): (&InputFiles, impl Fn(&Path) -> bool),
     ) -> Result<Vec<String>, Failure> {
         let (mut names, mut failed) = (Vec::new(), None);
-        let mut settle = |path: &Path, what, written, bytes: &mut dyn FnMut() -> io::Result<_>| {
+        let mut settle = |path: &Path, label, written, bytes: &mut dyn FnMut() -> io::Result<_>| {
             let Err(error) = written else {
-                names.push(shown(path));
+                names.push(printable_path(path));
                 return;
             };
             let shelter = bytes().ok().and_then(|bytes: Vec<u8>| {
@@ -102,7 +108,7 @@ impl Together {
                 })
             });
             let failure = failed.take().unwrap_or_else(|| Failure::from(error));
-            failed = Some(write::with_shelter(failure, what, shelter));
+            failed = Some(write::with_shelter(failure, label, shelter));
         };
         if let Some((path, sheet)) = self.sheet.as_ref().filter(|(_, sheet)| !sheet.is_empty()) {
             let metadata = &self.metadata;
@@ -136,7 +142,7 @@ impl Together {
             .map(|(path, bytes)| {
                 let bytes = bytes.map_err(|cause| Error::write(&path, &cause))?;
                 output::write_unnamed(&output::partial_name(&path), &bytes, &is_free)
-                    .map(|name| shown(&name))
+                    .map(|name| printable_path(&name))
             })
             .collect()
     }

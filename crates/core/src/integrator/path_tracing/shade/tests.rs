@@ -5,15 +5,15 @@ use core::f32::consts::PI;
 use glam::Vec3;
 use raywright_bvh::{Interval, Ray, Surface};
 
+use super::super::bsdf_lanes::BsdfTask;
 use super::super::media::Media;
-use super::super::respond::Respond;
 use super::super::{PathState, PreviousVertex, VertexSamples};
 use super::*;
 use crate::integrator::PathSegment;
 use crate::interaction::Interaction;
-use crate::light::{Density, LightSample, Target};
+use crate::light::{Density, LightSample, LightTarget};
 use crate::material::MetallicRoughness;
-use crate::sampler::Address;
+use crate::sampler::SampleAddress;
 use crate::settings::Roulette;
 
 /// A surface at a point with this outward normal.
@@ -28,7 +28,7 @@ fn surface(point: Vec3, normal: Vec3) -> Surface<f32> {
 }
 
 /// A hit of a ray downwards on a horizontal surface, with a shading normal.
-fn met(point: Vec3, normal: Vec3) -> Interaction<f32> {
+fn interaction(point: Vec3, normal: Vec3) -> Interaction<f32> {
     let direction = -Vec3::Y;
     Interaction {
         surface: surface(point, Vec3::Y),
@@ -41,14 +41,14 @@ fn met(point: Vec3, normal: Vec3) -> Interaction<f32> {
 
 /// A path at the surface after `traced` segments.
 fn path(traced: u32, throughput: Vec3, scatter: [f32; 4]) -> PathState<f32> {
-    let address = Address::default();
+    let address = SampleAddress::default();
     PathState {
         shadow: 0.0,
-        leg: PathSegment::of(Ray::new(Vec3::Y, -Vec3::Y)),
+        segment: PathSegment::from_ray(Ray::new(Vec3::Y, -Vec3::Y)),
         throughput,
         radiance: Vec3::ZERO,
         address,
-        way: address.way(),
+        sample_hash: address.sample_hash(),
         draws: VertexSamples {
             scatter,
             ..VertexSamples::default()
@@ -57,7 +57,7 @@ fn path(traced: u32, throughput: Vec3, scatter: [f32; 4]) -> PathState<f32> {
         matched: 0,
         passages: 0,
         hit: true,
-        spread: f64::INFINITY,
+        min_pdf: f64::INFINITY,
         media: Media::default(),
         previous: PreviousVertex {
             from: Vec3::Y,
@@ -80,16 +80,16 @@ fn matte(base: Vec3) -> MetallicRoughness<f32> {
 }
 
 /// Shaded vertices, and their responses.
-struct Shaded {
+struct ShadedVertices {
     lanes: ShadedLanes<f32>,
-    answers: Answers<f32>,
+    bsdf_lanes: BsdfLanes<f32>,
 }
 
-impl Shaded {
+impl ShadedVertices {
     fn ray(&self, lane: usize) -> Ray<f32> {
         Ray::new(
-            vector::<f32>(&self.lanes.next.origin, lane),
-            vector::<f32>(&self.answers.direction, lane),
+            lane_vector::<f32>(&self.lanes.next.origin, lane),
+            lane_vector::<f32>(&self.bsdf_lanes.direction, lane),
         )
     }
 }
@@ -110,39 +110,39 @@ impl Vertices {
 
     fn push(
         &mut self,
-        (path, at): (&PathState<f32>, &Interaction<f32>),
+        (path, interaction): (&PathState<f32>, &Interaction<f32>),
         (model, gain): (&MetallicRoughness<f32>, f32),
         light: Option<(&LightSample<f32>, MisStrategy)>,
     ) {
-        let place = self.vertices.len as u32;
+        let index = self.vertices.len as u32;
         let lane = self.vertices.push(
-            place,
-            (path, at),
-            (at.normal, LitSides::One, gain),
+            index,
+            (path, interaction),
+            (interaction.normal, LitSides::One, gain),
             Roulette::Late,
         );
         self.vertices.put_model(lane, model);
         if let Some((sample, strategy)) = light {
-            self.lights.put(lane, sample);
+            self.lights.set_lane(lane, sample);
             self.vertices.strategy[lane] = strategy;
         }
     }
 
-    fn shade(&self) -> Shaded {
+    fn shade(&self) -> ShadedVertices {
         self.shade_as::<true>()
     }
 
-    fn shade_as<const MATTE: bool>(&self) -> Shaded {
+    fn shade_as<const MATTE: bool>(&self) -> ShadedVertices {
         let (vertices, lights) = (&self.vertices, &self.lights);
-        let answers = Respond::<f32, MATTE> {
+        let bsdf_lanes = BsdfTask::<f32, MATTE> {
             vertices,
             lights,
             compensated: true,
         }
         .run();
-        Shaded {
-            lanes: ShadedLanes::of(vertices, lights, &answers, 70.0),
-            answers,
+        ShadedVertices {
+            lanes: ShadedLanes::of(vertices, lights, &bsdf_lanes, 70.0),
+            bsdf_lanes,
         }
     }
 }
@@ -152,7 +152,7 @@ fn light(
     direction: Vec3,
     arriving: Vec3,
     density: Density,
-    target: Target<f32>,
+    target: LightTarget<f32>,
 ) -> LightSample<f32> {
     LightSample {
         direction,
@@ -163,10 +163,10 @@ fn light(
 }
 
 #[track_caller]
-fn close(found: Vec3, wanted: Vec3) {
+fn close(found: Vec3, expected: Vec3) {
     assert!(
-        (found - wanted).abs().max_element() <= 1e-5 * (1.0 + wanted.abs().max_element()),
-        "{found}, not {wanted}"
+        (found - expected).abs().max_element() <= 1e-5 * (1.0 + expected.abs().max_element()),
+        "{found}, not {expected}"
     );
 }
 
@@ -179,26 +179,26 @@ fn close(found: Vec3, wanted: Vec3) {
 fn lights_are_sent_back_in_closed_form() {
     let mut all = Vertices::new();
     let albedos = [Vec3::new(0.8, 0.4, 0.2), Vec3::new(0.1, 0.5, 0.9)];
-    let [at, tilted] = [
-        met(Vec3::ZERO, Vec3::Y),
-        met(Vec3::X, Vec3::new(0.6, 0.8, 0.0)),
+    let [surface_interaction, tilted] = [
+        interaction(Vec3::ZERO, Vec3::Y),
+        interaction(Vec3::X, Vec3::new(0.6, 0.8, 0.0)),
     ];
     let (arriving, path) = (Vec3::new(3.0, 2.0, 1.0), path(0, Vec3::ONE, [0.5; 4]));
     let (steep, below) = (Vec3::new(0.0, 0.6, 0.8), Vec3::new(0.8, -0.6, 0.0));
-    let by = |direction, density| light(direction, arriving, density, Target::Infinity);
+    let by = |direction, density| light(direction, arriving, density, LightTarget::Infinity);
     let sized = |direction| by(direction, Density::SolidAngle(0.25));
     all.push(
-        (&path, &at),
+        (&path, &surface_interaction),
         (&matte(albedos[0]), 1.0),
         Some((&sized(steep), MisStrategy::Value)),
     );
     all.push(
-        (&path, &at),
+        (&path, &surface_interaction),
         (&matte(albedos[1]), 1.0),
         Some((&sized(steep), MisStrategy::Weighed)),
     );
     all.push(
-        (&path, &at),
+        (&path, &surface_interaction),
         (&matte(albedos[0]), PI),
         Some((
             &by(steep, Density::Delta),
@@ -227,15 +227,19 @@ fn lights_are_sent_back_in_closed_form() {
         (&matte(albedos[0]), 1.0),
         Some((&sized(below), MisStrategy::Value)),
     );
-    all.push((&path, &at), (&matte(albedos[0]), 1.0), None);
+    all.push(
+        (&path, &surface_interaction),
+        (&matte(albedos[0]), 1.0),
+        None,
+    );
     let nan = light(
         steep,
         Vec3::new(f32::NAN, 1.0, 1.0),
         Density::SolidAngle(0.25),
-        Target::Infinity,
+        LightTarget::Infinity,
     );
     all.push(
-        (&path, &at),
+        (&path, &surface_interaction),
         (&matte(albedos[0]), 1.0),
         Some((&nan, MisStrategy::Value)),
     );
@@ -244,13 +248,13 @@ fn lights_are_sent_back_in_closed_form() {
         shaded.lanes.lit.is_lit,
         [true, true, true, false, false, false, false, true]
     );
-    let sent = |lane| vector::<f32>(&shaded.lanes.lit.sent, lane);
-    assert!(sent(7).x.is_nan());
-    close(sent(0), arriving * albedos[0] * (0.6 / PI));
+    let scattered = |lane| lane_vector::<f32>(&shaded.lanes.lit.sent, lane);
+    assert!(scattered(7).x.is_nan());
+    close(scattered(0), arriving * albedos[0] * (0.6 / PI));
     let (by_light, by_scattering) = (0.25_f32, 0.6 / PI);
     let share = by_light * by_light / (by_light * by_light + by_scattering * by_scattering);
-    close(sent(1), arriving * albedos[1] * (0.6 / PI * share));
-    close(sent(2), arriving * albedos[0] * 0.6);
+    close(scattered(1), arriving * albedos[1] * (0.6 / PI * share));
+    close(scattered(2), arriving * albedos[0] * 0.6);
 }
 
 /// Protects: a physical surface without reflectance is shaded as a matte one to the bit: its
@@ -260,7 +264,7 @@ fn what_reflects_nothing_is_matte() {
     let mut all = Vertices::new();
     for lane in 0..LANES {
         let part = (lane as f32 + 0.5) / LANES as f32;
-        let at = met(
+        let surface_interaction = interaction(
             Vec3::new(part, 0.0, 0.0),
             Vec3::new(0.3 * part, 0.9, 0.1 - 0.2 * part).normalize(),
         );
@@ -273,39 +277,42 @@ fn what_reflects_nothing_is_matte() {
             roughness: part,
             ..matte(Vec3::new(part, 0.5, 0.9))
         };
-        let towards = Vec3::new(0.5 - part, 0.4, part).normalize();
+        let direction = Vec3::new(0.5 - part, 0.4, part).normalize();
         let lamp = light(
-            towards,
+            direction,
             Vec3::new(3.0, 2.0, 1.0),
             Density::SolidAngle(0.25),
-            Target::Infinity,
+            LightTarget::Infinity,
         );
         assert!(model.is_matte());
         all.push(
-            (&path, &at),
+            (&path, &surface_interaction),
             (&model, 1.0),
             Some((&lamp, MisStrategy::Weighed)),
         );
     }
     let glossy = all.shade_as::<false>();
     let matte = all.shade();
-    assert!(matte.lanes.lit.is_lit.contains(&true) && matte.lanes.next.goes_on.contains(&true));
+    assert!(matte.lanes.lit.is_lit.contains(&true) && matte.lanes.next.continues.contains(&true));
     assert_eq!(
-        (matte.lanes.lit.is_lit, matte.lanes.next.goes_on),
-        (glossy.lanes.lit.is_lit, glossy.lanes.next.goes_on)
+        (matte.lanes.lit.is_lit, matte.lanes.next.continues),
+        (glossy.lanes.lit.is_lit, glossy.lanes.next.continues)
     );
-    let vectors = |of: &Shaded| {
+    let vectors = |of: &ShadedVertices| {
         [
             of.lanes.lit.sent,
             of.lanes.next.origin,
-            of.answers.direction,
+            of.bsdf_lanes.direction,
             of.lanes.next.throughput,
         ]
         .map(|v| v.map(|axis| axis.map(f32::to_bits)))
     };
     assert_eq!(
-        (vectors(&matte), matte.answers.density.map(f32::to_bits)),
-        (vectors(&glossy), glossy.answers.density.map(f32::to_bits))
+        (vectors(&matte), matte.bsdf_lanes.density.map(f32::to_bits)),
+        (
+            vectors(&glossy),
+            glossy.bsdf_lanes.density.map(f32::to_bits)
+        )
     );
     for (metallic, dielectric, grazing) in [(0.1, 0.0, 0.0), (0.0, 0.01, 0.0), (0.0, 0.0, 0.1)] {
         assert!(
@@ -325,45 +332,61 @@ fn what_reflects_nothing_is_matte() {
 #[test]
 fn rays_to_lights_aim_at_them() {
     let mut all = Vertices::new();
-    let (at, path) = (
-        met(Vec3::new(1.0, 0.0, 0.0), Vec3::Y),
+    let (surface_interaction, path) = (
+        interaction(Vec3::new(1.0, 0.0, 0.0), Vec3::Y),
         path(0, Vec3::ONE, [0.5; 4]),
     );
     let (white, arriving) = (matte(Vec3::ONE), Vec3::ONE);
     let lamp = surface(Vec3::new(1.0, 4.0, 3.0), -Vec3::Y);
-    let towards = Vec3::new(0.0, 0.8, 0.6);
+    let target_direction = Vec3::new(0.0, 0.8, 0.6);
     let strategy = MisStrategy::Value;
     let on_lamp = light(
-        towards,
+        target_direction,
         arriving,
         Density::SolidAngle(0.5),
-        Target::Surface(lamp),
+        LightTarget::Surface(lamp),
     );
     let sky = light(
-        towards,
+        target_direction,
         arriving,
         Density::SolidAngle(0.5),
-        Target::Infinity,
+        LightTarget::Infinity,
     );
-    let sun = light(towards, arriving, Density::Delta, Target::Infinity);
-    all.push((&path, &at), (&white, 1.0), Some((&on_lamp, strategy)));
-    all.push((&path, &at), (&white, 1.0), Some((&sky, strategy)));
+    let sun = light(
+        target_direction,
+        arriving,
+        Density::Delta,
+        LightTarget::Infinity,
+    );
     all.push(
-        (&path, &at),
+        (&path, &surface_interaction),
+        (&white, 1.0),
+        Some((&on_lamp, strategy)),
+    );
+    all.push(
+        (&path, &surface_interaction),
+        (&white, 1.0),
+        Some((&sky, strategy)),
+    );
+    all.push(
+        (&path, &surface_interaction),
         (&white, 1.0),
         Some((&sun, MisStrategy::Delta { shines: true })),
     );
     let shaded = all.shade();
     for lane in 0..3 {
         let (start, direction) = (
-            vector::<f32>(&shaded.lanes.shadow.start, lane),
-            vector::<f32>(&shaded.lanes.shadow.towards, lane),
+            lane_vector::<f32>(&shaded.lanes.shadow.start, lane),
+            lane_vector::<f32>(&shaded.lanes.shadow.directions, lane),
         );
         assert!(
-            start.y > 0.0 && start.distance(at.surface.point) < 0.01,
+            start.y > 0.0 && start.distance(surface_interaction.surface.point) < 0.01,
             "{lane}: from {start}"
         );
-        assert!(direction.distance(towards) < 1e-3, "{lane}: {direction}");
+        assert!(
+            direction.distance(target_direction) < 1e-3,
+            "{lane}: {direction}"
+        );
     }
     assert!(
         (4.9..5.0).contains(&shaded.lanes.shadow.length[0]),
@@ -374,11 +397,14 @@ fn rays_to_lights_aim_at_them() {
         [shaded.lanes.shadow.length[1], shaded.lanes.shadow.length[2]],
         [f32::INFINITY, 70.0]
     );
-    let (ray, range) = at.surface.spawn_to_surface(&lamp).expect("they are apart");
+    let (ray, range) = surface_interaction
+        .surface
+        .spawn_to_surface(&lamp)
+        .expect("they are apart");
     assert_eq!(
         (ray.origin, range),
         (
-            vector::<f32>(&shaded.lanes.shadow.start, 0),
+            lane_vector::<f32>(&shaded.lanes.shadow.start, 0),
             Interval {
                 min: 0.0,
                 max: shaded.lanes.shadow.length[0]
@@ -392,7 +418,10 @@ fn rays_to_lights_aim_at_them() {
 /// number, and survivors count for ended paths.
 #[test]
 fn paths_go_on_by_their_brightness() {
-    let (base, at) = (Vec3::new(0.5, 0.25, 0.125), met(Vec3::ZERO, Vec3::Y));
+    let (base, surface_interaction) = (
+        Vec3::new(0.5, 0.25, 0.125),
+        interaction(Vec3::ZERO, Vec3::Y),
+    );
     let mut all = Vertices::new();
     // The lobe, the direction and, last, Russian roulette.
     let numbers = |u_roulette| [0.3, 0.04, 0.7, u_roulette];
@@ -409,7 +438,7 @@ fn paths_go_on_by_their_brightness() {
         all.push(
             (
                 &path(traced, Vec3::splat(brightness), numbers(u_roulette)),
-                &at,
+                &surface_interaction,
             ),
             (&matte(base), 1.0),
             None,
@@ -417,11 +446,11 @@ fn paths_go_on_by_their_brightness() {
     }
     let shaded = all.shade();
     assert_eq!(
-        shaded.lanes.next.goes_on,
+        shaded.lanes.next.continues,
         [true, true, true, false, true, false, true, false]
     );
     let brightest = base / base.max_element();
-    let wanted = [
+    let expected = [
         base,
         base,
         brightest,
@@ -431,10 +460,10 @@ fn paths_go_on_by_their_brightness() {
         base * 8.0 / 0.95,
         base,
     ];
-    for lane in (0..8).filter(|&lane| shaded.lanes.next.goes_on[lane]) {
+    for lane in (0..8).filter(|&lane| shaded.lanes.next.continues[lane]) {
         close(
-            vector::<f32>(&shaded.lanes.next.throughput, lane),
-            wanted[lane],
+            lane_vector::<f32>(&shaded.lanes.next.throughput, lane),
+            expected[lane],
         );
         let Ray {
             origin, direction, ..
@@ -443,9 +472,9 @@ fn paths_go_on_by_their_brightness() {
         // A point of the disk at radius √0.04, raised to the hemisphere.
         assert!((direction.y - 0.96_f32.sqrt()).abs() < 1e-5, "{direction}");
         assert!(
-            (shaded.answers.density[lane] - direction.y / PI).abs() < 1e-5,
+            (shaded.bsdf_lanes.density[lane] - direction.y / PI).abs() < 1e-5,
             "{}",
-            shaded.answers.density[lane]
+            shaded.bsdf_lanes.density[lane]
         );
     }
 }
@@ -455,7 +484,8 @@ fn paths_go_on_by_their_brightness() {
 #[test]
 fn paths_that_carry_no_number_are_told() {
     let mut all = Vertices::new();
-    let [flat, tilted] = [Vec3::Y, Vec3::new(0.8, 0.6, 0.0)].map(|normal| met(Vec3::ZERO, normal));
+    let [flat, tilted] =
+        [Vec3::Y, Vec3::new(0.8, 0.6, 0.0)].map(|normal| interaction(Vec3::ZERO, normal));
     for carried in [1.0, f32::INFINITY, f32::NAN, 0.0] {
         all.push(
             (&path(0, Vec3::splat(carried), [0.5; 4]), &flat),
@@ -475,9 +505,9 @@ fn paths_that_carry_no_number_are_told() {
     }
     let shaded = all.shade();
     let above: [bool; 4] =
-        core::array::from_fn(|i| vector::<f32>(&shaded.answers.direction, 4 + i).y > 0.0);
+        core::array::from_fn(|i| lane_vector::<f32>(&shaded.bsdf_lanes.direction, 4 + i).y > 0.0);
     assert_eq!(
-        shaded.lanes.next.goes_on,
+        shaded.lanes.next.continues,
         [true, false, false, false, false, false, false, false]
     );
     assert_eq!(
@@ -499,24 +529,27 @@ fn s08_nothing_is_reflected_below_the_surface() {
     let inside = Interaction {
         surface: surface(Vec3::ZERO, -Vec3::Y),
         outside: false,
-        ..met(Vec3::ZERO, normal)
+        ..interaction(Vec3::ZERO, normal)
     };
     let turns = [0.0_f32, 0.25, 0.5, 0.75];
-    for (at, turn) in [met(Vec3::ZERO, normal), inside]
+    for (surface_interaction, turn) in [interaction(Vec3::ZERO, normal), inside]
         .iter()
-        .flat_map(|at| turns.map(|turn| (at, turn)))
+        .flat_map(|surface_interaction| turns.map(|turn| (surface_interaction, turn)))
     {
         all.push(
-            (&path(0, Vec3::ONE, [0.5, 0.9, turn, 0.5]), at),
+            (
+                &path(0, Vec3::ONE, [0.5, 0.9, turn, 0.5]),
+                surface_interaction,
+            ),
             (&matte(Vec3::ONE), 1.0),
             None,
         );
     }
     let shaded = all.shade();
     for lane in 0..8 {
-        let direction = vector::<f32>(&shaded.answers.direction, lane);
+        let direction = lane_vector::<f32>(&shaded.bsdf_lanes.direction, lane);
         assert_eq!(
-            shaded.lanes.next.goes_on[lane],
+            shaded.lanes.next.continues[lane],
             direction.y > 0.0,
             "{lane}: {direction}"
         );
@@ -524,12 +557,13 @@ fn s08_nothing_is_reflected_below_the_surface() {
     let lost = shaded
         .lanes
         .next
-        .goes_on
+        .continues
         .iter()
-        .filter(|&&goes_on| !goes_on)
+        .filter(|&&continues| !continues)
         .count();
     assert!(
-        (1..8).contains(&lost) && shaded.lanes.next.goes_on[..4] == shaded.lanes.next.goes_on[4..],
+        (1..8).contains(&lost)
+            && shaded.lanes.next.continues[..4] == shaded.lanes.next.continues[4..],
         "{lost}"
     );
 }

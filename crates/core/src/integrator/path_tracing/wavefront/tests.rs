@@ -7,8 +7,8 @@ use super::super::super::LightTransport;
 use super::*;
 use crate::counters::Counters;
 use crate::effects::{Effect, EffectSet};
-use crate::prepare::{Material, Prepared};
-use crate::sampler::Address;
+use crate::prepare::{Prepared, PreparedMaterial};
+use crate::sampler::SampleAddress;
 use crate::scene::Scene;
 use crate::settings::Settings;
 
@@ -94,10 +94,10 @@ fn followed<R: Real>(
     let pixels = (0..SIZE[0] * SIZE[1]).map(|i| [i % SIZE[0], i / SIZE[0]]);
     let addresses: Vec<_> = pixels
         .flat_map(|pixel| {
-            (0..4).map(move |index| Address {
+            (0..4).map(move |index| SampleAddress {
                 pixel,
                 index,
-                ..Address::default()
+                ..SampleAddress::default()
             })
         })
         .collect();
@@ -107,18 +107,18 @@ fn followed<R: Real>(
         .map(|a| {
             prepared
                 .camera
-                .ray(at(a.pixel[0]), at(a.pixel[1]), [0.5; 2])
+                .generate_ray(at(a.pixel[0]), at(a.pixel[1]), [0.5; 2])
         })
         .collect();
     let (mut results, mut out) = (PathResults::default(), Vec::new());
     for (rays, addresses) in rays.chunks(together).zip(addresses.chunks(together)) {
         tracer.trace(CameraRays { rays, addresses }, &mut results);
-        out.extend((0..rays.len()).map(|place| {
+        out.extend((0..rays.len()).map(|position| {
             let PathResult {
                 radiance, coverage, ..
-            } = results.paths[place];
+            } = results.paths[position];
             let [r, g, b] = radiance.to_f64().to_array().map(f64::to_bits);
-            let first = results.first(place).0.map_or(0, |first| {
+            let first = results.first(position).0.map_or(0, |first| {
                 first.distance.to_bits() ^ u64::from(first.object)
             });
             [r, g, b, coverage.to_f64().to_bits(), first]
@@ -153,13 +153,13 @@ fn many_or_few<R: Real>(scene: &Scene, effects: EffectSet) {
     let settings = Settings {
         size: SIZE,
         integrator: crate::scene::Integrator::Path,
-        ..Settings::of(scene)
+        ..Settings::from_scene(scene)
     };
     let mut prepared =
         Prepared::<R>::new(scene, &settings, effects, &()).expect("it can be prepared");
-    let plain = |m: &&Material<R>| {
-        matches!(m, Material::Physical(m) if m.plain)
-            || matches!(m, Material::Classic(m) if m.matte)
+    let plain = |m: &&PreparedMaterial<R>| {
+        matches!(m, PreparedMaterial::Physical(m) if m.is_common)
+            || matches!(m, PreparedMaterial::Classic(m) if m.matte)
     };
     assert_eq!(
         prepared.materials.iter().filter(plain).count(),
@@ -181,9 +181,9 @@ fn many_or_few<R: Real>(scene: &Scene, effects: EffectSet) {
     let short = followed(&prepared, 2, 100);
     for material in &mut prepared.materials {
         match material {
-            Material::Physical(m) => m.plain = false,
-            Material::Classic(m) => m.matte = false,
-            Material::Unused => {}
+            PreparedMaterial::Physical(m) => m.is_common = false,
+            PreparedMaterial::Classic(m) => m.matte = false,
+            PreparedMaterial::Unused => {}
         }
     }
     assert_eq!(
@@ -209,12 +209,12 @@ fn paths_bring_what_they_bring_alone() {
 fn paths_in_bodies_bring_what_they_bring_alone() {
     let (scene, without) = (
         in_bodies(),
-        EffectSet::ALL.without(EffectSet::of(&[Effect::NestedMedia])),
+        EffectSet::ALL.without(EffectSet::from_effects(&[Effect::NestedMedia])),
     );
     let settings = Settings {
         size: SIZE,
         integrator: crate::scene::Integrator::Path,
-        ..Settings::of(&scene)
+        ..Settings::from_scene(&scene)
     };
     let tracks = |effects| {
         let prepared =
@@ -237,7 +237,7 @@ fn rays<R: Real>(prepared: &Prepared<R>) -> Vec<Ray<R>> {
         .map(|i| {
             prepared
                 .camera
-                .ray(at(i % SIZE[0]), at(i / SIZE[0]), [0.5; 2])
+                .generate_ray(at(i % SIZE[0]), at(i / SIZE[0]), [0.5; 2])
         })
         .collect()
 }
@@ -246,7 +246,7 @@ fn prepared(scene: &Scene) -> Prepared<f32> {
     let settings = Settings {
         size: SIZE,
         integrator: crate::scene::Integrator::Path,
-        ..Settings::of(scene)
+        ..Settings::from_scene(scene)
     };
     Prepared::new(scene, &settings, EffectSet::ALL, &()).expect("it can be prepared")
 }
@@ -257,9 +257,9 @@ fn prepared(scene: &Scene) -> Prepared<f32> {
 fn first_hits_veils_and_limits() {
     let mut prepared = prepared(&everything());
     let (rays, plain) = (rays(&prepared), followed(&prepared, 7, 64).0);
-    let address = |i: usize| Address {
+    let address = |i: usize| SampleAddress {
         pixel: [i as u32 % SIZE[0], i as u32 / SIZE[0]],
-        ..Address::default()
+        ..SampleAddress::default()
     };
     let addresses: Vec<_> = (0..rays.len()).map(address).collect();
     let (mut tracer, mut results) = (
@@ -274,15 +274,15 @@ fn first_hits_veils_and_limits() {
         &mut results,
     );
     let mut hits = 0;
-    for (place, ray) in rays.iter().enumerate() {
+    for (index, ray) in rays.iter().enumerate() {
         let hit = prepared
             .geometry
             .closest(ray, raywright_bvh::Interval::positive(), &mut ());
         hits += usize::from(hit.is_some());
         assert_eq!(
-            results.first(place).0.map(|first| first.object),
+            results.first(index).0.map(|first| first.object),
             hit.map(|hit| hit.outermost()),
-            "{place}"
+            "{index}"
         );
     }
     assert!(hits > rays.len() / 2, "{hits}");
@@ -308,7 +308,7 @@ fn first_hits_veils_and_limits() {
 /// Protects: prefetched texels are the ones read, also if two maps of a material have different
 /// transforms.
 #[test]
-fn asking_ahead_changes_no_texel() {
+fn prefetching_changes_no_texel() {
     let mut scene = everything();
     let crate::scene::Model::Physical(leaf) = &mut scene.materials[9].model else {
         panic!("a physical leaf")
@@ -318,7 +318,7 @@ fn asking_ahead_changes_no_texel() {
     let prepared = prepared(&scene);
     let mut leaves = 0;
     for ray in rays(&prepared) {
-        let leg = super::super::super::PathSegment::of(ray);
+        let segment = super::super::super::PathSegment::from_ray(ray);
         let Some(hit) =
             prepared
                 .geometry
@@ -326,26 +326,30 @@ fn asking_ahead_changes_no_texel() {
         else {
             continue;
         };
-        let at = Interaction::smooth(&prepared, &leg, &hit);
-        let Material::Physical(m) = &prepared.materials[at.material as usize] else {
+        let interaction = Interaction::smooth(&prepared, &segment, &hit);
+        let PreparedMaterial::Physical(m) = &prepared.materials[interaction.material as usize]
+        else {
             continue;
         };
         let Some(bump) = &m.bump else { continue };
-        let mut ahead = at;
-        prepared.sources.prefetch(&mut ahead);
-        let read = |at: &Interaction<f32>| {
+        let mut ahead = interaction;
+        prepared.texture_tables.prefetch(&mut ahead);
+        let read = |interaction: &Interaction<f32>| {
             let (base, code) = (
-                m.base_at(&prepared.sources.at(at)),
-                bump.image.colour(&prepared.sources.at(at)),
+                m.base_at(&prepared.texture_tables.shading_context(interaction)),
+                bump.image
+                    .colour(&prepared.texture_tables.shading_context(interaction)),
             );
             (
                 base,
                 code,
-                bump.image.colour(&prepared.sources.at(at)) - base,
+                bump.image
+                    .colour(&prepared.texture_tables.shading_context(interaction))
+                    - base,
             )
         };
-        assert_eq!(read(&ahead), read(&at));
-        leaves += usize::from(read(&at).2 != glam::Vec3::ZERO);
+        assert_eq!(read(&ahead), read(&interaction));
+        leaves += usize::from(read(&interaction).2 != glam::Vec3::ZERO);
     }
     assert!(leaves > 20, "{leaves} where the maps differ");
 }

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use super::super::renderer::{TimedRender, Unfinished};
+use super::super::renderer::{TimedRender, UnfinishedRender};
 use super::super::report::RungCost;
 use super::super::setting::Setting;
 use super::Measurements;
@@ -21,7 +21,7 @@ const LEAST_PATIENCE: Duration = Duration::from_secs(1);
 impl Measurements<'_> {
     /// Measures time and memory of a setting that gives the same picture as another one, in the
     /// same rounds on the first tiles; `None` where the setting takes too long.
-    pub fn paid(
+    pub fn rung_cost(
         &self,
         setting: &Setting,
         beside: &Setting,
@@ -32,40 +32,47 @@ impl Measurements<'_> {
             .order
             .iter()
             .take(PRICE_TILES.min(self.tiles(beside)));
-        let crops: Vec<Crop> = tiles.map(|look| self.sample.grid.tile(look.tile)).collect();
+        let crops: Vec<Crop> = tiles
+            .map(|pilot_pass| self.sample.grid.tile(pilot_pass.tile))
+            .collect();
         let now = self.renderer.now;
         let own_seconds = self
             .measured(beside, beside)
-            .map_or(0.0, |of| of.seconds.value);
+            .map_or(0.0, |measured| measured.seconds.value);
         let (mut preparing, mut ratios, mut geometry, mut same_bits) =
             (Vec::new(), Vec::new(), 0, true);
         for round in 0..PRICE_ROUNDS {
             let before = now();
-            let Some(own) =
-                Unfinished::allow(self.renderer.render_parts(beside, &crops, round, end))?
+            let Some(renders) =
+                UnfinishedRender::allow(self.renderer.render_parts(beside, &crops, round, end))?
             else {
                 break;
             };
-            let patience = (now() - before).mul_f64(PATIENCE).max(LEAST_PATIENCE);
-            let end = end.min(now() + patience);
+            let timeout = (now() - before).mul_f64(PATIENCE).max(LEAST_PATIENCE);
+            let end = end.min(now() + timeout);
             let Some(others) =
-                Unfinished::allow(self.renderer.render_parts(setting, &crops, round, end))?
+                UnfinishedRender::allow(self.renderer.render_parts(setting, &crops, round, end))?
             else {
                 break;
             };
-            let seconds = |of: &[TimedRender]| of.iter().map(|render| render.seconds).sum::<f64>();
+            let seconds = |each_renders: &[TimedRender]| {
+                each_renders
+                    .iter()
+                    .map(|render| render.seconds)
+                    .sum::<f64>()
+            };
             preparing.extend(others.first().map(|render| render.preparing));
-            ratios.push(seconds(&others) / seconds(&own).max(1e-9));
+            ratios.push(seconds(&others) / seconds(&renders).max(1e-9));
             geometry = others.first().map_or(0, |render| render.geometry);
-            same_bits &= own
+            same_bits &= renders
                 .iter()
                 .zip(&others)
-                .all(|(own, other)| own.picture == other.picture);
+                .all(|(own_render, other)| own_render.picture == other.picture);
         }
         let [preparing, ratio] =
-            [preparing, ratios].map(|list| (!list.is_empty()).then(|| Spread::of(&list)));
-        let paid = preparing.zip(ratio);
-        Ok(paid.map(|(preparing, ratio)| RungCost {
+            [preparing, ratios].map(|list| (!list.is_empty()).then(|| Spread::from_samples(&list)));
+        let rung_cost = preparing.zip(ratio);
+        Ok(rung_cost.map(|(preparing, ratio)| RungCost {
             preparing,
             seconds: ratio.scaled(own_seconds),
             ratio,

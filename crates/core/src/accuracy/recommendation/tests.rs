@@ -1,26 +1,26 @@
 //! Rules of the report's first sentences, on constructed measurements.
 
 use super::*;
-use crate::accuracy::Errors;
-use crate::ladder::Choice;
+use crate::accuracy::SettingErrors;
+use crate::ladder::RungChoice;
 
 /// A value with an interval of a factor.
-fn about(value: f64, factor: f64) -> Interval {
-    Interval {
+fn about(value: f64, factor: f64) -> ConfidenceInterval {
+    ConfidenceInterval {
         value,
         low: value / factor,
         high: value * factor,
     }
 }
 
-fn measured(bias: f64, light: f64) -> Measured {
-    let errors = Errors {
+fn measured(bias: f64, light: f64) -> MeasuredSetting {
+    let errors = SettingErrors {
         rmse: about(0.1, 1.1),
         relmse: about(0.01, 1.1),
         bias: Some(about(bias * 0.01, 1.05)),
         light: about(light, 1.001),
     };
-    Measured {
+    MeasuredSetting {
         tiles: 9,
         renders: 2,
         seconds: about(1.0, 1.1),
@@ -35,7 +35,7 @@ fn setting(rungs: &str) -> Setting {
     Setting::of(
         &rungs
             .split(' ')
-            .map(|rung| Choice::parse(rung).expect("a rung"))
+            .map(|rung| RungChoice::parse(rung).expect("a rung"))
             .collect::<Vec<_>>(),
     )
 }
@@ -65,7 +65,7 @@ fn told(advice: Option<Advice>) -> Option<(String, f64)> {
 /// longer is preferred.
 #[test]
 fn the_fastest_that_will_do_is_named() {
-    let own = AdviceCandidate {
+    let own_candidate = AdviceCandidate {
         setting: Setting::default(),
         ..candidate("samples=16", 0.1, 0.1, 1.1)
     };
@@ -74,7 +74,7 @@ fn the_fastest_that_will_do_is_named() {
         ..candidate("clamp=1", 0.1, 0.3, 1.1)
     };
     let all = vec![
-        own.clone(),
+        own_candidate.clone(),
         unsound.clone(),
         candidate("samples=1024", 16.0, 0.25, 1.1),
         candidate("samples=256", 4.1, 0.5, 1.1),
@@ -83,7 +83,7 @@ fn the_fastest_that_will_do_is_named() {
         candidate("light-sampling=lights", 0.3, 1.04, 1.1),
     ];
     let with = |other: AdviceCandidate| {
-        answer([&all[..], &[other]].concat(), 20.0)
+        recommend([&all[..], &[other]].concat(), 20.0)
             .half_the_error
             .map(|advice| advice.time.value)
     };
@@ -105,7 +105,7 @@ fn the_fastest_that_will_do_is_named() {
         )),
         Some(3.6)
     );
-    let found = answer(all, 20.0);
+    let found = recommend(all, 20.0);
     assert_eq!(
         told(found.half_the_error),
         Some(("--rung samples=256".to_owned(), 4.1))
@@ -118,14 +118,14 @@ fn the_fastest_that_will_do_is_named() {
         ))
     );
     assert_eq!(
-        answer(
-            vec![own, unsound, candidate("clamp=10", 0.7, 1.2, 1.1)],
+        recommend(
+            vec![own_candidate, unsound, candidate("clamp=10", 0.7, 1.2, 1.1)],
             20.0
         ),
-        Answer::default()
+        Recommendations::default()
     );
     // A denoised setting may have half of the error, too.
-    let denoised = answer(
+    let denoised = recommend(
         vec![
             candidate("samples=256", 4.0, 0.5, 1.1),
             candidate("samples=16 reconstruction=denoised", 0.4, 0.5, 1.1),
@@ -140,7 +140,7 @@ fn the_fastest_that_will_do_is_named() {
 #[test]
 fn a_doubtful_setting_is_no_advice() {
     let wide = (0.6_f64 / 0.5).powi(2);
-    let found = answer(vec![candidate("samples=256", 4.0, 0.5, wide * wide)], 20.0);
+    let found = recommend(vec![candidate("samples=256", 4.0, 0.5, wide * wide)], 20.0);
     assert!(
         found.half_the_error.is_none()
             && found
@@ -149,14 +149,14 @@ fn a_doubtful_setting_is_no_advice() {
         "{found:?}"
     );
     assert!(
-        answer(vec![candidate("samples=256", 4.0, 0.5, 0.99 * wide)], 20.0)
+        recommend(vec![candidate("samples=256", 4.0, 0.5, 0.99 * wide)], 20.0)
             .half_the_error
             .is_some()
     );
-    let hopeless = answer(vec![candidate("samples=256", 4.0, 0.5, 100.0)], 20.0);
+    let hopeless = recommend(vec![candidate("samples=256", 4.0, 0.5, 100.0)], 20.0);
     assert_eq!((hopeless.half_the_error, hopeless.half_needs), (None, None));
     let lost = candidate("samples=256", 4.0, 0.5, f64::INFINITY);
-    assert_eq!(answer(vec![lost], 20.0).half_needs, None);
+    assert_eq!(recommend(vec![lost], 20.0).half_needs, None);
 }
 
 /// Protects: a setting is unsound with a bias above a quarter of its squared error, or possibly
@@ -166,17 +166,20 @@ fn a_doubtful_setting_is_no_advice() {
 /// than short ones even if still too short.
 #[test]
 fn what_loses_light_is_not_sound() {
-    let (clamp, own) = (setting("clamp=1"), measured(0.0, 1.0));
-    let sound = |of: &Measured| is_sound(&clamp, of, &own);
+    let (clamp, own_measured) = (setting("clamp=1"), measured(0.0, 1.0));
+    let sound = |each_measured: &MeasuredSetting| is_sound(&clamp, each_measured, &own_measured);
     assert!(sound(&measured(0.2, 1.0)) && sound(&measured(0.1, 0.997)));
     assert!(
         !sound(&measured(0.26, 1.0))
             && !sound(&measured(0.0, 0.994))
             && !sound(&measured(0.0, 1.006))
     );
-    let with = |bias: Option<Interval>| Measured {
-        errors: Errors { bias, ..own.errors },
-        ..own.clone()
+    let with = |bias: Option<ConfidenceInterval>| MeasuredSetting {
+        errors: SettingErrors {
+            bias,
+            ..own_measured.errors
+        },
+        ..own_measured.clone()
     };
     assert!(
         !sound(&with(None))
@@ -186,17 +189,17 @@ fn what_loses_light_is_not_sound() {
     assert!(is_sound(
         &setting("samples=256 sampler=stratified"),
         &measured(0.9, 0.9),
-        &own
+        &own_measured
     ));
     let filtered = setting("samples=16 reconstruction=denoised");
     assert!(
-        is_sound(&filtered, &measured(0.9, 1.0), &own)
-            && !is_sound(&filtered, &measured(0.0, 0.994), &own)
+        is_sound(&filtered, &measured(0.9, 1.0), &own_measured)
+            && !is_sound(&filtered, &measured(0.0, 0.994), &own_measured)
     );
     assert!(!is_sound(
         &clamp.with(filtered.choices()[1]),
         &measured(0.9, 1.0),
-        &own
+        &own_measured
     ));
     let (short, longer) = (measured(1.0, 0.95), measured(0.5, 0.98));
     assert!(is_sound(&clamp, &longer, &short) && !is_sound(&clamp, &short, &longer));

@@ -1,10 +1,10 @@
 //! Light that a single replicate found: when other pixels confirm it, the denominator of its error,
 //! and the doubt about rare light.
 
-use super::adaptive::{row, take};
+use super::adaptive::{add_samples, row};
 use super::uncertainty::film;
-use crate::film::adaptive::Aim;
-use crate::film::again::{LeaveOneOut, SingleReplicateBound};
+use crate::film::adaptive::ErrorProgress;
+use crate::film::leave_one_out::{LeaveOneOut, SingleReplicateBound};
 use crate::film::{Doubt, ReplicateBuffer};
 use crate::hash::mix;
 use crate::metrics::student_95;
@@ -23,11 +23,18 @@ fn vouch(pixels: &[(usize, [f64; 4])]) -> bool {
 /// 360/420 = 0.86, within 2/√420 = 0.10; for 100 and 40 pixels 0.63, within 0.10. 33 of each
 /// suffice and 30 do not (150 held out of 160); pixels lit in all replicates never count.
 #[test]
-fn light_is_vouched_for_where_it_is_seen_again() {
+fn light_counts_as_known_where_replicates_agree() {
     let (once, twice) = ([0.0, 0.0, 2.0, 0.0], [2.0, 0.0, 0.0, 2.0]);
-    let of = |lit_once, lit_twice| vouch(&[(lit_once, once), (lit_twice, twice), (1000, [2.0; 4])]);
+    let value_of =
+        |lit_once, lit_twice| vouch(&[(lit_once, once), (lit_twice, twice), (1000, [2.0; 4])]);
     assert_eq!(
-        [of(100, 60), of(100, 40), of(33, 33), of(30, 30), of(0, 0)],
+        [
+            value_of(100, 60),
+            value_of(100, 40),
+            value_of(33, 33),
+            value_of(30, 30),
+            value_of(0, 0)
+        ],
         [true, false, true, false, false]
     );
 }
@@ -95,8 +102,11 @@ fn what_was_seen_once_has_a_gamma_distribution() {
         } else {
             f64::INFINITY
         };
-        let most = (above / 2.0).min(1.4_f64.ln());
-        assert!((-over.min(0.06)..=most).contains(&ratio), "{mean}: {ratio}");
+        let maximum = (above / 2.0).min(1.4_f64.ln());
+        assert!(
+            (-over.min(0.06)..=maximum).contains(&ratio),
+            "{mean}: {ratio}"
+        );
         let apart = once.prior[0] * 12.0_f64.sqrt() - (jeffreys[0] / even[0]).ln();
         assert!((0.0..=above.min(0.8)).contains(&apart), "{mean}: {apart}");
         if mean >= 100.0 {
@@ -129,8 +139,8 @@ fn what_is_black_is_weighed_as_black() {
 fn errors_of_light_that_is_vouched_for_by_hand() {
     let mut pixels = [[0.0, 2.0, 0.0, 0.0]; 200];
     pixels[100..].fill([2.0, 2.0, 0.0, 0.0]);
-    let found = film(&pixels).uncertainty().expect("four replicates");
-    assert_eq!(found.doubt, None);
+    let uncertainty = film(&pixels).uncertainty().expect("four replicates");
+    assert_eq!(uncertainty.doubt, None);
     // A mean of 1/2, which is five times 0.1.
     let factors = [
         1.0 + (core::f64::consts::TAU * 5.0).sqrt(),
@@ -146,9 +156,9 @@ fn errors_of_light_that_is_vouched_for_by_hand() {
     let [across, among] = twice.map(|twice| 100.0 * (lit_once + twice));
     let expected = ((across * among).sqrt() / 600.0).sqrt();
     assert!(
-        (found.root_relmse.value / expected - 1.0).abs() < 1e-12,
+        (uncertainty.root_relmse.value / expected - 1.0).abs() < 1e-12,
         "{} and {expected}",
-        found.root_relmse.value
+        uncertainty.root_relmse.value
     );
     // In two pairings of three both differences are 2, in each of three channels.
     let product = 100.0 * 2.0 / 3.0 * (3.0 * twice[1] * 4.0_f64).powi(2);
@@ -160,7 +170,7 @@ fn errors_of_light_that_is_vouched_for_by_hand() {
     let width = student_95(200) * (products + weights + once + alike * alike).sqrt();
     // Two hundred degrees of freedom may be rounded down by one: a factor of 1.97196 in place of
     // 1.97190.
-    let found = (found.root_relmse.high / expected).ln() * 2.0;
+    let found = (uncertainty.root_relmse.high / expected).ln() * 2.0;
     assert!((found / width - 1.0).abs() < 5e-5, "{found} and {width}");
 }
 
@@ -168,21 +178,21 @@ fn errors_of_light_that_is_vouched_for_by_hand() {
 /// found once is confirmed. Dim pixels as above, of 0.31 in place of 2, have weights by two
 /// pairings that differ by less than a factor of four.
 #[test]
-fn light_that_is_not_rare_needs_no_voucher() {
+fn common_light_needs_no_second_sample() {
     let mut pixels = [[0.0, 0.31, 0.0, 0.0]; 200];
     pixels[100..].fill([0.31, 0.31, 0.0, 0.0]);
     assert!(vouch(&[(100, pixels[0]), (100, pixels[100])]));
-    let found = film(&pixels).uncertainty().expect("four replicates");
+    let uncertainty = film(&pixels).uncertainty().expect("four replicates");
     let variances = [1.0 / 16.0, 1.0 / 12.0].map(|share| share * 0.31 * 0.31);
     let [of_four, of_two] = [0.0775, 0.155].map(|mean| 1.0 / (mean * mean + 0.01));
     let own: f64 = variances[0] * of_four + variances[1] * of_two;
-    let seen = (variances[0] + variances[1]) * of_two;
+    let actual = (variances[0] + variances[1]) * of_two;
     assert!(
-        (found.root_relmse.value - ((2.0 * own - seen) / 2.0).sqrt()).abs() < 1e-12,
+        (uncertainty.root_relmse.value - ((2.0 * own - actual) / 2.0).sqrt()).abs() < 1e-12,
         "{:?}",
-        found.root_relmse
+        uncertainty.root_relmse
     );
-    assert_eq!(found.doubt, None);
+    assert_eq!(uncertainty.doubt, None);
 }
 
 /// A uniform number below one, by an address.
@@ -197,11 +207,11 @@ fn share(address: u64) -> f64 {
 #[test]
 fn small_lamps_are_told_from_rare_light() {
     /// Share of a pixel that a lamp covers.
-    type Covered = fn(u64) -> f64;
+    type LampCoverage = fn(u64) -> f64;
     const FILMS: u64 = 60;
     const PIXELS: u64 = 2000;
     const SAMPLES: u64 = 16;
-    let covered: [(&str, bool, Covered); 4] = [
+    let covered: [(&str, bool, LampCoverage); 4] = [
         ("any share", true, share),
         ("small shares", true, |pixel| share(pixel).powi(2) / 2.0),
         ("rare", false, |_| 0.001),
@@ -229,15 +239,15 @@ fn small_lamps_are_told_from_rare_light() {
                     [2.0 * colour(lit as f64 / SAMPLES as f64); 3]
                 };
                 let sums = (0..PIXELS).map(sum).collect();
-                film.planes[replicate as usize] = Some(ReplicateBuffer {
+                film.buffers[replicate as usize] = Some(ReplicateBuffer {
                     sums,
                     samples: vec![2; PIXELS as usize],
                     ..ReplicateBuffer::default()
                 });
             }
-            let found = film.uncertainty().expect("four replicates");
+            let uncertainty = film.uncertainty().expect("four replicates");
             assert_eq!(
-                found.doubt,
+                uncertainty.doubt,
                 (!is_sure).then_some(Doubt::FewPixels),
                 "{name}"
             );
@@ -247,8 +257,8 @@ fn small_lamps_are_told_from_rare_light() {
             };
             let error =
                 ((0..).zip(&film.picture().rgb).map(square).sum::<f64>() / PIXELS as f64).sqrt();
-            below += u64::from(error <= found.root_relmse.high);
-            let ratio = error / found.root_relmse.value;
+            below += u64::from(error <= uncertainty.root_relmse.high);
+            let ratio = error / uncertainty.root_relmse.value;
             assert!(!is_sure || (0.5..=2.0).contains(&ratio), "{name}: {ratio}");
         }
         assert!(!is_sure || below * 100 >= FILMS * 95, "{name}: {below}");
@@ -259,9 +269,9 @@ fn small_lamps_are_told_from_rare_light() {
 /// once each.
 #[test]
 fn small_lamps_do_not_go_on() {
-    let aim = |is_seen_again: bool| {
+    let advance = |is_seen_again: bool| {
         let mut film = row(8, 65_536);
-        take(&mut film, |replicate, tile, _| {
+        add_samples(&mut film, |replicate, tile, _| {
             let lit = if tile >= 4 && is_seen_again { 2 } else { 1 };
             if (replicate + tile) % 4 < lit {
                 1.0
@@ -269,7 +279,10 @@ fn small_lamps_do_not_go_on() {
                 0.0
             }
         });
-        film.aim(2.0, &())
+        film.advance_to_error(2.0, &())
     };
-    assert_eq!([aim(true), aim(false)], [Aim::Reached, Aim::Further]);
+    assert_eq!(
+        [advance(true), advance(false)],
+        [ErrorProgress::Reached, ErrorProgress::Further]
+    );
 }

@@ -1,21 +1,21 @@
 //! Halving, for sets that clustering can't handle: a split near the median of the centres, along
 //! the axis of their greatest extent.
 
-use super::{LeafKind, LeafKindOf, Stop};
+use super::{LeafKind, LeafKindOf, StopCheck};
 use crate::aabb::{PIECE, PaddedBox};
 use crate::binary::BinaryNode;
 use crate::bvh8::WIDTH;
 
 /// Boxes to be halved, and their leaf kinds.
-pub(super) struct Halves<'a> {
+pub(super) struct MedianSplit<'a> {
     pub boxes: &'a [PaddedBox],
     pub kind: LeafKindOf<'a>,
     /// Whether all boxes have one leaf kind.
     pub is_alike: bool,
-    pub stop: Stop<'a>,
+    pub stop: StopCheck<'a>,
 }
 
-impl Halves<'_> {
+impl MedianSplit<'_> {
     /// Makes node `slot` the root of a tree over `order`, and appends the tree's nodes. `first` is
     /// the position of `order` in the whole tree's order. Returns the number of boxes visited. If
     /// cancelled, the tree is incomplete.
@@ -27,8 +27,8 @@ impl Halves<'_> {
         first: usize,
     ) -> u64 {
         if self.is_leaf(order) || order.len() >= PIECE && (self.stop)() {
-            let bounds = order.iter().fold(PaddedBox::NOTHING, |all, &place| {
-                all.union(&self.boxes[place as usize])
+            let bounds = order.iter().fold(PaddedBox::NOTHING, |all, &index| {
+                all.union(&self.boxes[index as usize])
             });
             nodes[slot] = BinaryNode {
                 bounds,
@@ -68,23 +68,23 @@ impl Halves<'_> {
     /// Whether these boxes form a leaf: a single box, or few of one shared leaf kind.
     fn is_leaf(&self, order: &[u32]) -> bool {
         let kind = || (self.kind)(order[0]);
-        let is_alike = || self.is_alike || order.iter().all(|&place| (self.kind)(place) == kind());
+        let is_alike = || self.is_alike || order.iter().all(|&index| (self.kind)(index) == kind());
         order.len() == 1 || order.len() <= WIDTH && kind() != LeafKind::None && is_alike()
     }
 
     /// Moves the `middle` least centres to the front; equal centres keep their places.
     fn part(&self, order: &mut [u32], middle: usize) {
         // Half of each bound, since the sum may leave the range of f32.
-        let centre = |place: u32| {
-            self.boxes[place as usize].min * 0.5 + self.boxes[place as usize].max * 0.5
+        let centre = |index: u32| {
+            self.boxes[index as usize].min * 0.5 + self.boxes[index as usize].max * 0.5
         };
-        let point = |place: u32| PaddedBox {
-            min: centre(place),
-            max: centre(place),
+        let point = |index: u32| PaddedBox {
+            min: centre(index),
+            max: centre(index),
         };
         let around = order
             .iter()
-            .fold(PaddedBox::NOTHING, |all, &place| all.union(&point(place)));
+            .fold(PaddedBox::NOTHING, |all, &index| all.union(&point(index)));
         let extent = around.max * 0.5 - around.min * 0.5;
         let axis = extent.max_position();
         if extent[axis] > 0.0 {

@@ -28,7 +28,7 @@ pub fn is_own_picture(path: &Path) -> bool {
         Ok(start) if start.starts_with(PNG) => png_texts(file),
         Ok(start) if start.starts_with(EXR) => read_picture(path, &Limits::default())
             .ok()
-            .map(|stored| stored.texts),
+            .map(|stored_picture| stored_picture.texts),
         _ => None,
     };
     texts.is_some_and(|texts| are_own(&texts))

@@ -5,13 +5,14 @@ use raywright_bvh::{Hit, Interval, Ray, Real, Vector};
 use super::super::PathSegment;
 use super::super::shadow::Transmittance;
 use super::shade::ShadedLanes;
-use super::vertices::{Bounce, VertexLanes};
+use super::vertices::{VertexLanes, WavefrontSlice};
 use super::{PathState, PathTracer};
 use crate::interaction::Interaction;
 use crate::light::{
-    ChosenLight, Density, LightId, LightLanes, LightSample, Target, TargetKind, vector,
+    ChosenLight, Density, LightId, LightLanes, LightSample, LightTarget, LightTargetKind,
+    lane_vector,
 };
-use crate::prepare::{Material, Spawn};
+use crate::prepare::{PreparedMaterial, PreparedSpawn};
 use crate::scene::AlphaMode;
 
 impl<R: Real> PathTracer<'_, R> {
@@ -19,29 +20,31 @@ impl<R: Real> PathTracer<'_, R> {
     #[inline(always)]
     pub(super) fn add_light(
         &mut self,
-        bounce: &mut Bounce<'_, R>,
+        slice: &mut WavefrontSlice<'_, R>,
         (vertices, lane): (&VertexLanes<R>, usize),
         (&ChosenLight { light, .. }, lights): (&ChosenLight<R>, &LightLanes<R>),
         shaded: &ShadedLanes<R>,
     ) {
-        let place = vertices.place[lane] as usize;
-        let (path, at) = (
-            &mut bounce.paths[bounce.going[place] as usize],
-            &bounce.met[place],
+        let index = vertices.place[lane] as usize;
+        let (path, interaction) = (
+            &mut slice.paths[slice.active[index] as usize],
+            &slice.interactions[index],
         );
-        let sent = vector::<R>(&shaded.lit.sent, lane);
-        let sent = if self.straight_to_lights(light) && lights.aim[lane] != TargetKind::Target {
+        let scattered = lane_vector::<R>(&shaded.lit.sent, lane);
+        let scattered = if self.straight_to_lights(light)
+            && lights.target_kinds[lane] != LightTargetKind::Target
+        {
             let length = shaded.shadow.length[lane];
             // If the light lies at the ray's origin, nothing blocks it.
-            let arrives = if length > R::ZERO
-                && (length < R::INFINITY || lights.aim[lane] == TargetKind::Infinity)
+            let transmitted = if length > R::ZERO
+                && (length < R::INFINITY || lights.target_kinds[lane] == LightTargetKind::Infinity)
             {
                 let ray = Ray::new(
-                    vector::<R>(&shaded.shadow.start, lane),
-                    vector::<R>(&shaded.shadow.towards, lane),
+                    lane_vector::<R>(&shaded.shadow.start, lane),
+                    lane_vector::<R>(&shaded.shadow.directions, lane),
                 )
-                .at_time(at.time);
-                self.passes(
+                .at_time(interaction.time);
+                self.shadow_transmittance(
                     &ray,
                     Interval {
                         min: R::ZERO,
@@ -53,22 +56,22 @@ impl<R: Real> PathTracer<'_, R> {
             } else {
                 R::ONE
             };
-            let sent = if arrives > R::ZERO {
-                sent * arrives
+            let scattered = if transmitted > R::ZERO {
+                scattered * transmitted
             } else {
                 Vector::ZERO
             };
-            self.usage.count(light, sent != Vector::ZERO);
-            sent
+            self.usage.count(light, scattered != Vector::ZERO);
+            scattered
         } else {
-            self.arriving(
+            self.arriving_radiance(
                 path,
-                at,
+                interaction,
                 (light, lights.lane(lane), shaded.lit.is_through[lane]),
-                sent,
+                scattered,
             )
         };
-        path.radiance += path.throughput * sent;
+        path.radiance += path.throughput * scattered;
     }
 
     /// Whether a single shadow ray to the sampled point determines a light's visibility.
@@ -81,29 +84,31 @@ impl<R: Real> PathTracer<'_, R> {
             && even
             && !scene.lets_straight
             && !scene.absorbs
-            && matches!(scene.rules.spawn, Spawn::ErrorBound)
+            && matches!(scene.rules.spawn, PreparedSpawn::ErrorBound)
     }
 
     /// Visible part of `sent`, the unoccluded light that a surface reflects, or transmits if
     /// `through`.
     #[inline(always)]
-    fn arriving(
+    fn arriving_radiance(
         &mut self,
         path: &PathState<R>,
-        at: &Interaction<R>,
-        (light, seen, through): (LightId, LightSample<R>, bool),
-        mut sent: R::Vec3,
+        interaction: &Interaction<R>,
+        (light, light_sample, through): (LightId, LightSample<R>, bool),
+        mut scattered: R::Vec3,
     ) -> R::Vec3 {
         let scene = self.scene;
         let lights = &scene.lights;
-        let Some(seen) = scene.aimed(light, seen, at.surface.point) else {
+        let Some(light_sample) =
+            scene.aim_at_middle(light, light_sample, interaction.surface.point)
+        else {
             return Vector::ZERO;
         };
         let varies = matches!(light, LightId::Emitter(i) if lights.emitters.varies(i));
         let shadows = !matches!(light, LightId::Delta(i) if !lights.delta[i as usize].shadows);
         let media = || {
             if through {
-                self.beyond(&path.media, at)
+                self.beyond(&path.media, interaction)
             } else {
                 path.media
             }
@@ -114,55 +119,62 @@ impl<R: Real> PathTracer<'_, R> {
                 _ => None,
             };
             let media = media();
-            let arrives = self.arrives_straight(path, media, (&seen, emitter), at);
+            let transmitted =
+                self.straight_transmittance(path, media, (&light_sample, emitter), interaction);
             // Zero for NaN too.
-            sent = if arrives == Vector::ZERO {
+            scattered = if transmitted == Vector::ZERO {
                 Vector::ZERO
             } else {
-                sent * arrives
+                scattered * transmitted
             };
         } else {
             if scene.absorbs {
-                sent *= self.passes_media(&media(), at.distance_to(&seen.target));
+                scattered *= self
+                    .media_transmittance(&media(), interaction.distance_to(&light_sample.target));
             }
             if shadows {
-                let arrives = self.arrives(&seen, at);
-                sent = if arrives > R::ZERO {
-                    sent * arrives
+                let transmitted = self.transmitted_share(&light_sample, interaction);
+                scattered = if transmitted > R::ZERO {
+                    scattered * transmitted
                 } else {
                     Vector::ZERO
                 };
             }
         }
-        self.usage.count(light, sent != Vector::ZERO);
-        sent
+        self.usage.count(light, scattered != Vector::ZERO);
+        scattered
     }
 
     /// Visible share of a light at an interaction.
     #[inline]
-    fn arrives(&mut self, light: &LightSample<R>, at: &Interaction<R>) -> R {
+    fn transmitted_share(&mut self, light: &LightSample<R>, interaction: &Interaction<R>) -> R {
         // If the light lies at the ray's origin, nothing blocks it.
-        let Some((ray, mut range)) = self.scene.towards(light, at) else {
+        let Some((ray, mut range)) = self.scene.shadow_ray(light, interaction) else {
             return R::ONE;
         };
         let sizeless = light.density == Density::Delta;
-        if matches!(light.target, Target::Infinity) && !sizeless {
+        if matches!(light.target, LightTarget::Infinity) && !sizeless {
             // The scene's limit on shadow distance applies to lights, not to the sky.
             range = Interval {
                 max: R::INFINITY,
                 ..range
             };
         }
-        self.passes(&ray.at_time(at.time), range, Some(&light.target), sizeless)
+        self.shadow_transmittance(
+            &ray.at_time(interaction.time),
+            range,
+            Some(&light.target),
+            sizeless,
+        )
     }
 
     /// Transmittance along a shadow ray. `target` is set if the light may be its own occluder.
     #[inline(always)]
-    fn passes(
+    fn shadow_transmittance(
         &mut self,
         ray: &Ray<R>,
         range: Interval<R>,
-        target: Option<&Target<R>>,
+        target: Option<&LightTarget<R>>,
         sizeless: bool,
     ) -> R {
         self.counters.shadow += 1;
@@ -172,7 +184,7 @@ impl<R: Real> PathTracer<'_, R> {
             range,
             &mut |hit| {
                 if !target.is_some_and(|target| self.scene.is_own(target, hit)) {
-                    product.factor(self.lets_through(ray, hit, sizeless).to_f64());
+                    product.factor(self.occluder_transmittance(ray, hit, sizeless).to_f64());
                 }
                 product.opaque
             },
@@ -187,15 +199,16 @@ impl<R: Real> PathTracer<'_, R> {
 
     /// Straight transmittance of an occluder: of its absent share, and of delta lights if it casts
     /// no shadow. Area lights are found by paths too, which hit every object.
-    fn lets_through(&self, ray: &Ray<R>, hit: &Hit<R>, sizeless: bool) -> R {
+    fn occluder_transmittance(&self, ray: &Ray<R>, hit: &Hit<R>, sizeless: bool) -> R {
         let record = &self.scene.objects[hit.outermost() as usize];
         if sizeless && !record.casts_shadow {
             return R::ONE;
         }
         match &self.scene.materials[record.material as usize] {
-            Material::Physical(m) if m.alpha != AlphaMode::Opaque => {
-                let at = Interaction::of(self.scene, &PathSegment::of(*ray), hit);
-                R::ONE - m.alpha_at(&self.scene.sources.at(&at))
+            PreparedMaterial::Physical(m) if m.alpha != AlphaMode::Opaque => {
+                let interaction =
+                    Interaction::from_hit(self.scene, &PathSegment::from_ray(*ray), hit);
+                R::ONE - m.alpha_at(&self.scene.texture_tables.shading_context(&interaction))
             }
             _ => R::ZERO,
         }

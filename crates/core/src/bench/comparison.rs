@@ -5,12 +5,12 @@ use glam::DVec3;
 use raywright_bvh::{Geometry, Interval, Ray, Real, Vector};
 use serde::Serialize;
 
-use super::generated::Numbers;
-use super::measure::{Contest, Contestant, Method, Row, row, timed_builds};
+use super::generated::AddressedNumbers;
+use super::measure::{Contestant, Method, ScanTreeContest, SeriesRow, row, timed_builds};
 use super::{BenchError, BenchOptions, SEEDS};
-use crate::camera::Camera;
+use crate::camera::PreparedCamera;
 use crate::framing::{FIELD_OF_VIEW, Silhouette, View};
-use crate::lookup::Lookup;
+use crate::lookup::SceneLookup;
 use crate::origin::{StorageOrigin, camera_about};
 use crate::prepare::build_geometry;
 use crate::scene::Scene;
@@ -21,12 +21,12 @@ const CAMERA_RAYS: u32 = 1 << 15;
 
 /// Scan against tree on a given scene.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Given {
+pub struct SceneComparison {
     /// Camera rays through a regular grid of pixel centres: coherent rays.
-    pub camera: Row,
+    pub camera: SeriesRow,
     /// Rays from the hits of the camera rays, cosine-weighted about the normal: incoherent rays.
     /// `None` without hits.
-    pub bounce: Option<Row>,
+    pub bounce: Option<SeriesRow>,
 }
 
 /// Measures a validated scene as seen by the settings' camera. `on_row` is called with each
@@ -37,19 +37,19 @@ pub struct Given {
 pub fn given(
     scene: &Scene,
     settings: &Settings,
-    care: &BenchOptions,
-    on_row: &mut dyn FnMut(&Row),
-) -> Result<Given, BenchError> {
-    measured(scene, settings, &Method::of(care), on_row)
+    options: &BenchOptions,
+    on_row: &mut dyn FnMut(&SeriesRow),
+) -> Result<SceneComparison, BenchError> {
+    measured(scene, settings, &Method::of(options), on_row)
 }
 
 fn measured(
     scene: &Scene,
     settings: &Settings,
     method: &Method,
-    on_row: &mut dyn FnMut(&Row),
-) -> Result<Given, BenchError> {
-    let lookup = Lookup::new(scene);
+    on_row: &mut dyn FnMut(&SeriesRow),
+) -> Result<SceneComparison, BenchError> {
+    let lookup = SceneLookup::new(scene);
     let build = |kind| {
         timed_builds(
             method,
@@ -57,14 +57,14 @@ fn measured(
             |()| build_geometry::<f32>(scene, &lookup, kind, &()),
         )
     };
-    let [(scan, scan_build), (tree, tree_build)] = method.care.kinds().map(build);
+    let [(scan, scan_build), (tree, tree_build)] = method.options.kinds().map(build);
     let (scan, tree) = (scan?, tree?);
     if tree.geometry.is_empty() {
         return Err(BenchError::Empty);
     }
-    let origin = StorageOrigin::of::<f32>(scene, &lookup).origin;
+    let origin = StorageOrigin::from_scene::<f32>(scene, &lookup).origin;
     let rays = camera_rays(&tree.geometry, settings, origin);
-    let contest = Contest {
+    let contest = ScanTreeContest {
         scan: Contestant {
             geometry: &scan.geometry,
             build: scan_build,
@@ -84,7 +84,7 @@ fn measured(
         rays => Some(row(&contest, rays, method)?),
     };
     bounce.iter().for_each(on_row);
-    Ok(Given { camera, bounce })
+    Ok(SceneComparison { camera, bounce })
 }
 
 /// Returns camera rays through pixel centres, relative to the geometry's origin, from every n-th
@@ -97,10 +97,10 @@ fn camera_rays(geometry: &Geometry<f32>, settings: &Settings, origin: DVec3) -> 
         .as_ref()
         .map(|camera| camera_about(origin, camera))
         .unwrap_or_else(|| {
-            let whole = Silhouette::of_box(&geometry.bounded_part());
-            whole.frame(View::USUAL, FIELD_OF_VIEW, aspect)
+            let silhouette = Silhouette::of_box(&geometry.bounded_part());
+            silhouette.frame(View::USUAL, FIELD_OF_VIEW, aspect)
         });
-    let camera = Camera::<f32>::new(&camera, settings.size);
+    let camera = PreparedCamera::<f32>::new(&camera, settings.size);
     let pixels = u64::from(width) * u64::from(height);
     let step = (1..)
         .find(|s| u64::from(CAMERA_RAYS) * s * s >= pixels)
@@ -112,13 +112,13 @@ fn camera_rays(geometry: &Geometry<f32>, settings: &Settings, origin: DVec3) -> 
     };
     centres(height)
         .flat_map(|y| centres(width).map(move |x| (x, y)))
-        .map(|(x, y)| camera.ray(x, y, [0.5; 2]))
+        .map(|(x, y)| camera.generate_ray(x, y, [0.5; 2]))
         .collect()
 }
 
 /// Returns one ray from each hit, cosine-weighted about the normal on the side of the incoming ray.
 fn bounces(geometry: &Geometry<f32>, rays: &[Ray<f32>]) -> Vec<Ray<f32>> {
-    let numbers = Numbers { seed: SEEDS[1] };
+    let numbers = AddressedNumbers { seed: SEEDS[1] };
     let bounce = |(i, ray): (usize, &Ray<f32>)| {
         let hit = geometry.closest(ray, Interval::positive(), &mut ())?;
         let surface = geometry.surface(ray, &hit);
@@ -146,7 +146,7 @@ mod tests {
 
     /// A clock that counts work, so that the result does not depend on the machine's load.
     const HASTY: Method = Method {
-        care: BenchOptions {
+        options: BenchOptions {
             repeats: 1,
             sample_seconds: 1e-4,
             build: BuildQuality::Fast,
@@ -154,8 +154,11 @@ mod tests {
         stopwatch: steady,
     };
 
-    fn given(scene: &Scene, on_row: &mut dyn FnMut(&Row)) -> Result<Given, BenchError> {
-        measured(scene, &Settings::of(scene), &HASTY, on_row)
+    fn given(
+        scene: &Scene,
+        on_row: &mut dyn FnMut(&SeriesRow),
+    ) -> Result<SceneComparison, BenchError> {
+        measured(scene, &Settings::from_scene(scene), &HASTY, on_row)
     }
 
     /// A sphere among `count` others on a plane, seen from the front.
@@ -188,17 +191,19 @@ mod tests {
     fn camera_and_bounce_rays() {
         let scene = scene(30);
         let mut heard = 0;
-        let given = given(&scene, &mut |_| heard += 1).unwrap();
-        let bounce = given.bounce.expect("the camera sees something");
-        assert_eq!((heard, given.camera.primitives), (2, 31));
+        let comparison = given(&scene, &mut |_| heard += 1).unwrap();
+        let bounce = comparison.bounce.expect("the camera sees something");
+        assert_eq!((heard, comparison.camera.primitives), (2, 31));
         assert!(
-            given.camera.tree.rays <= CAMERA_RAYS as usize
-                && bounce.tree.rays <= given.camera.tree.rays
+            comparison.camera.tree.rays <= CAMERA_RAYS as usize
+                && bounce.tree.rays <= comparison.camera.tree.rays
         );
         assert!(
-            given.camera.hit_share > 0.1 && given.camera.hit_share < 1.0 && bounce.hit_share < 1.0
+            comparison.camera.hit_share > 0.1
+                && comparison.camera.hit_share < 1.0
+                && bounce.hit_share < 1.0
         );
-        assert_eq!(given.camera.scan.unwrap().tests_per_ray, 31.0);
+        assert_eq!(comparison.camera.scan.unwrap().tests_per_ray, 31.0);
     }
 
     /// Protects: bounces leave the surface: none from a single sphere seen from outside hits it
@@ -207,8 +212,11 @@ mod tests {
     fn bounces_leave_the_surface() {
         let mut scene = scene(1);
         scene.objects.remove(0);
-        let given = given(&scene, &mut |_| ()).unwrap();
-        assert_eq!(given.bounce.expect("the camera sees it").hit_share, 0.0);
+        let comparison = given(&scene, &mut |_| ()).unwrap();
+        assert_eq!(
+            comparison.bounce.expect("the camera sees it").hit_share,
+            0.0
+        );
     }
 
     /// Protects: a scene without objects is an error with a message, not a table of NaN.

@@ -4,20 +4,20 @@ use raywright_core::counters::{Counters, SampleLoss};
 use raywright_core::denoise::FEWEST_SAMPLES;
 use raywright_core::display::exposure::{Clipping, MOST_CLIPPED};
 use raywright_core::effects::EffectReport;
-use raywright_core::film::{Doubt, Estimate, Film, Uncertainty};
-use raywright_core::prepare::{ClosedGap, Lamp, LightLeak, ShutAway};
+use raywright_core::film::{Doubt, ErrorEstimate, Film, Uncertainty};
+use raywright_core::prepare::{ClosedGap, Lamp, LightLeak, UnreachedLight};
 use raywright_core::scene::Shape;
 use raywright_core::settings::{PrecisionChoice, Settings};
-use raywright_core::{Ready, Rendered};
+use raywright_core::{ReadyScene, RenderOutput};
 use raywright_io::{Loaded, Warning, WarningCode};
 
-use crate::clock::{Seconds, spoken};
+use crate::clock::{Seconds, format_duration};
 use crate::commands::explain;
 use crate::console::on_one_line;
 use crate::notes::Notes;
-use crate::plan::Plan;
-use crate::table::{lay_out, significant};
-use crate::targets::Target;
+use crate::plan::PicturePlan;
+use crate::table::{format_significant, lay_out};
+use crate::targets::OutputTarget;
 use crate::{memory, origin};
 
 /// Notes the effects that are left out; lists all effects in verbose runs.
@@ -39,14 +39,16 @@ pub(super) fn note_effects(loaded: &Loaded, report: &EffectReport, notes: &mut N
 /// Notes the bias of a clamp, also for the warnings in the statistics.
 pub(super) fn note_clamp(
     loaded: &mut Loaded,
-    ready: &Ready,
+    ready: &ReadyScene,
     settings: &Settings,
     notes: &mut Notes,
 ) {
-    let Some(most) = settings.clamp else { return };
+    let Some(maximum) = settings.clamp else {
+        return;
+    };
     let message = if ready.follows_paths() {
         format!(
-            "samples brighter than {most} are dimmed to it: the picture is darker than the true one where there are any (bias)"
+            "samples brighter than {maximum} are dimmed to it: the picture is darker than the true one where there are any (bias)"
         )
     } else {
         "--clamp dims samples of paths alone, and none are followed".to_owned()
@@ -59,7 +61,7 @@ pub(super) fn note_clamp(
 }
 
 /// Warns of objects lost by the chosen precision.
-pub(super) fn note_lost(loaded: &Loaded, ready: &Ready, notes: &mut Notes) {
+pub(super) fn note_lost(loaded: &Loaded, ready: &ReadyScene, notes: &mut Notes) {
     let [first, others @ ..] = ready.lost() else {
         return;
     };
@@ -76,7 +78,7 @@ pub(super) fn note_lost(loaded: &Loaded, ready: &Ready, notes: &mut Notes) {
 }
 
 /// Warns of objects so far from the others that their shape exceeds the precision.
-pub(super) fn note_unresolved(loaded: &Loaded, ready: &Ready, notes: &mut Notes) {
+pub(super) fn note_unresolved(loaded: &Loaded, ready: &ReadyScene, notes: &mut Notes) {
     let Some(first) = ready
         .unresolved()
         .filter(|first| !ready.lost().contains(first))
@@ -117,7 +119,7 @@ pub(super) fn note_edges(loaded: &Loaded, settings: &Settings, notes: &mut Notes
 /// Warns of bodies so close together that light passes through the gap.
 pub(super) fn note_closed_gaps(
     loaded: &mut Loaded,
-    ready: &Ready,
+    ready: &ReadyScene,
     settings: &Settings,
     notes: &mut Notes,
 ) {
@@ -147,7 +149,7 @@ pub(super) fn note_closed_gaps(
     let message = format!(
         "the gap between {object} and {other}{more} is closed: light that passes the one starts beyond the other, since they touch or are \
          nearer than rounding tells apart; leave {} metres or more between them{exact}",
-        significant(*resolved, 2)
+        format_significant(*resolved, 2)
     );
     notes.warn(&message);
     loaded.warnings.push(Warning {
@@ -159,7 +161,7 @@ pub(super) fn note_closed_gaps(
 /// Warns of lights so close behind an opaque object that their light leaks through.
 pub(super) fn note_light_leaks(
     loaded: &mut Loaded,
-    ready: &Ready,
+    ready: &ReadyScene,
     settings: &Settings,
     notes: &mut Notes,
 ) {
@@ -193,7 +195,7 @@ pub(super) fn note_light_leaks(
         "{lamp} shines through {}{more}, which is opaque but nearer before it than rounding tells apart; leave {} metres or more between \
          them{exact}",
         object_name(loaded, *cover),
-        significant(*resolved, 2)
+        format_significant(*resolved, 2)
     );
     notes.warn(&message);
     loaded.warnings.push(Warning {
@@ -223,13 +225,16 @@ fn object_name(loaded: &Loaded, index: usize) -> String {
 /// Warns of samples lost from the picture, also for the warnings in the statistics.
 pub fn note_losses(counters: &Counters, notes: &mut Notes) -> Vec<Warning> {
     let message = |loss| match loss {
-        SampleLoss::NotFinite { dropped, of } => format!(
-            "{dropped} of {of} samples ({} %) were not finite and were dropped, so that the picture is wrong where they lie; look for numbers \
+        SampleLoss::NotFinite { dropped, of: total } => format!(
+            "{dropped} of {total} samples ({} %) were not finite and were dropped, so that the picture is wrong where they lie; look for numbers \
              that are too large or not defined in materials, lights and sky, or add --precision reference",
-            significant(100.0 * dropped as f64 / of as f64, 2)
+            format_significant(100.0 * dropped as f64 / total as f64, 2)
         ),
-        SampleLoss::CutShort { rays, most } => format!(
-            "{rays} rays ended at the {most} surfaces that those of a sample may pass unchanged (absent or there in part), and what lies \
+        SampleLoss::CutShort {
+            rays,
+            most: maximum,
+        } => format!(
+            "{rays} rays ended at the {maximum} surfaces that those of a sample may pass unchanged (absent or there in part), and what lies \
              behind is missing; leave fewer such surfaces one behind the other"
         ),
     };
@@ -249,17 +254,17 @@ pub fn note_losses(counters: &Counters, notes: &mut Notes) -> Vec<Warning> {
 /// Recommends an exposure in whole stops where more than a tenth of the pixels of a display picture
 /// are clipped, or are black although the scene is not. More than a fifth clipped is a warning.
 pub(super) fn note_exposure(
-    rendered: &Rendered,
-    plan: &Plan,
-    targets: &[Target],
+    rendered: &RenderOutput,
+    plan: &PicturePlan,
+    targets: &[OutputTarget],
     notes: &mut Notes,
 ) {
     const BAD: f64 = 0.2;
-    if plan.is_exposed || (!targets.is_empty() && targets.iter().all(Target::has_layers)) {
+    if plan.is_exposed || (!targets.is_empty() && targets.iter().all(OutputTarget::has_layers)) {
         return;
     }
-    let Clipping { clipped, black } = plan.display.clipping(rendered.shown());
-    let (what, share) = if clipped > MOST_CLIPPED {
+    let Clipping { clipped, black } = plan.display.clipping(rendered.shown_picture());
+    let (label, share) = if clipped > MOST_CLIPPED {
         ("clipped", clipped)
     } else {
         ("black", black)
@@ -267,12 +272,12 @@ pub(super) fn note_exposure(
     if share <= MOST_CLIPPED {
         return;
     }
-    let advice = match plan.display.suitable_exposure(rendered.shown()) {
+    let advice = match plan.display.suitable_exposure(rendered.shown_picture()) {
         Some(stops) => format!("try --exposure {stops}, or auto"),
         None if clipped > BAD => "no exposure up to 12 stops darker shows them".to_owned(),
         None => return,
     };
-    let message = format!("{:.0} % of the pixels are {what}; {advice}", 100.0 * share);
+    let message = format!("{:.0} % of the pixels are {label}; {advice}", 100.0 * share);
     if clipped > BAD {
         notes.warn(message)
     } else {
@@ -282,23 +287,26 @@ pub(super) fn note_exposure(
 
 /// Notes lights that no path reached. This is no warning, because a lamp inside a box may be
 /// intended.
-pub(super) fn note_shut_away(loaded: &Loaded, ready: &Ready, film: &Film, notes: &mut Notes) {
-    let shut = ready.shut_away(film);
-    let light = |shut: &ShutAway| match *shut {
-        ShutAway::Light { index, .. } => light_name(loaded, index),
-        ShutAway::Object { index, .. } => object_name(loaded, index),
+pub(super) fn note_shut_away(loaded: &Loaded, ready: &ReadyScene, film: &Film, notes: &mut Notes) {
+    let unreached_lights = ready.shut_away(film);
+    let light = |one_unreached_light: &UnreachedLight| match *one_unreached_light {
+        UnreachedLight::Light { index, .. } => light_name(loaded, index),
+        UnreachedLight::Object { index, .. } => object_name(loaded, index),
     };
-    let rays: u64 = shut
+    let rays: u64 = unreached_lights
         .iter()
-        .map(|&(ShutAway::Light { rays, .. } | ShutAway::Object { rays, .. })| rays)
+        .map(|&(UnreachedLight::Light { rays, .. } | UnreachedLight::Object { rays, .. })| rays)
         .sum();
     let stopped = format!("all {rays} rays there were stopped");
-    match shut.as_slice() {
+    match unreached_lights.as_slice() {
         [] => {}
-        [one] => notes.hint(format!("nothing is lit by {}: {stopped}", light(one))),
+        [unreached_light] => notes.hint(format!(
+            "nothing is lit by {}: {stopped}",
+            light(unreached_light)
+        )),
         [first, .., last] => {
-            let others = if shut.len() > 2 {
-                format!(", {} more", shut.len() - 2)
+            let others = if unreached_lights.len() > 2 {
+                format!(", {} more", unreached_lights.len() - 2)
             } else {
                 String::new()
             };
@@ -316,24 +324,24 @@ pub(super) fn note_shut_away(loaded: &Loaded, ready: &Ready, film: &Film, notes:
 pub fn error(
     noisy: Option<&Uncertainty>,
     film: &Film,
-    rendered: &Rendered,
-    asked: Option<f64>,
+    rendered: &RenderOutput,
+    requested: Option<f64>,
     notes: &mut Notes,
 ) -> Option<String> {
     let noisy = noisy?;
-    let is_met = |asked| reaches(asked, noisy, rendered);
-    if let Some(doubted) = asked
-        .filter(|&asked| is_met(asked))
-        .and_then(|asked| doubted(film, asked))
+    let is_met = |requested| reaches(requested, noisy, rendered);
+    if let Some(doubted) = requested
+        .filter(|&requested| is_met(requested))
+        .and_then(|requested| doubted(film, requested))
     {
         notes.hint(format!("{doubted}; so more were taken"));
     }
     let noise = told(noisy);
     notes.detail(format_args!("noise: {noise}"));
-    let about = significant(noisy.root_relmse.value, 2);
-    let met = asked
-        .filter(|&asked| is_met(asked))
-        .map(|asked| format!(", below the {asked} asked for"))
+    let about = format_significant(noisy.root_relmse.value, 2);
+    let hit_text = requested
+        .filter(|&requested| is_met(requested))
+        .map(|requested| format!(", below the {requested} asked for"))
         .unwrap_or_default();
     let phrase = match noisy.doubt {
         None => format!("error {}", with_interval(noisy.root_relmse)),
@@ -357,46 +365,48 @@ pub fn error(
             film.counters().unaided
         )),
     }
-    Some(denoised(rendered, notes).unwrap_or(phrase) + &met)
+    Some(denoised(rendered, notes).unwrap_or(phrase) + &hit_text)
 }
 
 /// Whether the displayed picture, denoised or not, reaches an error.
-fn reaches(asked: f64, noisy: &Uncertainty, rendered: &Rendered) -> bool {
+fn reaches(requested: f64, noisy: &Uncertainty, rendered: &RenderOutput) -> bool {
     rendered
         .denoised()
-        .map_or(noisy.reaches(asked), |denoised| {
-            denoised.reaches(asked, noisy)
+        .map_or(noisy.reaches(requested), |denoised| {
+            denoised.reaches(requested, noisy)
         })
 }
 
 /// Reason why the target error is not reached; `None` where it is.
 pub fn shortfall(
-    asked: f64,
+    requested: f64,
     noisy: Option<&Uncertainty>,
     film: &Film,
-    rendered: &Rendered,
+    rendered: &RenderOutput,
 ) -> Option<String> {
-    if noisy.is_some_and(|noisy| reaches(asked, noisy, rendered)) {
+    if noisy.is_some_and(|noisy| reaches(requested, noisy, rendered)) {
         return None;
     }
-    Some(match doubted(film, asked) {
-        Some(doubted) => format!("whether the error of {asked} is reached is not sure: {doubted}"),
+    Some(match doubted(film, requested) {
+        Some(doubted) => {
+            format!("whether the error of {requested} is reached is not sure: {doubted}")
+        }
         None => format!(
-            "the error of {asked} that was asked for is not reached; more --spp or a longer --budget comes nearer"
+            "the error of {requested} that was asked for is not reached; more --spp or a longer --budget comes nearer"
         ),
     })
 }
 
 /// Reason why samples were added after the target error first seemed reached.
-fn doubted(film: &Film, asked: f64) -> Option<String> {
-    let first = film.doubted_aim()?;
-    let [least, most] = first.samples;
-    let samples = if least == most {
-        most.to_string()
+fn doubted(film: &Film, requested: f64) -> Option<String> {
+    let first = film.doubted_progress()?;
+    let [minimum, maximum] = first.samples;
+    let samples = if minimum == maximum {
+        maximum.to_string()
     } else {
-        format!("{least} to {most}")
+        format!("{minimum} to {maximum}")
     };
-    let why = match first.doubt {
+    let reason = match first.doubt {
         Doubt::FewSamples => "there were too few samples to tell",
         Doubt::LightByChance => {
             "lamps and suns that are met by chance alone had been met too seldom"
@@ -405,8 +415,8 @@ fn doubted(film: &Film, asked: f64) -> Option<String> {
         Doubt::WideInterval => "it was too unsure",
     };
     Some(format!(
-        "{samples} samples seemed to reach {asked}, with {}, but {why}",
-        significant(first.error, 2)
+        "{samples} samples seemed to reach {requested}, with {}, but {reason}",
+        format_significant(first.error, 2)
     ))
 }
 
@@ -435,15 +445,15 @@ fn told(of: &Uncertainty) -> String {
     )
 }
 
-fn with_interval(of: Estimate) -> String {
-    if of.value == 0.0 && of.high > 0.0 {
-        return format!("at most {}", significant(of.high, 3));
+fn with_interval(estimate: ErrorEstimate) -> String {
+    if estimate.value == 0.0 && estimate.high > 0.0 {
+        return format!("at most {}", format_significant(estimate.high, 3));
     }
     format!(
         "{} ({} to {})",
-        significant(of.value, 3),
-        significant(of.low, 3),
-        significant(of.high, 3)
+        format_significant(estimate.value, 3),
+        format_significant(estimate.low, 3),
+        format_significant(estimate.high, 3)
     )
 }
 
@@ -458,7 +468,7 @@ fn unknown(doubt: Doubt) -> &'static str {
 }
 
 /// Formats the error of a denoised picture; `None` without one.
-fn denoised(rendered: &Rendered, notes: &mut Notes) -> Option<String> {
+fn denoised(rendered: &RenderOutput, notes: &mut Notes) -> Option<String> {
     let denoised = match rendered.denoised.as_ref()? {
         Ok(denoised) => denoised,
         Err(error) => {
@@ -469,7 +479,7 @@ fn denoised(rendered: &Rendered, notes: &mut Notes) -> Option<String> {
     let light = format!(
         "{}{} % light",
         if denoised.brightened < 0.0 { "" } else { "+" },
-        significant(100.0 * denoised.brightened, 2)
+        format_significant(100.0 * denoised.brightened, 2)
     );
     let root_relmse = denoised.error.root_relmse;
     let (error, figures) = match denoised.error.doubt {
@@ -478,17 +488,17 @@ fn denoised(rendered: &Rendered, notes: &mut Notes) -> Option<String> {
             told(&denoised.error),
         ),
         Some(Doubt::WideInterval) if root_relmse.high.is_finite() => {
-            let most = format!("at most about {}", significant(root_relmse.high, 2));
+            let most = format!("at most about {}", format_significant(root_relmse.high, 2));
             (
                 format!("error {most}"),
                 format!("root relMSE not known, {most}"),
             )
         }
         Some(doubt) => {
-            let why = unknown(doubt);
+            let reason = unknown(doubt);
             (
-                format!("error not known, since {why}"),
-                format!("root relMSE not known, since {why}"),
+                format!("error not known, since {reason}"),
+                format!("root relMSE not known, since {reason}"),
             )
         }
     };
@@ -497,7 +507,7 @@ fn denoised(rendered: &Rendered, notes: &mut Notes) -> Option<String> {
 }
 
 /// Formats the times, ray counts and memory of verbose runs.
-pub(super) fn details(ready: &Ready, rendered: &Rendered, seconds: &Seconds) -> String {
+pub(super) fn details(ready: &ReadyScene, rendered: &RenderOutput, seconds: &Seconds) -> String {
     let rays = &rendered.counters;
     let stages = [
         ("load", seconds.load),
@@ -517,7 +527,7 @@ pub(super) fn details(ready: &Ready, rendered: &Rendered, seconds: &Seconds) -> 
         (
             "time",
             stages
-                .map(|(name, seconds)| format!("{name} {}", spoken(seconds)))
+                .map(|(name, seconds)| format!("{name} {}", format_duration(seconds)))
                 .join(", "),
         ),
         (
@@ -551,16 +561,16 @@ mod tests {
     /// of zero.
     #[test]
     fn an_error_of_nothing_is_a_bound() {
-        let of = |value: f64, low: f64, high: f64| {
-            with_interval(Estimate {
+        let value_of = |value: f64, low: f64, high: f64| {
+            with_interval(ErrorEstimate {
                 value,
                 low,
                 high,
                 carriers: 100.0,
             })
         };
-        assert_eq!(of(0.05, 0.01, 0.0712), "0.05 (0.01 to 0.0712)");
-        assert_eq!(of(0.0, 0.0, 0.0712), "at most 0.0712");
-        assert_eq!(of(0.0, 0.0, 0.0), "0 (0 to 0)");
+        assert_eq!(value_of(0.05, 0.01, 0.0712), "0.05 (0.01 to 0.0712)");
+        assert_eq!(value_of(0.0, 0.0, 0.0712), "at most 0.0712");
+        assert_eq!(value_of(0.0, 0.0, 0.0), "0 (0 to 0)");
     }
 }

@@ -7,7 +7,7 @@ use raywright_bvh::{
     RayPacket, Real, Vector, Visibility,
 };
 
-use super::meshes::{Mesh, Random, families, range, ray};
+use super::meshes::{MeshRng, TriangleSoup, families, range, ray};
 use super::{bits, group};
 
 /// Packet sizes: fewer than are traced together, one less than a vector, and more than a packet.
@@ -15,48 +15,48 @@ const COUNTS: [usize; 6] = [1, 4, 7, 16, 17, 40];
 
 /// Directions around a given direction: as close as samples of a pixel, as close as pixels, far
 /// apart, to all sides, and all equal.
-fn around(random: &mut Random, direction: Vec3, count: usize) -> Vec<Vec3> {
-    let width = [1e-7, 1e-3, 0.05, 2.0, 0.0][random.below(5)];
-    let one = |random: &mut Random| direction + random.point() * (width * direction.length());
-    (0..count).map(|_| one(random)).collect()
+fn around(rng: &mut MeshRng, direction: Vec3, count: usize) -> Vec<Vec3> {
+    let width = [1e-7, 1e-3, 0.05, 2.0, 0.0][rng.below(5)];
+    let one = |rng: &mut MeshRng| direction + rng.point() * (width * direction.length());
+    (0..count).map(|_| one(rng)).collect()
 }
 
 fn agree(
     name: &str,
     geometry: &mut Geometry<f32>,
-    mesh: &Mesh,
+    mesh: &TriangleSoup,
     scan: Option<&Geometry<f32>>,
 ) -> [usize; 2] {
     let mut all = [0; 2];
     for kernel in Kernel::available() {
         geometry.set_kernel(kernel);
-        let (random, mut hits) = (&mut Random(31), vec![]);
+        let (rng, mut hits) = (&mut MeshRng(31), vec![]);
         for i in 0..150 {
-            let first = ray(random, mesh);
-            let directions = around(random, first.direction, COUNTS[i % COUNTS.len()]);
+            let first = ray(rng, mesh);
+            let directions = around(rng, first.direction, COUNTS[i % COUNTS.len()]);
             let t = geometry
                 .closest(&first, Interval::positive(), &mut ())
                 .map(|hit| hit.t);
             let range = if i % 3 == 0 {
-                range(random, t)
+                range(rng, t)
             } else {
                 Interval {
                     min: [0.0, -1.0][i % 2],
                     max: f32::INFINITY,
                 }
             };
-            let asked = RayPacket {
+            let requested = RayPacket {
                 origin: first.origin,
                 directions: &directions,
                 time: 0.0,
                 culls: i % 2 == 0,
                 range,
             };
-            geometry.closest_from(&asked, &mut PacketBackoff::default(), &mut hits);
+            geometry.closest_from(&requested, &mut PacketBackoff::default(), &mut hits);
             assert_eq!(hits.len(), directions.len());
             for (&direction, hit) in directions.iter().zip(&hits) {
                 let ray = Ray {
-                    culls: asked.culls,
+                    culls: requested.culls,
                     ..Ray::new(first.origin, direction)
                 };
                 let alone = scan.unwrap_or(geometry).closest(&ray, range, &mut ());
@@ -93,45 +93,45 @@ fn together_is_as_alone() {
 }
 
 /// An infinite plane, an infinite cylinder, spheres, disks, and a mesh instanced under two maps.
-fn mixed<R: Real>(kind: AcceleratorKind, mesh: &Mesh) -> Geometry<R> {
+fn mixed<R: Real>(kind: AcceleratorKind, mesh: &TriangleSoup) -> Geometry<R> {
     let v = |p: Vec3| R::Vec3::from_f64(p.as_dvec3());
     let mut part = PrimitiveSet::<R>::default();
-    part.mesh(
+    part.add_mesh(
         mesh.iter().map(|corners| corners.map(v)),
         Visibility::default(),
     )
     .unwrap();
     let mut group = PrimitiveSet::<R>::default();
-    let part = group.part(Geometry::new(part, kind)).unwrap();
+    let part = group.add_part(Geometry::new(part, kind)).unwrap();
     let ask = Visibility {
         occlusion: Occlusion::Ask,
         ..Visibility::default()
     };
     for shift in [DVec3::ZERO, DVec3::new(0.3, -0.1, 0.2)] {
         group
-            .instance(part, DAffine3::from_translation(shift), ask)
+            .add_instance(part, DAffine3::from_translation(shift), ask)
             .unwrap();
     }
     group
-        .plane(
+        .add_plane(
             Plane::new(v(Vec3::new(0.0, -0.4, 0.0)), v(Vec3::Y)),
             Visibility::default(),
         )
         .unwrap();
     for i in 0..12 {
-        let at = Vec3::new(i as f32 / 6.0 - 1.0, 0.1, 0.2);
+        let point = Vec3::new(i as f32 / 6.0 - 1.0, 0.1, 0.2);
         group
-            .sphere(
+            .add_sphere(
                 Sphere {
-                    centre: v(at),
+                    centre: v(point),
                     radius: R::from_f32(0.1),
                 },
                 ask,
             )
             .unwrap();
         group
-            .shape(
-                AnyShape::Disk(Disk::new(at.as_dvec3(), DVec3::Z, 0.12)),
+            .add_shape(
+                AnyShape::Disk(Disk::new(point.as_dvec3(), DVec3::Z, 0.12)),
                 ask,
             )
             .unwrap();
@@ -140,16 +140,16 @@ fn mixed<R: Real>(kind: AcceleratorKind, mesh: &Mesh) -> Geometry<R> {
         base: v(Vec3::ZERO),
         axis: v(Vec3::new(0.0, 0.0, 1.0)),
         radius: R::from_f32(0.05),
-        ends: raywright_bvh::shapes::Ends::None,
+        ends: raywright_bvh::shapes::CylinderEnds::None,
     };
-    group.shape(AnyShape::Cylinder(endless), ask).unwrap();
+    group.add_shape(AnyShape::Cylinder(endless), ask).unwrap();
     Geometry::new(group, kind)
 }
 
 /// Protects: packets at planes, spheres, other shapes and instances, and in a precision without a
 /// wide tree.
 #[test]
-fn whatever_is_met() {
+fn packets_at_shapes_and_instances() {
     let (_, mesh) = families().swap_remove(2);
     let mut tree = mixed::<f32>(AcceleratorKind::default(), &mesh);
     let scan = mixed::<f32>(AcceleratorKind::Linear, &mesh);
@@ -163,7 +163,7 @@ fn whatever_is_met() {
         DVec3::NEG_Y,
         DVec3::Y,
     ];
-    let asked = RayPacket {
+    let requested = RayPacket {
         origin: DVec3::new(0.1, 0.2, 0.05),
         directions: &directions,
         time: 0.0,
@@ -171,27 +171,28 @@ fn whatever_is_met() {
         range: Interval::positive(),
     };
     let mut hits = vec![None; 3];
-    exact.closest_from(&asked, &mut PacketBackoff::default(), &mut hits);
-    let alone = |&d: &DVec3| exact.closest(&Ray::new(asked.origin, d), asked.range, &mut ());
+    exact.closest_from(&requested, &mut PacketBackoff::default(), &mut hits);
+    let alone =
+        |&d: &DVec3| exact.closest(&Ray::new(requested.origin, d), requested.range, &mut ());
     assert_eq!(hits, directions.iter().map(alone).collect::<Vec<_>>());
     assert!(hits.iter().flatten().count() > 1);
 }
 
 /// Protects: empty packets, and packets with NaN rays.
 #[test]
-fn nothing_asked_and_nothing_said() {
+fn empty_and_nan_packets() {
     let (_, mesh) = families().swap_remove(2);
     let tree = mixed::<f32>(AcceleratorKind::default(), &mesh);
     let mut hits = vec![None];
     let mut from = |directions: &[Vec3]| {
-        let asked = RayPacket {
+        let requested = RayPacket {
             origin: Vec3::X,
             directions,
             time: 0.0,
             culls: false,
             range: Interval::positive(),
         };
-        tree.closest_from(&asked, &mut PacketBackoff::default(), &mut hits);
+        tree.closest_from(&requested, &mut PacketBackoff::default(), &mut hits);
         hits.len()
     };
     assert_eq!(from(&[]), 0);

@@ -11,27 +11,27 @@ use raywright_bvh::{
     Visibility,
 };
 
-use super::families::Random;
+use super::families::ArrangementRng;
 
-impl Random {
+impl ArrangementRng {
     fn below(&mut self, limit: usize) -> usize {
         (self.unit() * limit as f32) as usize
     }
-    fn between(&mut self, least: f64, most: f64) -> f64 {
-        least + (most - least) * f64::from(self.unit())
+    fn uniform(&mut self, minimum: f64, maximum: f64) -> f64 {
+        minimum + (maximum - minimum) * f64::from(self.unit())
     }
-    fn around(&mut self, half: f64) -> DVec3 {
+    fn in_cube(&mut self, half: f64) -> DVec3 {
         self.point().as_dvec3() * half
     }
 }
 
 const SHAPES: usize = 13;
 
-fn shape<R: Real>(random: &mut Random, kind: usize) -> AnyShape<R> {
+fn shape<R: Real>(rng: &mut ArrangementRng, kind: usize) -> AnyShape<R> {
     let v = |p: DVec3| R::Vec3::from_f64(p);
-    let c = random.around(5.0);
-    let axis = random.around(1.0) + DVec3::Y * 1e-3;
-    let (a, b) = (random.between(0.2, 1.5), random.between(0.05, 0.19));
+    let c = rng.in_cube(5.0);
+    let axis = rng.in_cube(1.0) + DVec3::Y * 1e-3;
+    let (a, b) = (rng.uniform(0.2, 1.5), rng.uniform(0.05, 0.19));
     match kind {
         0 => AnyShape::Sphere(Sphere {
             centre: v(c),
@@ -39,7 +39,7 @@ fn shape<R: Real>(random: &mut Random, kind: usize) -> AnyShape<R> {
         }),
         1 => AnyShape::Plane(Plane::new(v(c * 2.0), v(axis.normalize()))),
         2 => AnyShape::Disk(Disk::new(c, axis, a)),
-        3 => AnyShape::Quad(Quad::new(c, axis, random.around(1.0) + DVec3::X)),
+        3 => AnyShape::Quad(Quad::new(c, axis, rng.in_cube(1.0) + DVec3::X)),
         4 => AnyShape::Cuboid(Cuboid::new(c, c + DVec3::new(a, b, 2.0 * a))),
         5 => AnyShape::Cylinder(Cylinder::new(c, axis, b, Some(a), a > 0.8)),
         6 => AnyShape::Cylinder(Cylinder::new(c, axis, b, None, false)),
@@ -48,41 +48,41 @@ fn shape<R: Real>(random: &mut Random, kind: usize) -> AnyShape<R> {
         9 => AnyShape::Hyperboloid(Hyperboloid::new(c, b, a, 1.0)),
         10 => AnyShape::Paraboloid(Paraboloid::new(c, a, 1.0)),
         11 => AnyShape::Torus(Torus::new(c, axis, a, b)),
-        _ => AnyShape::Triangle(Triangle::new([c, c + axis, c + random.around(2.0)].map(v))),
+        _ => AnyShape::Triangle(Triangle::new([c, c + axis, c + rng.in_cube(2.0)].map(v))),
     }
 }
 
 /// A random rotation, shear and reflection, sometimes strongly flattened.
-fn map(random: &mut Random) -> DAffine3 {
+fn map(rng: &mut ArrangementRng) -> DAffine3 {
     let turn = DMat3::from_axis_angle(
-        (random.around(1.0) + DVec3::Y * 1e-3).normalize(),
-        random.between(0.0, 6.0),
+        (rng.in_cube(1.0) + DVec3::Y * 1e-3).normalize(),
+        rng.uniform(0.0, 6.0),
     );
-    let flat = if random.below(3) == 0 {
+    let flat = if rng.below(3) == 0 {
         1e-3
     } else {
-        random.between(0.3, 2.0)
+        rng.uniform(0.3, 2.0)
     };
-    let mirror = if random.below(2) == 0 { 1.0 } else { -1.0 };
+    let mirror = if rng.below(2) == 0 { 1.0 } else { -1.0 };
     let shear = DMat3::from_cols(
         DVec3::X,
-        DVec3::new(random.between(-1.0, 1.0), 1.0, 0.0),
+        DVec3::new(rng.uniform(-1.0, 1.0), 1.0, 0.0),
         DVec3::Z,
     );
     let matrix = turn * DMat3::from_diagonal(DVec3::new(1.0, flat, mirror)) * shear;
     DAffine3 {
         matrix3: matrix,
-        translation: random.around(3.0),
+        translation: rng.in_cube(3.0),
     }
 }
 
-fn visibility(random: &mut Random) -> Visibility {
+fn visibility(rng: &mut ArrangementRng) -> Visibility {
     let occlusion = [
         Occlusion::None,
         Occlusion::Ask,
         Occlusion::Ask,
         Occlusion::Ask,
-    ][random.below(4)];
+    ][rng.below(4)];
     Visibility {
         occlusion,
         ..Visibility::default()
@@ -92,37 +92,37 @@ fn visibility(random: &mut Random) -> Visibility {
 /// The same scene for the same seed: shapes of every kind, unmapped, mapped and duplicated, and
 /// instances of a mesh.
 fn scene<R: Real>(seed: u64, kind: AcceleratorKind) -> Geometry<R> {
-    let random = &mut Random(seed);
+    let rng = &mut ArrangementRng(seed);
     let mut mesh = PrimitiveSet::<R>::default();
     for i in 0..30 {
         // Objects of one and of two triangles in turn.
-        let mut corners = || match shape::<R>(random, SHAPES - 1) {
+        let mut corners = || match shape::<R>(rng, SHAPES - 1) {
             AnyShape::Triangle(triangle) => triangle.vertices,
             _ => unreachable!("the last shape is a triangle"),
         };
         let count = 1 + i % 2;
-        mesh.mesh((0..count).map(|_| corners()), Visibility::default())
+        mesh.add_mesh((0..count).map(|_| corners()), Visibility::default())
             .unwrap();
     }
     let mut group = PrimitiveSet::default();
-    let mesh = group.part(Geometry::new(mesh, kind)).unwrap();
-    for i in 0..10 + random.below(150) {
+    let mesh = group.add_part(Geometry::new(mesh, kind)).unwrap();
+    for i in 0..10 + rng.below(150) {
         // Only a few unbounded shapes, so that the others are hit too.
         let unbounded = i % 50 == 0;
-        let (all, own) = (random.below(SHAPES), visibility(random));
-        let which = if [1, 6].contains(&all) && !unbounded {
+        let (all, own_visibility) = (rng.below(SHAPES), visibility(rng));
+        let index = if [1, 6].contains(&all) && !unbounded {
             0
         } else {
             all
         };
-        let shape = shape::<R>(random, which);
-        match random.below(5) {
-            0 => group.placed(shape, map(random), own),
-            1 => group.instance(mesh, map(random), own),
+        let shape = shape::<R>(rng, index);
+        match rng.below(5) {
+            0 => group.add_transformed(shape, map(rng), own_visibility),
+            1 => group.add_instance(mesh, map(rng), own_visibility),
             2 => group
-                .shape(shape, own)
-                .and_then(|_| group.shape(shape, own)),
-            _ => group.shape(shape, own),
+                .add_shape(shape, own_visibility)
+                .and_then(|_| group.add_shape(shape, own_visibility)),
+            _ => group.add_shape(shape, own_visibility),
         }
         .unwrap();
     }
@@ -153,21 +153,21 @@ fn everything_agrees<R: Real>(name: &str) {
     const SCENES: u64 = 24;
     const RAYS: usize = 250;
     let v = |p: DVec3| R::Vec3::from_f64(p);
-    let mut met = 0;
+    let mut hit_count = 0;
     for seed in 0..SCENES {
         let scan = scene::<R>(seed, AcceleratorKind::Linear);
         let trees = BuildQuality::ALL.into_iter().map(AcceleratorKind::Tree);
         let others: Vec<_> = trees.map(|kind| (kind, scene::<R>(seed, kind))).collect();
-        let random = &mut Random(seed ^ 0x5eed);
+        let rng = &mut ArrangementRng(seed ^ 0x5eed);
         for _ in 0..RAYS {
             let ray = Ray::<R>::new(
-                v(random.around(9.0)),
-                v((random.around(1.0) + DVec3::Y * 1e-3).normalize()),
+                v(rng.in_cube(9.0)),
+                v((rng.in_cube(1.0) + DVec3::Y * 1e-3).normalize()),
             );
-            let far = if random.below(2) == 0 {
+            let far = if rng.below(2) == 0 {
                 f64::INFINITY
             } else {
-                random.between(1.0, 12.0)
+                rng.uniform(1.0, 12.0)
             };
             let range = Interval {
                 min: R::from_f64(0.0),
@@ -177,22 +177,25 @@ fn everything_agrees<R: Real>(name: &str) {
                 scan.closest(&ray, range, &mut ()),
                 offered(&scan, &ray, range),
             );
-            met += usize::from(closest.is_some());
+            hit_count += usize::from(closest.is_some());
             for (kind, other) in &others {
-                let told = format!("{name}, {kind:?}, seed {seed}, {ray:?}, {range:?}");
-                assert_eq!(other.closest(&ray, range, &mut ()), closest, "{told}");
-                assert_eq!(offered(other, &ray, range), all, "{told}");
+                let message = format!("{name}, {kind:?}, seed {seed}, {ray:?}, {range:?}");
+                assert_eq!(other.closest(&ray, range, &mut ()), closest, "{message}");
+                assert_eq!(offered(other, &ray, range), all, "{message}");
             }
         }
     }
-    assert!(met > RAYS * SCENES as usize / 6, "{met} rays met something");
+    assert!(
+        hit_count > RAYS * SCENES as usize / 6,
+        "{hit_count} rays met something"
+    );
 }
 
 /// Name of a precision, and its check.
-type Asked = (&'static str, fn(&str));
+type PrecisionCase = (&'static str, fn(&str));
 
 /// Precisions with this guarantee: a further precision needs only an entry here.
-const PRECISIONS: [Asked; 2] = [
+const PRECISIONS: [PrecisionCase; 2] = [
     ("robust", everything_agrees::<f32>),
     ("reference", everything_agrees::<f64>),
 ];
@@ -201,6 +204,6 @@ const PRECISIONS: [Asked; 2] = [
 /// any-hit filter, with shapes of every kind, rotated, sheared, reflected and flattened, and with
 /// instances.
 #[test]
-fn every_structure_answers_alike() {
+fn every_structure_returns_the_same_hits() {
     PRECISIONS.iter().for_each(|(name, agrees)| agrees(name));
 }

@@ -4,26 +4,26 @@
 use raywright_bvh::{Ray, Real, Vector};
 
 use crate::integrator::{CameraRays, FirstHit, LightTransport, PathResult, PathResults};
-use crate::sampler::{Address, Sequence};
+use crate::sampler::{SampleAddress, Sequence};
 
 /// Samples of a batch: their addresses, their camera rays, and the data to generate them.
-pub(super) struct Samples<R: Real> {
-    pub addresses: Vec<Address>,
+pub(super) struct SampleBatch<R: Real> {
+    pub addresses: Vec<SampleAddress>,
     pub rays: Vec<Ray<R>>,
     pub sequences: Vec<(Sequence, u32)>,
     pub places: Vec<[f32; 4]>,
 }
 
 /// Results of a batch, and the index of the next one.
-pub(super) struct Ahead<R: Real> {
-    samples: Samples<R>,
+pub(super) struct SampleLookahead<R: Real> {
+    samples: SampleBatch<R>,
     results: PathResults<R>,
     next: usize,
 }
 
-impl<R: Real> Default for Ahead<R> {
+impl<R: Real> Default for SampleLookahead<R> {
     fn default() -> Self {
-        let samples = Samples {
+        let samples = SampleBatch {
             addresses: Vec::new(),
             rays: Vec::new(),
             sequences: Vec::new(),
@@ -37,14 +37,14 @@ impl<R: Real> Default for Ahead<R> {
     }
 }
 
-impl<R: Real> Ahead<R> {
+impl<R: Real> SampleLookahead<R> {
     /// Returns the result of the next sample. Where none is left, `make` adds samples, at most a
     /// given number, and the batch is traced.
     #[inline(always)]
     pub fn next<'a, T: LightTransport<'a, R>>(
         &mut self,
         tracer: &mut T,
-        make: impl FnOnce(usize, &mut Samples<R>),
+        make: impl FnOnce(usize, &mut SampleBatch<R>),
     ) -> Option<PathResult<R>> {
         if self.next == self.samples.rays.len() {
             self.next = 0;
@@ -53,7 +53,7 @@ impl<R: Real> Ahead<R> {
             self.samples.sequences.clear();
             self.samples.places.clear();
             make(T::BATCH, &mut self.samples);
-            let Samples {
+            let SampleBatch {
                 addresses, rays, ..
             } = &self.samples;
             tracer.trace(CameraRays { rays, addresses }, &mut self.results);

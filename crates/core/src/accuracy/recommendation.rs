@@ -1,9 +1,9 @@
 //! The report's first sentences: which setting halves the error, and which has the same error in
 //! less time.
 
-use super::estimate::{Errors, Interval};
+use super::estimate::{ConfidenceInterval, SettingErrors};
 use super::measurements::RelativeCost;
-use super::report::{Advice, Answer, Measured};
+use super::report::{Advice, MeasuredSetting, Recommendations};
 use super::setting::Setting;
 use crate::ladder::Ladder;
 
@@ -30,24 +30,31 @@ const LONGEST: f64 = 60.0;
 #[derive(Clone, Debug)]
 pub(super) struct AdviceCandidate {
     pub setting: Setting,
-    pub measured: Measured,
+    pub measured: MeasuredSetting,
     pub cost: RelativeCost,
     pub is_sound: bool,
 }
 
 /// Whether a setting may be advised. Its light must be right and its bias small, or both surely
 /// better than those of the setting in use. A setting that differs in noise alone is always sound.
-pub(super) fn is_sound(setting: &Setting, measured: &Measured, own: &Measured) -> bool {
-    let off = |light: &Interval| [light.low - 1.0, light.high - 1.0].map(f64::abs);
+pub(super) fn is_sound(
+    setting: &Setting,
+    measured: &MeasuredSetting,
+    own_measured: &MeasuredSetting,
+) -> bool {
+    let off = |light: &ConfidenceInterval| [light.low - 1.0, light.high - 1.0].map(f64::abs);
     let most_off = off(&measured.errors.light).into_iter().fold(0.0, f64::max);
     let has_light = most_off <= MOST_LIGHT
         || most_off
-            < off(&own.errors.light)
+            < off(&own_measured.errors.light)
                 .into_iter()
                 .fold(f64::INFINITY, f64::min);
-    let Errors { bias, relmse, .. } = &measured.errors;
+    let SettingErrors { bias, relmse, .. } = &measured.errors;
     let is_noise = bias.is_some_and(|bias| {
-        let less = own.errors.bias.is_some_and(|own| bias.high < own.low);
+        let less = own_measured
+            .errors
+            .bias
+            .is_some_and(|interval| bias.high < interval.low);
         less || bias.value <= MOST_BIAS * relmse.value && bias.high <= SURE_BIAS * relmse.value
     });
     // The error of a filter falls with more samples as noise does, but the filter may change the
@@ -62,37 +69,38 @@ pub(super) fn is_sound(setting: &Setting, measured: &Measured, own: &Measured) -
 }
 
 /// Chooses among measured settings. `budget` is the time of the measurement in seconds.
-pub(super) fn answer(mut all: Vec<AdviceCandidate>, budget: f64) -> Answer {
-    all.retain(|of| of.setting != Setting::default() && of.is_sound);
-    let length = |of: &AdviceCandidate| of.setting.choices().len();
+pub(super) fn recommend(mut all: Vec<AdviceCandidate>, budget: f64) -> Recommendations {
+    all.retain(|candidate| candidate.setting != Setting::default() && candidate.is_sound);
+    let length = |candidate: &AdviceCandidate| candidate.setting.choices().len();
     all.sort_by(|a, b| a.cost.time.value.total_cmp(&b.cost.time.value));
     let find = |[value, high]: [f64; 2], most_time: f64| {
-        let promises = |of: &&AdviceCandidate| {
-            of.cost.error.low > 0.0
-                && of.cost.error.value <= value * value
-                && of.cost.time.high <= most_time
+        let promises = |candidate: &&AdviceCandidate| {
+            candidate.cost.error.low > 0.0
+                && candidate.cost.error.value <= value * value
+                && candidate.cost.time.high <= most_time
         };
-        let holds = |of: &&AdviceCandidate| of.cost.error.high <= high * high;
-        let found = all.iter().filter(promises).find(holds).map(|fastest| {
-            let is_near =
-                |of: &&AdviceCandidate| of.cost.time.value <= NEAR * fastest.cost.time.value;
+        let holds = |candidate: &&AdviceCandidate| candidate.cost.error.high <= high * high;
+        let found_candidate = all.iter().filter(promises).find(holds).map(|fastest| {
+            let is_near = |candidate: &&AdviceCandidate| {
+                candidate.cost.time.value <= NEAR * fastest.cost.time.value
+            };
             all.iter()
                 .filter(promises)
                 .filter(holds)
                 .filter(is_near)
-                .min_by_key(|of| length(of))
+                .min_by_key(|candidate| length(candidate))
                 .unwrap_or(fastest)
         });
-        let advice = found.map(|of| Advice {
-            flags: of.setting.flags(),
-            time: of.cost.time,
-            error: of.cost.error.map(f64::sqrt),
-            measured: of.measured.clone(),
+        let advice = found_candidate.map(|candidate| Advice {
+            flags: candidate.setting.flags(),
+            time: candidate.cost.time,
+            error: candidate.cost.error.map(f64::sqrt),
+            measured: candidate.measured.clone(),
         });
         // Intervals shrink with the square root of the time.
-        let needed = all.iter().filter(promises).map(|of| {
-            let wide = libm::log(of.cost.error.high / of.cost.error.value)
-                / libm::log(high * high / of.cost.error.value);
+        let needed = all.iter().filter(promises).map(|candidate| {
+            let wide = libm::log(candidate.cost.error.high / candidate.cost.error.value)
+                / libm::log(high * high / candidate.cost.error.value);
             wide * wide
         });
         let needed = needed.fold(f64::INFINITY, f64::min);
@@ -100,7 +108,7 @@ pub(super) fn answer(mut all: Vec<AdviceCandidate>, budget: f64) -> Answer {
         (advice, needed)
     };
     let (half, same) = (find(HALF, f64::INFINITY), find(SAME, SOONER));
-    Answer {
+    Recommendations {
         half_the_error: half.0,
         half_needs: half.1,
         same_error: same.0,

@@ -5,7 +5,7 @@ use std::cmp::Reverse;
 
 use raywright_core::prepare::PrepareError;
 use raywright_core::settings::Settings;
-use raywright_core::{Memory, Observer, Ready, prepare};
+use raywright_core::{Memory, Observer, ReadyScene, prepare};
 use raywright_io::{Error, Loaded, SourceInfo, human_bytes};
 
 use crate::failure::{Exit, Failure};
@@ -18,11 +18,11 @@ pub const NOTHING_KEPT: &str = "interrupted; nothing was written";
 ///
 /// # Errors
 /// A failure in the terms of the command line.
-pub fn prepared(
+pub fn prepare_loaded(
     loaded: &Loaded,
     settings: &Settings,
     observer: &dyn Observer,
-) -> Result<Ready, Failure> {
+) -> Result<ReadyScene, Failure> {
     prepare(&loaded.scene, settings, observer).map_err(|error| failed(&loaded.source, error))
 }
 
@@ -82,7 +82,7 @@ mod tests {
     struct Stopped;
 
     impl Observer for Stopped {
-        fn cancelled(&self) -> bool {
+        fn is_cancelled(&self) -> bool {
             true
         }
     }
@@ -100,7 +100,7 @@ mod tests {
         let loaded = load(&Input::Path(file), &LoadOptions::default()).expect("a scene");
         let settings = Settings {
             size: [8, 8],
-            ..Settings::of(&loaded.scene)
+            ..Settings::from_scene(&loaded.scene)
         };
         (loaded, settings)
     }
@@ -122,7 +122,7 @@ mod tests {
             let balls = "[[objects]]\nmaterial = \"m\"\nshape.sphere = { centre = [0, 0, 0], radius = 1 }\n".repeat(3);
             let (loaded, settings) = loaded(&format!("{material}{scene}{balls}"));
             let with = |precision| {
-                prepared(
+                prepare_loaded(
                     &loaded,
                     &Settings {
                         precision,
@@ -154,22 +154,22 @@ mod tests {
     #[test]
     fn preparation_can_be_interrupted() {
         let (loaded, settings) = empty();
-        let failure = prepared(&loaded, &settings, &Stopped)
+        let failure = prepare_loaded(&loaded, &settings, &Stopped)
             .err()
             .expect("it is stopped");
         assert_eq!(
             (failure.exit, failure.message.as_str()),
             (Exit::Interrupted, "error: interrupted; nothing was written")
         );
-        assert!(prepared(&loaded, &settings, &()).is_ok());
+        assert!(prepare_loaded(&loaded, &settings, &()).is_ok());
     }
 
     /// Protects: the message about too little memory lists the parts, largest first, with advice
     /// about the largest.
     #[test]
     fn too_little_memory_is_explained() {
-        let of = |needed: Memory| too_much("a.glb", &needed, Some(1 << 20)).to_string();
-        let picture = of(Memory {
+        let value_of = |needed: Memory| too_much("a.glb", &needed, Some(1 << 20)).to_string();
+        let picture = value_of(Memory {
             geometry: 1 << 20,
             film: 3 << 20,
             ..Memory::default()
@@ -179,8 +179,9 @@ mod tests {
             "error: a.glb: rendering it needs about 4 MiB (picture 3 MiB, geometry 1 MiB), and the limit is 1 MiB\n\
             help: raise the limit with --max-memory, or render less with --size or --crop"
         );
-        let ends =
-            |needed: Memory, advice: &str| assert!(of(needed).ends_with(advice), "{}", of(needed));
+        let ends = |needed: Memory, advice: &str| {
+            assert!(value_of(needed).ends_with(advice), "{}", value_of(needed))
+        };
         ends(
             Memory {
                 textures: 2 << 20,

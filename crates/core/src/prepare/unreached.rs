@@ -11,7 +11,7 @@ const ENOUGH: u64 = 100;
 
 /// A light or emissive object without any contribution.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ShutAway {
+pub enum UnreachedLight {
     /// A delta light, by its index in the scene's list.
     Light {
         /// The index.
@@ -31,11 +31,11 @@ pub enum ShutAway {
 
 impl<R: Real> Prepared<R> {
     /// Lights with enough blocked rays and no contribution.
-    pub(crate) fn shut_away(&self, usage: &LightUsage) -> Vec<ShutAway> {
+    pub(crate) fn shut_away(&self, usage: &LightUsage) -> Vec<UnreachedLight> {
         let in_vain = |light| usage.in_vain(light).map(u64::from);
         let lights = (0..self.lights.delta.len()).filter_map(|index| {
             let rays = in_vain(LightId::Delta(index as u32))?;
-            Some(ShutAway::Light { index, rays })
+            Some(UnreachedLight::Light { index, rays })
         });
         // Some triangles of a mesh may be hidden; a mesh is reported only if all are.
         let objects = self
@@ -46,9 +46,9 @@ impl<R: Real> Prepared<R> {
                 let rays: Option<u64> = emitters
                     .map(|emitter| in_vain(LightId::Emitter(emitter)))
                     .sum();
-                Some(ShutAway::Object { index, rays: rays? })
+                Some(UnreachedLight::Object { index, rays: rays? })
             });
-        let sure = |shut: &ShutAway| matches!(shut, ShutAway::Light { rays, .. } | ShutAway::Object { rays, .. } if *rays >= ENOUGH);
+        let sure = |unreached_light: &UnreachedLight| matches!(unreached_light, UnreachedLight::Light { rays, .. } | UnreachedLight::Object { rays, .. } if *rays >= ENOUGH);
         lights.chain(objects).filter(sure).collect()
     }
 }

@@ -6,20 +6,20 @@
 //! magnifies the world-space rounding. Above a curved face the origin lies above the tangent plane,
 //! but possibly so far aside that the face has curved away from that plane.
 
-use super::{SurfacePoint, Transform, Under};
+use super::{OuterTransforms, SurfacePoint, Transform};
 use crate::scalar::Real;
 use glam::DVec3;
 
 /// The maps from object space to the world, innermost first.
 #[derive(Clone, Copy, Debug)]
-pub struct Maps<'a> {
+pub struct TransformChain<'a> {
     pub(crate) map: &'a Transform,
-    pub(crate) outer: Option<&'a Maps<'a>>,
+    pub(crate) outer: Option<&'a TransformChain<'a>>,
 }
 
-impl<'a> Maps<'a> {
-    fn to_world(self, located: &SurfacePoint) -> SurfacePoint {
-        let mapped = self.map.located_to_world(located);
+impl<'a> TransformChain<'a> {
+    fn to_world(self, surface_point: &SurfacePoint) -> SurfacePoint {
+        let mapped = self.map.located_to_world(surface_point);
         self.outer.map_or(mapped, |outer| outer.to_world(&mapped))
     }
 
@@ -38,12 +38,12 @@ impl<'a> Maps<'a> {
 
 /// Greatest drift in each world axis, and the maps to the world.
 #[derive(Clone, Copy)]
-pub(super) struct Drift<'a> {
+pub(super) struct SpawnOffset<'a> {
     by: f64,
-    maps: Option<Maps<'a>>,
+    transform_chain: Option<TransformChain<'a>>,
 }
 
-impl<'a> Drift<'a> {
+impl<'a> SpawnOffset<'a> {
     /// Drift around a face's point in object space with the given error.
     ///
     /// An origin is offset along the normal by the error bound times the sum of the normal's
@@ -53,35 +53,45 @@ impl<'a> Drift<'a> {
     /// dominates the bound, and not rounding, the total is below half of that. The other half
     /// covers the same uncertainty of the other faces.
     #[inline]
-    pub fn around<R: Real>(maps: Option<Maps<'a>>, point: DVec3, error: f64) -> Self {
+    pub fn around<R: Real>(
+        transform_chain: Option<TransformChain<'a>>,
+        point: DVec3,
+        error: f64,
+    ) -> Self {
         // Only the position and the bound matter.
-        let own = SurfacePoint::new(point, DVec3::ONE, error);
-        let located = maps.map_or(own, |maps| maps.to_world(&own));
-        let rounding = located.point.abs().max_element() * R::ROUNDOFF.to_f64();
+        let surface_point = SurfacePoint::new(point, DVec3::ONE, error);
+        let located_surface_point = transform_chain.map_or(surface_point, |transform_chain| {
+            transform_chain.to_world(&surface_point)
+        });
+        let rounding = located_surface_point.point.abs().max_element() * R::ROUNDOFF.to_f64();
         Self {
-            by: (located.error + rounding) * 5.5,
-            maps,
+            by: (located_surface_point.error + rounding) * 5.5,
+            transform_chain,
         }
     }
 
     /// An object-space gradient, mapped to the world.
     #[inline]
     pub fn in_world(&self, gradient: DVec3) -> DVec3 {
-        self.maps
-            .map_or(gradient, |maps| maps.gradient_to_world(gradient))
+        self.transform_chain.map_or(gradient, |transform_chain| {
+            transform_chain.gradient_to_world(gradient)
+        })
     }
 
     /// Greatest drift along a gradient: the greatest change of `gradient · p`.
     #[inline]
-    pub fn along(&self, gradient: DVec3) -> f64 {
+    pub fn offset_along(&self, gradient: DVec3) -> f64 {
         let g = self.in_world(gradient).abs();
         (g.x + g.y + g.z) * self.by
     }
 
     /// Greatest drift in any direction, in object space.
     #[inline]
-    pub fn reach(&self) -> f64 {
-        self.by * self.maps.map_or(2.0, Maps::magnification)
+    pub fn max_offset(&self) -> f64 {
+        self.by
+            * self
+                .transform_chain
+                .map_or(2.0, TransformChain::magnification)
     }
 }
 
@@ -94,19 +104,28 @@ impl<'a> Drift<'a> {
 /// r²/ρ)² + r² < ρ². A larger reach has no safe origin.
 #[inline(always)]
 pub(super) fn off_bends<R: Real>(
-    located: SurfacePoint,
-    maps: Under<'_>,
+    surface_point: SurfacePoint,
+    transform_chain: OuterTransforms<'_>,
     balls: impl FnOnce() -> [f64; 2],
 ) -> SurfacePoint {
-    match maps {
-        Some(maps) => off_balls::<R>(&located, maps, balls()),
-        None => located,
+    match transform_chain {
+        Some(transform_chain) => off_balls::<R>(&surface_point, transform_chain, balls()),
+        None => surface_point,
     }
 }
 
 #[inline(never)]
-fn off_balls<R: Real>(located: &SurfacePoint, maps: Maps<'_>, balls: [f64; 2]) -> SurfacePoint {
-    let reach = Drift::around::<R>(Some(maps), located.point, located.error).reach();
+fn off_balls<R: Real>(
+    surface_point: &SurfacePoint,
+    transform_chain: TransformChain<'_>,
+    balls: [f64; 2],
+) -> SurfacePoint {
+    let reach = SpawnOffset::around::<R>(
+        Some(transform_chain),
+        surface_point.point,
+        surface_point.error,
+    )
+    .max_offset();
     let [above, below] = balls.map(|ball| {
         if reach < ball {
             reach * (reach / ball)
@@ -115,8 +134,8 @@ fn off_balls<R: Real>(located: &SurfacePoint, maps: Maps<'_>, balls: [f64; 2]) -
         }
     });
     SurfacePoint {
-        above: located.point + located.normal * above,
-        below: located.point - located.normal * below,
-        ..*located
+        above: surface_point.point + surface_point.normal * above,
+        below: surface_point.point - surface_point.normal * below,
+        ..*surface_point
     }
 }

@@ -3,12 +3,14 @@
 
 use core::array::from_fn;
 
-use raywright_bvh::{Loops, Real, Vector, widest};
+use raywright_bvh::{Real, SimdTask, Vector, run_widest};
 
-use super::vertices::{Bounce, VertexLanes};
+use super::vertices::{VertexLanes, WavefrontSlice};
 use crate::interaction::Interaction;
-use crate::light::{Column, LANES, LightLanes, TargetKind, Vec3Column, put, vector};
-use crate::material::{Bsdf, BsdfSample, Frame, Lambert, LobeFamily, MetallicRoughness, NormalMap};
+use crate::light::{Column, LANES, LightLanes, LightTargetKind, Vec3Column, lane_vector, set_lane};
+use crate::material::{
+    Bsdf, BsdfSample, Lambert, LobeFamily, MetallicRoughness, NormalMap, ShadingFrame,
+};
 use crate::number::{Lanes, Mask, Number, Vector3};
 
 /// Response of surfaces to a light.
@@ -24,7 +26,7 @@ pub(super) struct LightResponse<N: Number> {
 /// Evaluates surfaces for a light's direction and a view. `dull`: whether the light, of several
 /// any, makes no highlights.
 #[inline(always)]
-pub(super) fn respond<N: Number, L: LobeFamily<N>, const MOST: usize>(
+pub(super) fn eval_light<N: Number, L: LobeFamily<N>, const MOST: usize>(
     bsdf: &Bsdf<N, L, MOST>,
     view: N::Vec3,
     (direction, dull): (N::Vec3, bool),
@@ -44,7 +46,7 @@ pub(super) fn respond<N: Number, L: LobeFamily<N>, const MOST: usize>(
 
 /// Responses and samples of surfaces, in columns.
 #[derive(Clone, Copy)]
-pub(super) struct Answers<R: Real> {
+pub(super) struct BsdfLanes<R: Real> {
     pub value: Vec3Column<R>,
     pub diffuse: Vec3Column<R>,
     /// Densities with which the BSDFs sample the lights' directions.
@@ -59,37 +61,38 @@ pub(super) struct Answers<R: Real> {
 
 /// Task: responses of common surfaces. `MATTE`: surfaces without specular reflection, with a single
 /// lobe of the same numbers.
-pub(super) struct Respond<'a, R: Real, const MATTE: bool> {
+pub(super) struct BsdfTask<'a, R: Real, const MATTE: bool> {
     pub vertices: &'a VertexLanes<R>,
     pub lights: &'a LightLanes<R>,
     /// Whether multiple scattering among microfacets is included.
     pub compensated: bool,
 }
 
-impl<R: Real, const MATTE: bool> Loops for Respond<'_, R, MATTE> {
-    type Output = Answers<R>;
+impl<R: Real, const MATTE: bool> SimdTask for BsdfTask<'_, R, MATTE> {
+    type Output = BsdfLanes<R>;
     #[inline(always)]
-    fn run(self) -> Answers<R> {
-        let (mut answers, v, lights) = (Answers::NONE, self.vertices, &self.lights.direction);
+    fn run(self) -> BsdfLanes<R> {
+        let (mut bsdf_lanes, v, lights) = (BsdfLanes::NONE, self.vertices, &self.lights.direction);
         if R::IS_SINGLE {
-            answers.add::<Lanes<LANES>, MATTE>(0, v, lights, self.compensated);
+            bsdf_lanes.add::<Lanes<LANES>, MATTE>(0, v, lights, self.compensated);
         } else {
-            (0..v.len).for_each(|lane| answers.add::<R, MATTE>(lane, v, lights, self.compensated));
+            (0..v.len)
+                .for_each(|lane| bsdf_lanes.add::<R, MATTE>(lane, v, lights, self.compensated));
         }
         for lane in 0..LANES {
             // A shading normal must not turn a reflection below the surface.
             let (geometric, direction) = (
-                vector::<R>(&v.geometric, lane),
-                vector::<R>(&answers.direction, lane),
+                lane_vector::<R>(&v.geometric, lane),
+                lane_vector::<R>(&bsdf_lanes.direction, lane),
             );
             let below = Vector::dot(geometric, direction) < R::ZERO;
-            answers.some[lane] &= !below;
+            bsdf_lanes.some[lane] &= !below;
         }
-        answers
+        bsdf_lanes
     }
 }
 
-impl<R: Real> Answers<R> {
+impl<R: Real> BsdfLanes<R> {
     pub const NONE: Self = Self {
         value: [[R::ZERO; LANES]; 3],
         diffuse: [[R::ZERO; LANES]; 3],
@@ -102,20 +105,20 @@ impl<R: Real> Answers<R> {
 
     /// Sets the response of one vertex.
     pub fn put_response(&mut self, lane: usize, response: &LightResponse<R>) {
-        put::<R>(&mut self.value, lane, response.value);
-        put::<R>(&mut self.diffuse, lane, response.diffuse);
+        set_lane::<R>(&mut self.value, lane, response.value);
+        set_lane::<R>(&mut self.diffuse, lane, response.diffuse);
         self.light_density[lane] = response.density;
     }
 
     /// Sets the sample of one vertex.
-    pub fn put_sample(&mut self, lane: usize, drawn: &BsdfSample<R>) {
-        self.some[lane] = drawn.some;
-        put::<R>(&mut self.direction, lane, drawn.direction);
-        put::<R>(&mut self.weight, lane, drawn.weight);
-        self.density[lane] = if drawn.delta {
+    pub fn put_sample(&mut self, lane: usize, bsdf_sample: &BsdfSample<R>) {
+        self.some[lane] = bsdf_sample.some;
+        set_lane::<R>(&mut self.direction, lane, bsdf_sample.direction);
+        set_lane::<R>(&mut self.weight, lane, bsdf_sample.weight);
+        self.density[lane] = if bsdf_sample.delta {
             R::INFINITY
         } else {
-            drawn.density
+            bsdf_sample.density
         };
     }
 
@@ -145,7 +148,7 @@ impl<R: Real> Answers<R> {
             load::<N, R>(&v.numbers[2], from),
         ];
         let (response, sampled) = if MATTE {
-            let bsdf = Bsdf::<N, Lambert<N>, 1>::new(normal).with(Lambert { albedo: base });
+            let bsdf = Bsdf::<N, Lambert<N>, 1>::new(normal).with_lobe(Lambert { albedo: base });
             both(&bsdf, view, light, numbers)
         } else {
             let [metallic, roughness, dielectric, grazing] = &v.terms;
@@ -178,7 +181,7 @@ impl<R: Real> Answers<R> {
 
 /// One of several vertices, with its data.
 pub(super) struct LaneVertex<'a, R: Real> {
-    pub bounce: &'a Bounce<'a, R>,
+    pub slice: &'a WavefrontSlice<'a, R>,
     pub vertices: &'a VertexLanes<R>,
     pub lights: &'a LightLanes<R>,
     pub lane: usize,
@@ -187,15 +190,15 @@ pub(super) struct LaneVertex<'a, R: Real> {
 impl<R: Real> LaneVertex<'_, R> {
     /// Unit direction to the viewer.
     pub fn view(&self) -> R::Vec3 {
-        -vector::<R>(&self.vertices.direction, self.lane)
+        -lane_vector::<R>(&self.vertices.direction, self.lane)
     }
 
     /// Unit direction to the sampled light, if any, and whether the light makes no highlights.
     pub fn light(&self) -> Option<(R::Vec3, bool)> {
-        let is_seen = self.lights.aim[self.lane] != TargetKind::Nothing;
+        let is_seen = self.lights.target_kinds[self.lane] != LightTargetKind::Nothing;
         is_seen.then(|| {
             (
-                vector::<R>(&self.lights.direction, self.lane),
+                lane_vector::<R>(&self.lights.direction, self.lane),
                 self.vertices.strategy[self.lane].is_dull(),
             )
         })
@@ -207,8 +210,8 @@ impl<R: Real> LaneVertex<'_, R> {
     }
 
     /// The interaction at the vertex.
-    pub fn met(&self) -> &Interaction<R> {
-        self.bounce.of(self.vertices.place[self.lane]).1
+    pub fn interaction(&self) -> &Interaction<R> {
+        self.slice.of(self.vertices.place[self.lane]).1
     }
 }
 
@@ -249,14 +252,14 @@ fn both<N: Number, L: LobeFamily<N>, const MOST: usize>(
     numbers: [N; 3],
 ) -> (LightResponse<N>, BsdfSample<N>) {
     (
-        respond(bsdf, view, light),
-        bsdf.sample(&Frame::about(bsdf.normal()), view, numbers),
+        eval_light(bsdf, view, light),
+        bsdf.sample(&ShadingFrame::from_normal(bsdf.normal()), view, numbers),
     )
 }
 
 struct PerturbNormals<'a, N: Number>(&'a NormalMap<N>);
 
-impl<N: Number> Loops for PerturbNormals<'_, N> {
+impl<N: Number> SimdTask for PerturbNormals<'_, N> {
     type Output = N::Vec3;
     #[inline(always)]
     fn run(self) -> N::Vec3 {
@@ -286,14 +289,14 @@ pub(super) fn perturbed_normals<'a, R: Real>(
     let vectors = |part: fn(&NormalMap<R>) -> R::Vec3| {
         <N as Number>::Vec3::of_lanes(|lane| part(these(lane)).to_f64())
     };
-    let normals = widest(PerturbNormals(&NormalMap::<N> {
-        normal: vectors(|bent| bent.normal),
-        along: vectors(|bent| bent.along),
+    let normals = run_widest(PerturbNormals(&NormalMap::<N> {
+        normal: vectors(|curved| curved.normal),
+        along: vectors(|curved| curved.along),
         mirrored: mask::<N>(|lane| these(lane).mirrored),
-        code: vectors(|bent| bent.code),
-        geometric: vectors(|bent| bent.geometric),
+        code: vectors(|curved| curved.code),
+        geometric: vectors(|curved| curved.geometric),
         outside: mask::<N>(|lane| these(lane).outside),
-        direction: vectors(|bent| bent.direction),
+        direction: vectors(|curved| curved.direction),
     }));
     from_fn(|lane| R::Vec3::from_f64(normals.lane(lane)))
 }

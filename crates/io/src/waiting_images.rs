@@ -5,10 +5,10 @@ use std::collections::HashSet;
 
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use raywright_core::Scene;
-use raywright_core::scene::{Fields, Image, Model};
+use raywright_core::scene::{Image, MaterialFields, Model};
 
 use crate::Limits;
-use crate::image_file::{Decoded, decode};
+use crate::image_file::{DecodedImage, decode};
 use crate::import::{Outcome, endurable};
 use crate::warning::WarningCode;
 
@@ -25,9 +25,9 @@ pub(crate) struct DecodeReport {
 /// Images to decode: collected one by one, in order, and decoded in parallel on the current thread
 /// pool.
 #[derive(Debug, Default)]
-pub(crate) struct Waiting<'a>(Vec<(usize, String, Cow<'a, [u8]>)>);
+pub(crate) struct WaitingImages<'a>(Vec<(usize, String, Cow<'a, [u8]>)>);
 
-impl<'a> Waiting<'a> {
+impl<'a> WaitingImages<'a> {
     /// Adds the data of a scene's image, with its position for messages.
     pub fn add(&mut self, image: usize, place: String, bytes: Cow<'a, [u8]>) {
         self.0.push((image, place, bytes));
@@ -49,23 +49,23 @@ impl<'a> Waiting<'a> {
             (image, place, data)
         };
         // A single image is decoded without the pool.
-        let decoded: Vec<(usize, String, Outcome<Decoded>)> = match self.0.len() {
+        let decoded: Vec<(usize, String, Outcome<DecodedImage>)> = match self.0.len() {
             0 | 1 => self.0.into_iter().map(one).collect(),
             _ => self.0.into_par_iter().map(one).collect(),
         };
         let mut report = DecodeReport::default();
         for (image, place, data) in decoded {
-            match endurable(data.map_err(|fault| fault.at(&place)))? {
-                Err(why) => report.broken.push(why),
+            match endurable(data.map_err(|fault| fault.with_place(&place)))? {
+                Err(reason) => report.broken.push(reason),
                 Ok(data) => {
-                    let code = WarningCode::of_image(data.mended);
+                    let code = WarningCode::of_image(data.repaired);
                     report.remarks.extend(
                         data.remarks
                             .into_iter()
                             .map(|remark| (code, format!("{place}: {remark}"))),
                     );
                     if let Some(image) = images.get_mut(image) {
-                        (image.data, image.mended) = (Some(data.image.into()), data.mended);
+                        (image.data, image.mended) = (Some(data.image.into()), data.repaired);
                     }
                 }
             }

@@ -1,10 +1,10 @@
 //! Common parts of cylinders and cones: solids of revolution whose radius changes linearly between
 //! two ends.
 
-use super::drift::Drift;
 use super::frame::{split, spoke, tangent, turn};
 use super::quadratic::{Crossings, Quadratic, Span, approach};
-use super::{Parameters, PreparedRay, SurfacePoint, Under, slack};
+use super::spawn_offset::SpawnOffset;
+use super::{OuterTransforms, Parameters, PreparedRay, SurfacePoint, slack};
 use crate::scalar::{Real, Vector};
 use glam::DVec3;
 
@@ -16,7 +16,7 @@ pub(super) const TOP: u8 = 2;
 /// A solid of revolution with a straight meridian between two radii. Formulas are homogeneous in
 /// the axis, so that rounding of its components changes the length or direction of the solid, but
 /// never its roundness.
-pub(super) struct Turned {
+pub(super) struct SurfaceOfRevolution {
     /// Centre of the base.
     pub base: DVec3,
     /// From the base to the centre of the other end.
@@ -27,7 +27,7 @@ pub(super) struct Turned {
     size: f64,
 }
 
-impl Turned {
+impl SurfaceOfRevolution {
     #[inline(always)]
     pub fn new<R: Real>(base: R::Vec3, axis: R::Vec3, radii: [R; 2]) -> Self {
         let size = base.abs().max_element() + axis.abs().max_element() + radii[0].max(radii[1]);
@@ -41,10 +41,10 @@ impl Turned {
 
     /// Crossings of the infinite wall for equal radii, in distances from the ray's origin.
     #[inline(always)]
-    pub fn tube(&self, probe: &PreparedRay, close: bool) -> Option<Crossings> {
+    pub fn tube(&self, prepared_ray: &PreparedRay, close: bool) -> Option<Crossings> {
         let (axis, radius) = (self.axis, self.radii[0]);
-        let (ahead, f) = approach(probe, self.base, close);
-        let (m, n) = (probe.direction.cross(axis), f.cross(axis));
+        let (ahead, f) = approach(prepared_ray, self.base, close);
+        let (m, n) = (prepared_ray.direction.cross(axis), f.cross(axis));
         let (length, room) = (axis.dot(axis), radius * radius);
         let (a, b, c) = (m.dot(m), m.dot(n), n.dot(n) - room * length);
         if a == 0.0 {
@@ -69,10 +69,10 @@ impl Turned {
 
     /// The ray's range between both ends, in distances from its origin.
     #[inline(always)]
-    pub fn between_ends(&self, probe: &PreparedRay) -> Option<Span> {
+    pub fn between_ends(&self, prepared_ray: &PreparedRay) -> Option<Span> {
         let (height, slope) = (
-            self.axis.dot(probe.origin - self.base),
-            self.axis.dot(probe.direction),
+            self.axis.dot(prepared_ray.origin - self.base),
+            self.axis.dot(prepared_ray.direction),
         );
         let top = self.axis.dot(self.axis);
         if slope == 0.0 {
@@ -89,8 +89,8 @@ impl Turned {
 
     /// The ray's range within the wall and between the ends.
     #[inline(always)]
-    pub fn span(&self, probe: &PreparedRay, wall: Crossings) -> Option<Span> {
-        Some(Span::of(wall.enter, wall.leave, WALL).cut(self.between_ends(probe)?))
+    pub fn span(&self, prepared_ray: &PreparedRay, wall: Crossings) -> Option<Span> {
+        Some(Span::of(wall.enter, wall.leave, WALL).cut(self.between_ends(prepared_ray)?))
     }
 
     /// Scale of the error of a point of the surface.
@@ -158,15 +158,16 @@ impl Turned {
     /// across it.
     pub fn start_inside<R: Real>(
         &self,
-        located: SurfacePoint,
+        surface_point: SurfacePoint,
         part: u8,
         place: (f64, DVec3),
-        maps: Under<'_>,
+        transform_chain: OuterTransforms<'_>,
     ) -> SurfacePoint {
-        let drift = Drift::around::<R>(maps, located.point, located.error);
+        let spawn_offset =
+            SpawnOffset::around::<R>(transform_chain, surface_point.point, surface_point.error);
         SurfacePoint {
-            below: located.point + self.inwards(part, place, drift),
-            ..located
+            below: surface_point.point + self.inwards(part, place, spawn_offset),
+            ..surface_point
         }
     }
 
@@ -176,7 +177,12 @@ impl Turned {
     /// is outside. A solid thinner than the error of its points has no inside, and the base point
     /// stays.
     #[inline(never)]
-    fn inwards(&self, part: u8, (along, out): (f64, DVec3), drift: Drift<'_>) -> DVec3 {
+    fn inwards(
+        &self,
+        part: u8,
+        (along, out): (f64, DVec3),
+        spawn_offset: SpawnOffset<'_>,
+    ) -> DVec3 {
         let (axis, [base, top]) = (self.axis, self.radii);
         let along = match part {
             BASE => 0.0,
@@ -192,28 +198,28 @@ impl Turned {
             tangent(axis.normalize())
         };
         // Greatest drift towards the ends, the wall and the opposite wall, and sideways.
-        let lengthwise = drift.along(over_axis);
+        let lengthwise = spawn_offset.offset_along(over_axis);
         let (nearer, opposite) = (
-            drift.along(away - over_axis * taper),
-            drift.along(away + over_axis * taper),
+            spawn_offset.offset_along(away - over_axis * taper),
+            spawn_offset.offset_along(away + over_axis * taper),
         );
-        let aside = drift.along(axis.cross(away) * (1.0 / squared.sqrt()));
+        let aside = spawn_offset.offset_along(axis.cross(away) * (1.0 / squared.sqrt()));
 
-        let mut least = if part == BASE { 0.0 } else { lengthwise };
-        let mut most = if part == TOP { 1.0 } else { 1.0 - lengthwise };
+        let mut minimum = if part == BASE { 0.0 } else { lengthwise };
+        let mut maximum = if part == TOP { 1.0 } else { 1.0 - lengthwise };
         // Near an apex the opposite wall is close too: only where the solid is wide enough does it
         // have an inside.
         let room = nearer.max(opposite) + aside;
         if taper > 0.0 {
-            least = least.max((room - base) / taper);
+            minimum = minimum.max((room - base) / taper);
         } else if taper < 0.0 {
-            most = most.min((room - base) / taper);
+            maximum = maximum.min((room - base) / taper);
         }
-        let has_inside = least <= most && base.max(top) >= room;
+        let has_inside = minimum <= maximum && base.max(top) >= room;
         if !has_inside {
             return DVec3::ZERO;
         }
-        let along_there = along.max(least).min(most);
+        let along_there = along.max(minimum).min(maximum);
         let radius = base + taper * along_there;
         // Sideways drift brings the wall nearer: by at most the drift itself, and by less in a wide
         // circle.

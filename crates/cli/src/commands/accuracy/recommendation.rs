@@ -1,11 +1,11 @@
 //! Summary of a measurement: cost and error of the scene as it is, and recommended settings.
 
-use raywright_core::accuracy::{Advice, Measured, Report};
-use raywright_io::report::uncertain;
+use raywright_core::accuracy::{AccuracyReport, Advice, MeasuredSetting};
+use raywright_io::report::format_uncertain;
 
-use crate::clock::spoken;
+use crate::clock::format_duration;
 use crate::origin::quoted;
-use crate::table::significant;
+use crate::table::format_significant;
 
 /// Command that renders a scene, in two parts: the part common to all settings, and the flags of
 /// each setting.
@@ -27,15 +27,18 @@ fn ladder(rung: &str) -> Option<&str> {
 
 impl RenderCommand {
     /// Creates the command for a scene and the flags of its measurement.
-    pub fn new(scene: &str, asked: &[String]) -> Self {
-        let others = asked.iter().filter(|flag| rung(flag).is_none()).cloned();
+    pub fn new(scene: &str, requested: &[String]) -> Self {
+        let others = requested
+            .iter()
+            .filter(|flag| rung(flag).is_none())
+            .cloned();
         let words: Vec<String> = ["raywright render".to_owned(), quoted(scene)]
             .into_iter()
             .chain(others)
             .collect();
         Self {
             own: words.join(" "),
-            rungs: asked
+            rungs: requested
                 .iter()
                 .filter_map(|flag| rung(flag))
                 .map(str::to_owned)
@@ -47,7 +50,11 @@ impl RenderCommand {
     /// ladder. Each rung has a flag of its own, so that the line can be broken between flags.
     pub fn flags(&self, setting: &[String]) -> String {
         let chosen: Vec<&str> = setting.iter().filter_map(|flag| rung(flag)).collect();
-        let stays = |asked: &&str| !chosen.iter().any(|other| ladder(other) == ladder(asked));
+        let stays = |requested: &&str| {
+            !chosen
+                .iter()
+                .any(|other| ladder(other) == ladder(requested))
+        };
         let all: Vec<&str> = self
             .rungs
             .iter()
@@ -74,28 +81,31 @@ impl RenderCommand {
 
 /// Returns `In use: error 0.18, 11 s. Half of it: ...`, with the measured figures of each named
 /// setting.
-pub fn answer(report: &Report, command: &RenderCommand) -> String {
-    let own = &report.own;
-    let time = format!("{} of CPU time", uncertain(&own.seconds, spoken));
-    if !own.errors.relmse.high.is_finite() {
+pub fn recommendation_text(report: &AccuracyReport, command: &RenderCommand) -> String {
+    let measured = &report.own;
+    let time = format!(
+        "{} of CPU time",
+        format_uncertain(&measured.seconds, format_duration)
+    );
+    if !measured.errors.relmse.high.is_finite() {
         return "There was no time to tell the error in use: a larger --budget helps.".to_owned();
     }
-    if own.errors.relmse.is_lost_in_noise() {
-        let most = significant(own.errors.relmse.high.sqrt(), 2);
+    if measured.errors.relmse.is_lost_in_noise() {
+        let most = format_significant(measured.errors.relmse.high.sqrt(), 2);
         return format!(
             "In use: {time}, and an error of at most {most}, which is too small to be told from the reference's own."
         );
     }
-    let about = |of: &Measured| {
-        uncertain(&of.errors.relmse.map(f64::sqrt), |value| {
-            significant(value, 2)
+    let about = |each_measured: &MeasuredSetting| {
+        format_uncertain(&each_measured.errors.relmse.map(f64::sqrt), |value| {
+            format_significant(value, 2)
         })
     };
     let longer = |seconds: f64| format!("`--budget {}` may tell", budget(seconds));
-    let times = |of: &Advice| uncertain(&of.time, |value| significant(value, 2));
+    let times = |of: &Advice| format_uncertain(&of.time, |value| format_significant(value, 2));
     let half = match (
-        &report.answer.half_the_error,
-        report.answer.half_needs,
+        &report.recommendations.half_the_error,
+        report.recommendations.half_needs,
         more_samples(report),
     ) {
         (Some(advice), ..) => {
@@ -115,7 +125,10 @@ pub fn answer(report: &Report, command: &RenderCommand) -> String {
         }
         (None, None, None) => "Nothing that was measured has half of it.".to_owned(),
     };
-    let same = match (&report.answer.same_error, report.answer.same_needs) {
+    let same = match (
+        &report.recommendations.same_error,
+        report.recommendations.same_needs,
+    ) {
         (Some(advice), _) => {
             format!(
                 "No more error: `{}` has {} for {} x the time.",
@@ -132,7 +145,7 @@ pub fn answer(report: &Report, command: &RenderCommand) -> String {
             "Nothing that was measured has the same error in clearly less time.".to_owned()
         }
     };
-    format!("In use: error {}, {time}. {half} {same}", about(own))
+    format!("In use: error {}, {time}. {half} {same}", about(measured))
 }
 
 /// Formats a budget for the flag, rounded up to a memorable value.
@@ -148,26 +161,26 @@ fn budget(seconds: f64) -> String {
 
 /// Returns four times the current samples, which halve an error that is noise, where such a setting
 /// had no time.
-fn more_samples(report: &Report) -> Option<u32> {
+fn more_samples(report: &AccuracyReport) -> Option<u32> {
     let samples = report
         .ladders
         .iter()
         .find(|ladder| ladder.ladder == "samples")?;
-    let wanted = samples.in_use.parse::<u32>().ok()?.checked_mul(4)?;
+    let requested = samples.in_use.parse::<u32>().ok()?.checked_mul(4)?;
     let was_measured = |rung: &raywright_core::accuracy::RungReport| {
         rung.measured.is_some()
             && rung
                 .rung
                 .parse::<u32>()
-                .is_ok_and(|samples| samples >= wanted)
+                .is_ok_and(|samples| samples >= requested)
     };
-    (!samples.rungs.iter().any(was_measured)).then_some(wanted)
+    (!samples.rungs.iter().any(was_measured)).then_some(requested)
 }
 
 #[cfg(test)]
 mod tests {
     use clap::Parser;
-    use raywright_core::accuracy::{Answer, Interval, Setting};
+    use raywright_core::accuracy::{ConfidenceInterval, Recommendations, Setting};
     use raywright_core::ladder::Ladder;
     use raywright_core::scene::Scene;
 
@@ -175,7 +188,7 @@ mod tests {
     use super::*;
     use crate::args::{Arguments, Command};
     use crate::console::Verbosity;
-    use crate::plan::Task;
+    use crate::plan::RenderTask;
 
     fn words(list: &[&str]) -> Vec<String> {
         list.iter().map(|&word| word.to_owned()).collect()
@@ -211,54 +224,54 @@ mod tests {
     /// error, as in the tables, and its time. It says so where no setting qualifies, names more
     /// samples where they were not measured, and names a budget where a setting is in doubt.
     #[test]
-    fn the_answer_is_a_sentence() {
+    fn the_recommendation_is_a_sentence() {
         let command = RenderCommand::new("x.glb", &[]);
         let mut report = report();
         let measured = report.own.clone();
-        let of = |value: f64| Interval {
+        let value_of = |value: f64| ConfidenceInterval {
             value,
             low: 0.9 * value,
             high: 1.1 * value,
         };
         let advice = |flag: &str, time: f64, square: f64| {
             let mut measured = measured.clone();
-            measured.errors.relmse = of(square);
+            measured.errors.relmse = value_of(square);
             Some(Advice {
                 flags: words(&[flag]),
-                time: of(time),
-                error: of(9.0),
+                time: value_of(time),
+                error: value_of(9.0),
                 measured,
             })
         };
         let own = "In use: error 0.3 (0.2 to 0.4), 25.0 s ±10 % of CPU time.";
-        report.answer = Answer {
+        report.recommendations = Recommendations {
             half_the_error: advice("--rung samples=256", 3.9, 0.0225),
             same_error: advice("--rung clamp=10", 0.255, 0.08),
             half_needs: Some(1.0),
             same_needs: None,
         };
         assert_eq!(
-            answer(&report, &command),
+            recommendation_text(&report, &command),
             format!(
                 "{own} Half of it: `--spp 256` has 0.15 ±5 % for 3.9 ±10 % x the time. No more error: `--rung clamp=10` has 0.28 ±5 % for 0.26 \
                  ±10 % x the time."
             )
         );
-        report.answer = Answer {
+        report.recommendations = Recommendations {
             half_needs: Some(41.0),
             same_needs: Some(61.0),
-            ..Answer::default()
+            ..Recommendations::default()
         };
         assert_eq!(
-            answer(&report, &command),
+            recommendation_text(&report, &command),
             format!(
                 "{own} No setting has half of it for certain: `--budget 50s` may tell. None has the same error in less time for certain: \
                  `--budget 2min` may tell."
             )
         );
-        report.answer = Answer::default();
+        report.recommendations = Recommendations::default();
         assert_eq!(
-            answer(&report, &command),
+            recommendation_text(&report, &command),
             format!(
                 "{own} Nothing that was measured has half of it. Nothing that was measured has the same error in clearly less time."
             )
@@ -266,18 +279,21 @@ mod tests {
         report.ladders[0].ladder = "samples";
         report.ladders[0].in_use = "64".to_owned();
         assert!(
-            answer(&report, &command)
+            recommendation_text(&report, &command)
                 .contains("Half of it was not measured; `--spp 256` promises it for 4 x the time.")
         );
         report.ladders[0].rungs[0].rung = "256".to_owned();
-        assert!(answer(&report, &command).contains("Nothing that was measured has half of it."));
+        assert!(
+            recommendation_text(&report, &command)
+                .contains("Nothing that was measured has half of it.")
+        );
         report.own.errors.relmse.low = 0.0;
         assert_eq!(
-            answer(&report, &command),
+            recommendation_text(&report, &command),
             "In use: 25.0 s ±10 % of CPU time, and an error of at most 0.4, which is too small to be told from the reference's own."
         );
         report.own.errors.relmse.high = f64::INFINITY;
-        assert!(answer(&report, &command).starts_with("There was no time"));
+        assert!(recommendation_text(&report, &command).starts_with("There was no time"));
     }
 
     /// Protects: the recommended flags select exactly the rungs of the measured setting.
@@ -291,7 +307,7 @@ mod tests {
         ];
         for choice in ladders.into_iter().flat_map(Ladder::choices) {
             let advised =
-                RenderCommand::new("preset:cornell", &[]).flags(&Setting::one(choice).flags());
+                RenderCommand::new("preset:cornell", &[]).flags(&Setting::single(choice).flags());
             let settings = |words: &str| {
                 let words = ["raywright", "render", "preset:cornell"]
                     .into_iter()
@@ -305,7 +321,7 @@ mod tests {
                 };
                 let (mut scene, task) = (
                     Scene::default(),
-                    Task::new(*args, Verbosity::Quiet).expect("right words"),
+                    RenderTask::new(*args, Verbosity::Quiet).expect("right words"),
                 );
                 task.settle(&mut scene, None, |_, _, _, _| panic!("nothing is framed"))
                     .expect("a plan")

@@ -5,12 +5,12 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 /// Parent folder of all copies and kept folders.
-pub struct Desk {
+pub struct MangleFolder {
     here: PathBuf,
     folders: HashMap<PathBuf, PathBuf>,
 }
 
-impl Desk {
+impl MangleFolder {
     /// Creates an empty folder with this name among the system's temporary files.
     pub fn new(name: &str) -> Self {
         let here = std::env::temp_dir().join(name);

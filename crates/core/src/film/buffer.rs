@@ -3,7 +3,7 @@
 use core::ops::Range;
 
 use super::sums::{BLOCK, has_open};
-use super::{Plan, Sums};
+use super::{FilmPlan, PixelSums};
 use crate::settings::Crop;
 
 /// One replicate of a rectangle of pixels, row by row. Vectors that the picture does not need are
@@ -89,7 +89,7 @@ fn cut<T: Copy>(of: &[T], from: Rect) -> Vec<T> {
 
 impl ReplicateBuffer {
     /// Returns zeros for a whole film.
-    pub fn zero(plan: &Plan) -> Self {
+    pub fn zero(plan: &FilmPlan) -> Self {
         let n = plan.pixels();
         Self {
             sums: vec![[0.0; 3]; n],
@@ -103,7 +103,7 @@ impl ReplicateBuffer {
     }
 
     /// Reserves memory for a tile whose pixels are pushed.
-    pub fn with_room(plan: &Plan, pixels: usize) -> Self {
+    pub fn with_room(plan: &FilmPlan, pixels: usize) -> Self {
         Self {
             sums: Vec::with_capacity(pixels),
             samples: Vec::with_capacity(pixels),
@@ -113,7 +113,7 @@ impl ReplicateBuffer {
     }
 
     /// Appends the sums of the next pixel, after `drawn` samples.
-    pub fn push(&mut self, plan: &Plan, pixel: &Sums, drawn: u32) {
+    pub fn push(&mut self, plan: &FilmPlan, pixel: &PixelSums, drawn: u32) {
         match has_open(drawn) {
             true => {
                 self.sums.push(pixel.sum);
@@ -131,19 +131,19 @@ impl ReplicateBuffer {
     }
 
     /// Returns the sums of a pixel after `drawn` samples, to be continued.
-    pub fn pixel(&self, pixel: usize, drawn: u32) -> Sums {
+    pub fn pixel(&self, pixel: usize, drawn: u32) -> PixelSums {
         if drawn == 0 {
-            return Sums::default();
+            return PixelSums::default();
         }
-        let of = self.sums[pixel];
+        let value = self.sums[pixel];
         let (sum, open) = match (has_open(drawn), drawn < BLOCK as u32) {
-            (true, _) => (of, self.open[pixel]),
-            (false, true) => ([0.0; 3], of),
-            (false, false) => (of, [0.0; 3]),
+            (true, _) => (value, self.open[pixel]),
+            (false, true) => ([0.0; 3], value),
+            (false, false) => (value, [0.0; 3]),
         };
         let [covered, shadowed] =
             [&self.covered, &self.shadowed].map(|of| of.get(pixel).copied().unwrap_or(0));
-        Sums {
+        PixelSums {
             sum,
             open,
             spread: [0.0; 3],
@@ -164,21 +164,21 @@ impl ReplicateBuffer {
     }
 
     /// Copies a rectangle of another buffer.
-    pub fn copy(&mut self, to: Rect, of: &Self, from: Rect) {
-        if self.open.len() < self.sums.len() && !of.open.is_empty() {
+    pub fn copy(&mut self, to: Rect, buffer: &Self, from: Rect) {
+        if self.open.len() < self.sums.len() && !buffer.open.is_empty() {
             self.open.resize(self.sums.len(), [0.0; 3]);
         }
-        copy(&mut self.sums, to, &of.sums, from);
-        match of.open.is_empty() {
-            false => copy(&mut self.open, to, &of.open, from),
+        copy(&mut self.sums, to, &buffer.sums, from);
+        match buffer.open.is_empty() {
+            false => copy(&mut self.open, to, &buffer.open, from),
             true if self.open.is_empty() => {}
             true => to.rows().for_each(|row| self.open[row].fill([0.0; 3])),
         }
-        copy(&mut self.samples, to, &of.samples, from);
-        copy(&mut self.covered, to, &of.covered, from);
-        copy(&mut self.shadowed, to, &of.shadowed, from);
-        copy(&mut self.first_hits, to, &of.first_hits, from);
-        for (into, of) in self.layers.iter_mut().zip(&of.layers) {
+        copy(&mut self.samples, to, &buffer.samples, from);
+        copy(&mut self.covered, to, &buffer.covered, from);
+        copy(&mut self.shadowed, to, &buffer.shadowed, from);
+        copy(&mut self.first_hits, to, &buffer.first_hits, from);
+        for (into, of) in self.layers.iter_mut().zip(&buffer.layers) {
             copy(into, to, of, from);
         }
     }

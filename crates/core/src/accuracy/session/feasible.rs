@@ -3,11 +3,11 @@
 
 use std::time::Duration;
 
-use super::super::renderer::{Renderer, TimedRender, Unfinished};
+use super::super::renderer::{Renderer, TimedRender, UnfinishedRender};
 use super::super::setting::Setting;
-use super::super::tiles::{Grid, PilotPass};
-use super::{LOOK, REACH, Session};
-use crate::ladder::{Choice, Ladder};
+use super::super::tiles::{PilotPass, TileGrid};
+use super::{LOOK, MeasurementSession, REACH};
+use crate::ladder::{Ladder, RungChoice};
 use crate::prepare::PrepareError;
 
 /// Time limit of a rung in a tile: a multiple of the scene's own time, and a least duration.
@@ -22,66 +22,75 @@ const FIRST_LOOK: usize = 8;
 /// Least number of tiles of a picture, down to an edge of eight pixels.
 const FEWEST_TILES: f64 = 48.0;
 
-impl Session<'_> {
+impl MeasurementSession<'_> {
     /// Divides the picture into tiles, by the time of a tile; `edge` is given by an existing
     /// reference.
     pub(super) fn grid(
         &mut self,
         renderer: &Renderer<'_>,
         edge: Option<u32>,
-    ) -> Result<Grid, PrepareError> {
+    ) -> Result<TileGrid, PrepareError> {
         let [width, height] = self.settings.size.map(f64::from);
         let fitting = ((width * height / FEWEST_TILES).sqrt() / 8.0)
             .floor()
             .max(1.0) as u32
             * 8;
-        let of = |edge: u32| Grid {
+        let value_of = |edge: u32| TileGrid {
             size: self.settings.size,
             edge,
             seed: self.settings.seed,
         };
-        let grid = of(edge.unwrap_or(fitting.min(EDGES[0])));
+        let grid = value_of(edge.unwrap_or(fitting.min(EDGES[0])));
         // The first picture of a scene also takes the time of preparation and memory allocation.
-        let order = grid.spread();
+        let order = grid.spread_order();
         let tiles = &order[..FIRST_LOOK.min(order.len())];
         renderer
-            .look(grid, tiles, self.at(1.0))
-            .map_err(Unfinished::into_error)?;
+            .look(grid, tiles, self.instant_at(1.0))
+            .map_err(UnfinishedRender::into_error)?;
         let before = (self.now)();
         renderer
-            .look(grid, tiles, self.at(1.0))
-            .map_err(Unfinished::into_error)?;
+            .look(grid, tiles, self.instant_at(1.0))
+            .map_err(UnfinishedRender::into_error)?;
         let pixels: f64 = tiles.iter().map(|&tile| grid.pixels(tile)).sum();
         self.pace =
             ((self.now)() - before).as_secs_f64() / (pixels * f64::from(renderer.look_samples()));
         let is_long =
-            |edge: &u32| *edge <= grid.edge && self.fitting(&of(*edge), 1.0) >= ENOUGH_TILES;
+            |edge: &u32| *edge <= grid.edge && self.fitting(&value_of(*edge), 1.0) >= ENOUGH_TILES;
         let shorter = EDGES
             .into_iter()
             .find(is_long)
             .unwrap_or(EDGES[EDGES.len() - 1])
             .min(grid.edge);
-        Ok(if edge.is_some() { grid } else { of(shorter) })
+        Ok(if edge.is_some() {
+            grid
+        } else {
+            value_of(shorter)
+        })
     }
 
     /// Looks at more and more tiles while time remains.
     pub fn look(
         &mut self,
         renderer: &Renderer<'_>,
-        grid: Grid,
+        grid: TileGrid,
     ) -> Result<Vec<PilotPass>, PrepareError> {
-        let order = grid.spread();
+        let order = grid.spread_order();
         let begun = (self.now)();
         let mut looks: Vec<PilotPass> = Vec::new();
-        while looks.len() < order.len() && (looks.is_empty() || (self.now)() < self.at(LOOK)) {
+        while looks.len() < order.len()
+            && (looks.is_empty() || (self.now)() < self.instant_at(LOOK))
+        {
             let next = &order[looks.len()..(2 * looks.len()).max(ENOUGH_TILES).min(order.len())];
             looks.extend(
                 renderer
-                    .look(grid, next, self.at(1.0))
-                    .map_err(Unfinished::into_error)?,
+                    .look(grid, next, self.instant_at(1.0))
+                    .map_err(UnfinishedRender::into_error)?,
             );
         }
-        let pixels: f64 = looks.iter().map(|look| grid.pixels(look.tile)).sum();
+        let pixels: f64 = looks
+            .iter()
+            .map(|pilot_pass| grid.pixels(pilot_pass.tile))
+            .sum();
         let samples = f64::from(renderer.look_samples());
         self.pace = ((self.now)() - begun).as_secs_f64() / (pixels * samples);
         Ok(looks)
@@ -93,19 +102,19 @@ impl Session<'_> {
     pub fn within_reach(
         &mut self,
         renderer: &Renderer<'_>,
-        grid: Grid,
+        grid: TileGrid,
         looks: &[PilotPass],
     ) -> Result<Setting, PrepareError> {
         let longest = looks
             .iter()
             .max_by(|a, b| a.seconds.total_cmp(&b.seconds))
-            .map_or(0, |look| look.tile);
-        let (part, before, end) = ([grid.tile(longest)], (self.now)(), self.at(REACH));
-        let own = renderer.take(&self.base, &part, 0, self.at(1.0));
-        let patience = ((self.now)() - before)
+            .map_or(0, |pilot_pass| pilot_pass.tile);
+        let (part, before, end) = ([grid.tile(longest)], (self.now)(), self.instant_at(REACH));
+        let own = renderer.render_setting(&self.base, &part, 0, self.instant_at(1.0));
+        let timeout = ((self.now)() - before)
             .mul_f64(PATIENCE)
             .max(LEAST_PATIENCE);
-        let own = own.map_err(Unfinished::into_error)?;
+        let renders = own.map_err(UnfinishedRender::into_error)?;
         let mut exact = Setting::default();
         for ladder in self
             .pictured
@@ -116,13 +125,18 @@ impl Session<'_> {
             for choice in self
                 .choices_of(ladder)
                 .rev()
-                .filter(Choice::can_be_reference)
+                .filter(RungChoice::can_be_reference)
             {
                 if (self.now)() >= end {
                     return Ok(exact);
                 }
-                let end = end.min((self.now)() + patience);
-                match Unfinished::allow(renderer.take(&self.setting(choice), &part, 0, end))? {
+                let end = end.min((self.now)() + timeout);
+                match UnfinishedRender::allow(renderer.render_setting(
+                    &self.setting(choice),
+                    &part,
+                    0,
+                    end,
+                ))? {
                     // Ladders without bias keep their rung: slower rungs gain less than more
                     // samples.
                     Some(_) if ladder.is_free_of_bias() => break,
@@ -138,9 +152,16 @@ impl Session<'_> {
             .choices()
             .iter()
             .fold(self.base.clone(), |setting, &choice| setting.with(choice));
-        if let Some(reference) = Unfinished::allow(renderer.take(&all, &part, 0, end))? {
-            let seconds = |of: &[TimedRender]| of.iter().map(|render| render.seconds).sum::<f64>();
-            let cost = seconds(&reference) / seconds(&own);
+        if let Some(reference) =
+            UnfinishedRender::allow(renderer.render_setting(&all, &part, 0, end))?
+        {
+            let seconds = |each_renders: &[TimedRender]| {
+                each_renders
+                    .iter()
+                    .map(|render| render.seconds)
+                    .sum::<f64>()
+            };
+            let cost = seconds(&reference) / seconds(&renders);
             self.exact_cost = if cost.is_finite() {
                 cost.max(1.0)
             } else {

@@ -1,0 +1,110 @@
+//! S17, S18: nearly smooth microfacets, and their visible normals at grazing views.
+
+use core::f64::consts::PI;
+
+use glam::DVec3;
+use raywright_bvh::stability::judge::{RayCount, Verdict, judge, to_scalar};
+use raywright_bvh::stability::{Measurement, by_shapes};
+use raywright_bvh::{Real, Vector};
+
+use crate::material::{Bsdf, Lobe, ShadingFrame};
+
+/// Roughnesses with an α of 0.1, 0.01, 0.001, the least supported one, and below; a smaller α acts
+/// as the least.
+const ALPHAS: [f64; 6] = [0.1, 1e-2, 1e-3, 9e-4, 1e-4, 1e-6];
+
+/// White microfacets of a given α.
+fn rough_mirror<R: Real>(normal: R::Vec3, alpha: f64) -> Bsdf<R> {
+    let white = R::Vec3::ONE;
+    Bsdf::new(normal).with_lobe(Lobe::Rough {
+        f0: white,
+        f90: white,
+        roughness: R::from_f64(alpha.sqrt()),
+    })
+}
+
+/// S17: the density of microfacets within 5α of the normal, for light that they reflect back to its
+/// source, against f64 in slopes.
+pub fn narrow_lobes<R: Real>(rays: RayCount) -> Vec<Measurement> {
+    let drawn = |rng: &mut raywright_bvh::stability::judge::CaseRng| {
+        let (n, alpha) = (to_scalar::<R>(rng.direction()), rng.choose(&ALPHAS));
+        let (x, y) = n.to_f64().any_orthonormal_pair();
+        let (slope, turn) = (
+            rng.uniform(0.0, 5.0) * alpha.max(9e-4),
+            rng.uniform(0.0, 2.0 * PI),
+        );
+        (
+            n,
+            alpha,
+            to_scalar::<R>((n.to_f64() + (x * turn.cos() + y * turn.sin()) * slope).normalize()),
+        )
+    };
+    // Retroreflection of microfacets: D/(4·cos·root), from the stored numbers.
+    let requested = |n: DVec3, h: DVec3, alpha: f64| {
+        let (n, h) = (n.normalize(), h.normalize());
+        let (cosine, across, a2) = (n.dot(h), n.cross(h).length_squared(), alpha * alpha);
+        let slope = across / a2 + cosine * cosine;
+        1.0 / (PI * a2 * slope * slope)
+            / (4.0 * cosine * (a2 + (1.0 - a2) * cosine * cosine).sqrt())
+    };
+    let outcome = judge("S17", 421, 200_000, rays, |rng| {
+        let (n, alpha, h) = drawn(rng);
+        let found = rough_mirror::<R>(n, alpha).eval(h, h).x().to_f64();
+        // The α of the stored roughness.
+        let roughness = R::from_f64(alpha.sqrt())
+            .to_f64()
+            .max(R::from_f64(0.03).to_f64());
+        let requested = requested(n.to_f64(), h.to_f64(), roughness * roughness);
+        Verdict::within_bound((found / requested - 1.0).abs(), 1e-3, || {
+            format!("α {alpha:e}: {found}, not {requested}")
+        })
+    });
+    // (n·h)²·(α² − 1) + 1 in f32.
+    let textbook = judge("S17", 421, 200_000, rays, |rng| {
+        let (n, alpha, h) = drawn(rng);
+        let (alpha, cosine) = (alpha as f32, n.to_f32().dot(h.to_f32()));
+        let a2 = alpha * alpha;
+        let denominator = cosine * cosine * (a2 - 1.0) + 1.0;
+        let d = f64::from(a2 / (core::f32::consts::PI * denominator * denominator));
+        let root = f64::from((a2 + (1.0 - a2) * cosine * cosine).sqrt());
+        let found = d / (4.0 * f64::from(cosine) * root);
+        Verdict::within_bound(
+            (found / requested(n.to_f64(), h.to_f64(), f64::from(alpha)) - 1.0).abs(),
+            1e-3,
+            || format!("α {alpha:e}"),
+        )
+    });
+    vec![Measurement {
+        textbook: Some(textbook),
+        ..by_shapes::<R>(outcome)
+    }]
+}
+
+/// S18: sampled directions of white microfacets, seen from head-on, at grazing angles and from just
+/// below: no weight exceeds its bound, and no direction points below the horizon.
+pub fn visible_normals<R: Real>(rays: RayCount) -> Vec<Measurement> {
+    let outcome = judge("S18", 422, 400_000, rays, |rng| {
+        let (n, alpha) = (to_scalar::<R>(rng.direction()), rng.choose(&ALPHAS));
+        let (x, _) = n.to_f64().any_orthonormal_pair();
+        let height = rng.choose(&[1.0, 0.5, 1.745_240_6e-2, 1.745_329e-5, 1e-9, 0.0, -1e-6]);
+        let wo = to_scalar::<R>(n.to_f64() * height + x * (1.0 - height * height).sqrt());
+        let bsdf = rough_mirror::<R>(n, alpha);
+        let numbers = [rng.unit(), rng.unit(), rng.unit()].map(|u| R::from_f64(u.min(1.0 - 6e-8)));
+        let bsdf_sample = bsdf.sample(&ShadingFrame::<R>::from_normal(n), wo, numbers);
+        let weight = bsdf_sample.weight.x().to_f64();
+        let describe = || {
+            format!(
+                "α {alpha:e}, height {height:e}: weight {weight}, {:?}, {numbers:?}",
+                bsdf_sample.direction
+            )
+        };
+        let is_above = !bsdf_sample.some || n.to_f64().dot(bsdf_sample.direction.to_f64()) > 0.0;
+        let is_sound = bsdf_sample.direction.is_finite()
+            && bsdf_sample.density.is_finite()
+            && bsdf_sample.density >= R::ZERO;
+        let is_black = bsdf_sample.some || weight == 0.0;
+        Verdict::within_bound(weight, 1.0 + 1e-4, describe)
+            .and(|| Verdict::holds(weight >= 0.0 && is_above && is_sound && is_black, describe))
+    });
+    vec![by_shapes::<R>(outcome)]
+}
