@@ -27,8 +27,8 @@
 //! | [`write_picture`](prelude::write_picture) | a PNG to look at or an EXR to compute with |
 //!
 //! A scene is shaded by Whitted's integrator if it needs nothing more, and by a path tracer
-//! otherwise. [`ReadyScene::effects`](prelude::ReadyScene::effects) lists which effects are simulated, absent
-//! and left out.
+//! otherwise. [`ReadyScene::effects`](prelude::ReadyScene::effects) lists which effects are
+//! simulated, absent and left out.
 //!
 //! # Errors
 //!

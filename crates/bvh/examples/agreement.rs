@@ -260,8 +260,8 @@ thread_local! {
 }
 
 /// Compares the default tree with a scan in f64: every triangle that can't be ruled out goes
-/// through the single-triangle test. [`MeshCorners::collect_hits`] makes the scan affordable, and shares nothing
-/// with the tree but that test.
+/// through the single-triangle test. [`MeshCorners::collect_hits`] makes the scan affordable, and
+/// shares nothing with the tree but that test.
 fn scan(name: &str, mesh: &TriangleSoup, count: u64) -> u64 {
     let (tree, corners) = (
         built::<f32>(mesh, AcceleratorKind::default()),

@@ -67,8 +67,8 @@ impl Binary {
     }
 }
 
-/// Copies nodes level by level from the root until `maximum` copied nodes still lack their children.
-/// Returns the copies and the index of the first such node.
+/// Copies nodes level by level from the root until `maximum` copied nodes still lack their
+/// children. Returns the copies and the index of the first such node.
 fn level(nodes: &[BinaryNode], maximum: usize) -> (Vec<BinaryNode>, usize) {
     let (mut sorted, mut next) = (Vec::with_capacity(nodes.len()), 0);
     sorted.extend(nodes.first());

@@ -73,8 +73,8 @@ impl Instance {
         })
     }
 
-    /// A box for a tree, no larger than `bounds`: the intersection with the box of the part's bounding
-    /// sphere. A rotated box has a larger box than its contents need.
+    /// A box for a tree, no larger than `bounds`: the intersection with the box of the part's
+    /// bounding sphere. A rotated box has a larger box than its contents need.
     pub fn within(&self, bounds: Aabb, sphere: &BoundingSphere) -> Aabb {
         if bounds.is_empty() || self.motion != STILL {
             return bounds;

@@ -283,9 +283,9 @@ impl<R: Real> PrimitiveSet<R> {
     /// the angle.
     ///
     /// # Errors
-    /// As [`PrimitiveSet::add_instance`]; [`GeometryError::SingularOnTheWay`] if the map is singular,
-    /// or can't be proven invertible, at some time in [0, 1], for example halfway through half a
-    /// turn.
+    /// As [`PrimitiveSet::add_instance`]; [`GeometryError::SingularOnTheWay`] if the map is
+    /// singular, or can't be proven invertible, at some time in [0, 1], for example halfway through
+    /// half a turn.
     pub fn add_moving_instance(
         &mut self,
         part: u32,

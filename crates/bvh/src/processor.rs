@@ -16,8 +16,8 @@ pub trait SimdTask {
     fn run(self) -> Self::Output;
 }
 
-/// Runs loops with the widest registers of the processor. The bits are those of [`SimdTask::run`] by
-/// itself: nothing is fused, and each number is computed independently.
+/// Runs loops with the widest registers of the processor. The bits are those of [`SimdTask::run`]
+/// by itself: nothing is fused, and each number is computed independently.
 #[inline]
 pub fn run_widest<L: SimdTask>(work: L) -> L::Output {
     #[cfg(target_arch = "x86_64")]

@@ -232,7 +232,7 @@ impl<R: Real> PreparedCamera<R> {
     }
 
     /// [`Self::new`] for a scene with a bounded part within `bounds`. Rays of a distant camera
-    /// start at [`Camera::ahead`], before the sphere around the bounds.
+    /// start at [`PreparedCamera::ahead`], before the sphere around the bounds.
     pub fn towards(data: &CameraData, size: [u32; 2], bounds: &Aabb) -> Self {
         let camera = Self::new(data, size);
         let radius = bounds.extent().length() * 0.5;
@@ -340,8 +340,8 @@ impl<R: Real> PreparedCamera<R> {
         self.shutter.is_some()
     }
 
-    /// [`Camera::generate_ray`] at this share of the exposure interval. Without a shutter it is
-    /// [`Camera::generate_ray`].
+    /// [`PreparedCamera::generate_ray`] at this share of the exposure interval. Without a shutter
+    /// it is [`PreparedCamera::generate_ray`].
     #[inline]
     pub fn ray_during(&self, x: R, y: R, lens: [f32; 2], share: f32) -> Ray<R> {
         match &self.shutter {
@@ -363,7 +363,8 @@ impl<R: Real> PreparedCamera<R> {
     }
 
     /// The ray through a film position, in pixels from the top left corner of the picture, from
-    /// [`Camera::ahead`] on. `lens` is uniform in [0, 1)² and only read where [`Camera::has_lens`].
+    /// [`PreparedCamera::ahead`] on. `lens` is uniform in [0, 1)² and only read where
+    /// [`PreparedCamera::has_lens`].
     #[inline(always)]
     pub fn generate_ray(&self, x: R, y: R, lens: [f32; 2]) -> Ray<R> {
         match &self.far {

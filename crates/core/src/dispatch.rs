@@ -114,9 +114,9 @@ fn remaining_allocations(needed: &Memory, scene: &Scene) -> u64 {
         .saturating_add(needed.film / 2)
 }
 
-/// Estimates the memory of a scene. The estimate is at least the result of [`ReadyScene::memory`] after
-/// preparation, and at most twice that; three times with the tree of `robust`, five times where
-/// triangles and shapes mix, four times where triangles may be split (`build=high`).
+/// Estimates the memory of a scene. The estimate is at least the result of [`ReadyScene::memory`]
+/// after preparation, and at most twice that; three times with the tree of `robust`, five times
+/// where triangles and shapes mix, four times where triangles may be split (`build=high`).
 pub fn estimate(scene: &Scene, settings: &Settings) -> Memory {
     estimate_memory(&RenderSetup::new(scene, settings))
 }

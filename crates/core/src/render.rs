@@ -415,8 +415,8 @@ impl<'t, R: Real, T: LightTransport<'t, R>> UnitJob<'_, R, T> {
         }
     }
 
-    /// Generates at most `maximum` samples, starting with one of a pixel: those of this pixel, then of
-    /// the next ones; for path tracing also of the next rows.
+    /// Generates at most `maximum` samples, starting with one of a pixel: those of this pixel, then
+    /// of the next ones; for path tracing also of the next rows.
     fn make_samples(
         &self,
         [x, y]: [u32; 2],

@@ -145,7 +145,8 @@ impl Observer for RayDeadline<'_> {
 }
 
 /// Checks a validated scene as its settings would render it, on the current thread pool. What is
-/// found depends on scene, settings and seed, and on the clock only where [`StressSummary::is_cut`].
+/// found depends on scene, settings and seed, and on the clock only where
+/// [`StressSummary::is_cut`].
 ///
 /// # Errors
 /// See [`PrepareError`]; shapes of which storing leaves nothing are findings.

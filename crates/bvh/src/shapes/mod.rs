@@ -130,8 +130,9 @@ pub trait Shape<R: Real> {
     ) -> Option<ShapeHit<R>>;
 
     /// The surface at a hit that [`Shape::intersect`] returned for the same ray, before it is
-    /// rounded to the stored scalar. `transform_chain` are the maps by whose inverses the ray came from the
-    /// world. They decide how far ray origins must keep from edges and off curved surfaces.
+    /// rounded to the stored scalar. `transform_chain` are the maps by whose inverses the ray came
+    /// from the world. They decide how far ray origins must keep from edges and off curved
+    /// surfaces.
     fn locate_under(
         &self,
         prepared_ray: &PreparedRay,

@@ -70,8 +70,8 @@ impl<R: Real> Triangle<R> {
         Self::at(corners, inside::<R>(corners, weights))
     }
 
-    /// [`Self::surface_point`] without a branch, for several triangles in lanes. The flag says whether
-    /// the point is far from the border; otherwise the surface is not valid.
+    /// [`Self::surface_point`] without a branch, for several triangles in lanes. The flag says
+    /// whether the point is far from the border; otherwise the surface is not valid.
     #[inline(always)]
     pub(crate) fn located_inside(corners: [DVec3; 3], weights: [f64; 2]) -> (SurfacePoint, bool) {
         (

@@ -246,8 +246,8 @@ fn far_starts_are_outside() {
 }
 
 /// Protects: outward rays from a mapped shape do not hit it again, for any condition number of the
-/// map. That the bound includes the inverse map is judged by `bounds_include_the_inverse_map`: under
-/// most maps the normal hides it.
+/// map. That the bound includes the inverse map is judged by `bounds_include_the_inverse_map`:
+/// under most maps the normal hides it.
 #[test]
 fn starts_under_ill_conditioned_maps_are_clear() {
     fn check<R: Real>() {

@@ -31,8 +31,8 @@ pub fn judge(
 
 /// An outcome to be checked.
 pub trait Expect {
-    /// Asserts that no ray is wrong, that at least `minimum` of all rays are judged (in proportion if
-    /// fewer are shot), and that at most one in a thousand is too close to decide.
+    /// Asserts that no ray is wrong, that at least `minimum` of all rays are judged (in proportion
+    /// if fewer are shot), and that at most one in a thousand is too close to decide.
     fn expect_right(&self, minimum: u64);
 }
 

@@ -52,8 +52,8 @@ pub(super) fn average(to: &mut PixelRow, of: &PixelRow, length: usize) {
     }
 }
 
-/// Weights of neighbours: of the mean of three rows of differences, at least zero and a share of the
-/// pixel's own difference, and of the largest difference of a feature.
+/// Weights of neighbours: of the mean of three rows of differences, at least zero and a share of
+/// the pixel's own difference, and of the largest difference of a feature.
 #[inline(always)]
 pub(super) fn weigh(
     to: &mut [f32],
@@ -90,7 +90,8 @@ pub(super) fn weigh(
     }
 }
 
-/// The weight of a distance, exp(-x) with finite support, reduced if the noise is more than doubled.
+/// The weight of a distance, exp(-x) with finite support, reduced if the noise is more than
+/// doubled.
 #[inline(always)]
 pub(super) fn close(apart: f32, noise: f32, inverse: f32) -> f32 {
     let close = 1.0 - apart * 0.25;

@@ -136,8 +136,8 @@ mod tests {
     use super::super::plane::black;
     use super::*;
 
-    /// Protects: the filtered part of a block holds every pixel within reach of a lit one, to the last
-    /// row and column, and nothing of a black block.
+    /// Protects: the filtered part of a block holds every pixel within reach of a lit one, to the
+    /// last row and column, and nothing of a black block.
     #[test]
     fn what_is_lit_is_filtered() {
         let mut colours = [(); 2].map(|()| black([60, 40]));

@@ -33,8 +33,8 @@ impl Display {
 
     /// Returns the exposure in stops, changed by up to twelve whole stops, that brings the share of
     /// clipped pixels to [`MOST_CLIPPED`] or below; where no more are clipped already, the share of
-    /// black pixels with radiance. `None` where both shares are small enough already, or no exposure
-    /// suffices.
+    /// black pixels with radiance. `None` where both shares are small enough already, or no
+    /// exposure suffices.
     pub fn suitable_exposure(self, picture: &Picture) -> Option<f64> {
         let colours = colours(picture);
         let share = |stops: f64| {

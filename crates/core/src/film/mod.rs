@@ -171,7 +171,8 @@ impl Film {
         &self.plan
     }
 
-    /// Returns the text that identifies the scene, as given to [`ReadyScene::film`](crate::ReadyScene::film).
+    /// Returns the text that identifies the scene, as given to
+    /// [`ReadyScene::film`](crate::ReadyScene::film).
     pub fn scene(&self) -> &str {
         &self.identity.scene
     }

@@ -443,8 +443,8 @@ impl Film {
         (sums, again)
     }
 
-    /// Returns the relative sum over some rows where light found by a single replicate is confirmed;
-    /// zero for fewer than four replicates.
+    /// Returns the relative sum over some rows where light found by a single replicate is
+    /// confirmed; zero for fewer than four replicates.
     fn vouched(
         &self,
         planes: &ReplicateStats<'_>,

@@ -5,9 +5,9 @@
 //! [`Lights::sample`] samples a light from a point: a direction, the radiance from there over the
 //! sampling density, that density by solid angle, and the target of a shadow ray.
 //! [`Lights::density`] is the same density for a point of a light that a ray hit, and
-//! [`Emitters::index_of`] leads from that hit to the light. [`Lights::power`] and [`Lights::bounds`]
-//! serve the choice among lights. A delta light has no density ([`Density::Delta`]): no ray can hit
-//! it.
+//! [`Emitters::index_of`] leads from that hit to the light. [`Lights::power`] and
+//! [`Lights::bounds`] serve the choice among lights. A delta light has no density
+//! ([`Density::Delta`]): no ray can hit it.
 //!
 //! Whitted's integrator samples every delta light in scene order, and one emitter chosen by power.
 //! It never samples the sky, so no sky sampler is built. The path tracer chooses one light at each
@@ -325,8 +325,8 @@ impl<R: Real> Lights<R> {
         }
     }
 
-    /// Density by solid angle with which [`Lights::sample`] returns the hit `light_target` of a ray from
-    /// `from` in a unit `direction`: a point of an emitter, or the sky. Zero if never.
+    /// Density by solid angle with which [`Lights::sample`] returns the hit `light_target` of a ray
+    /// from `from` in a unit `direction`: a point of an emitter, or the sky. Zero if never.
     pub fn density(
         &self,
         light: LightId,

@@ -32,8 +32,9 @@ impl<N: Number> ShadingFrame<N> {
 
     /// The frame about a unit normal with its tangent as close as possible to a direction, such as
     /// the direction of a texture's columns. The bitangent is then up in the texture; `mirrored`
-    /// flips it where the normal's side sees the texture mirrored. Falls back to [`Self::from_normal`] if
-    /// the direction is zero, along the normal, or too long or short to be squared.
+    /// flips it where the normal's side sees the texture mirrored. Falls back to
+    /// [`Self::from_normal`] if the direction is zero, along the normal, or too long or short to be
+    /// squared.
     #[inline(always)]
     pub fn from_tangent(normal: N::Vec3, direction: N::Vec3, mirrored: N::Mask) -> Self {
         let across = |v: N::Vec3| v - normal * normal.dot(v);

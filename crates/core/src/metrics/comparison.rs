@@ -81,8 +81,8 @@ pub struct ExceedingPixels {
 /// other picture has display values only.
 ///
 /// # Errors
-/// [`MetricsError::Size`] for different sizes, [`MetricsError::Pixels`] for an empty or inconsistent
-/// picture.
+/// [`MetricsError::Size`] for different sizes, [`MetricsError::Pixels`] for an empty or
+/// inconsistent picture.
 pub fn compare(
     picture: ComparedPicture<'_>,
     reference: ComparedPicture<'_>,

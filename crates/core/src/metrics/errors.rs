@@ -53,8 +53,8 @@ pub struct WorstPixel {
 /// Computes the errors of a picture against a reference of the same size.
 ///
 /// # Errors
-/// [`MetricsError::Size`] for different sizes, [`MetricsError::Pixels`] for an empty or inconsistent
-/// picture.
+/// [`MetricsError::Size`] for different sizes, [`MetricsError::Pixels`] for an empty or
+/// inconsistent picture.
 pub fn errors(picture: &Picture, reference: &Picture) -> Result<PictureErrors, MetricsError> {
     check(picture, reference)?;
     let (mut squares, mut absolutes, mut max_abs, mut worst) = (0.0, 0.0, 0.0_f64, None);
@@ -126,8 +126,8 @@ fn is_finite(rgb: &[f32; 3]) -> bool {
 /// pixel that is not finite.
 ///
 /// # Errors
-/// [`MetricsError::Size`] for different sizes, [`MetricsError::Pixels`] for an empty or inconsistent
-/// picture.
+/// [`MetricsError::Size`] for different sizes, [`MetricsError::Pixels`] for an empty or
+/// inconsistent picture.
 pub fn differences(picture: &Picture, reference: &Picture) -> Result<Vec<f32>, MetricsError> {
     check(picture, reference)?;
     let difference = |(image, truth): (&[f32; 3], &[f32; 3])| {

@@ -71,8 +71,8 @@ fn kept(y: f64) -> f64 {
     }
 }
 
-/// Coverage of a column by the wall that moves from `start` by `travel`: the mean over the column of
-/// the share of time at which the wall covers it, the time before the left edge passes less the
+/// Coverage of a column by the wall that moves from `start` by `travel`: the mean over the column
+/// of the share of time at which the wall covers it, the time before the left edge passes less the
 /// time before the right edge passes.
 fn coverage(column: u32, start: f64, travel: f64) -> f64 {
     let (left, right) = (0.25 * f64::from(column), 0.25 * f64::from(column + 1));

@@ -125,9 +125,9 @@ mod tests {
     use crate::limits::Limits;
     use crate::output::read_picture;
 
-    /// Protects: a mark is a ring of its colour about its point, with its label beside it, and a note
-    /// stands in the lower left corner; the rest of the picture is unchanged, and marks at or beyond
-    /// the edge are clipped.
+    /// Protects: a mark is a ring of its colour about its point, with its label beside it, and a
+    /// note stands in the lower left corner; the rest of the picture is unchanged, and marks at or
+    /// beyond the edge are clipped.
     #[test]
     fn marks_lie_over_the_picture() {
         let folder = tempfile::tempdir().expect("a temporary folder");

@@ -20,8 +20,8 @@ use crate::machine::processor;
 use crate::origin::command_line;
 use crate::table::format_significant;
 
-/// Version of [`AccuracyDocument`]. 3: all figures apply to the picture at its own size, estimated from
-/// tiles, with intervals.
+/// Version of [`AccuracyDocument`]. 3: all figures apply to the picture at its own size, estimated
+/// from tiles, with intervals.
 const FORMAT: u32 = 3;
 
 /// Content of a file, by its extension.

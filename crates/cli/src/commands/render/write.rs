@@ -42,8 +42,8 @@ pub fn write(
     failed.map_or(Ok(written), Err)
 }
 
-/// Writes a file that could not be written under its own name to the folder of the first input or to
-/// the temporary folder, where it replaces nothing. Returns the new file, or `None` without a
+/// Writes a file that could not be written under its own name to the folder of the first input or
+/// to the temporary folder, where it replaces nothing. Returns the new file, or `None` without a
 /// writable folder.
 pub fn keep_elsewhere(
     path: &Path,

@@ -147,7 +147,8 @@ impl SharedView {
         self.state().frame.clone()
     }
 
-    /// Returns the status once it is newer than number `reported`, or the same one after a time limit.
+    /// Returns the status once it is newer than number `reported`, or the same one after a time
+    /// limit.
     pub fn status_after(&self, reported: u64, time: Duration) -> Arc<String> {
         let mut state = self.state();
         state.waiting += 1;

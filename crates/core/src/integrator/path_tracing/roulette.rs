@@ -39,7 +39,8 @@ fn most_survival<R: Real>(traced: u32, roulette: Roulette) -> R {
 }
 
 /// Throughput after roulette with a survival probability of at most `maximum`, and whether the path
-/// survives; no roulette if `maximum` is infinite. Without a branch, for several paths side by side.
+/// survives; no roulette if `maximum` is infinite. Without a branch, for several paths side by
+/// side.
 #[inline(always)]
 pub(super) fn survive<R: Real>(throughput: R::Vec3, maximum: R, u_roulette: R) -> (R::Vec3, bool) {
     // Ends NaN too.

@@ -364,8 +364,8 @@ impl<R: Real> PathTracer<'_, R> {
         );
     }
 
-    /// Shades vertices of one kind and continues their paths. `shade_lanes` returns the responses of a
-    /// batch to its lights, given the number of vertices before it; it sets the properties of
+    /// Shades vertices of one kind and continues their paths. `shade_lanes` returns the responses
+    /// of a batch to its lights, given the number of vertices before it; it sets the properties of
     /// scattered rays that differ from rough opaque surfaces.
     fn shade_each(
         &mut self,

@@ -32,8 +32,8 @@ const SPREAD_TO: f32 = 0.95;
 /// [`DEFAULT_PIXELS_PER_DEGREE`].
 ///
 /// # Errors
-/// [`MetricsError::Size`] for different sizes, [`MetricsError::Pixels`] for an empty or inconsistent
-/// picture, [`MetricsError::PixelsPerDegree`] outside 1 to 1000.
+/// [`MetricsError::Size`] for different sizes, [`MetricsError::Pixels`] for an empty or
+/// inconsistent picture, [`MetricsError::PixelsPerDegree`] outside 1 to 1000.
 pub fn flip(
     picture: &Picture,
     reference: &Picture,
