@@ -270,7 +270,7 @@ impl StressSession<'_> {
         })
     }
 
-    /// The cameras that are looked through, each in the picture's size.
+    /// The cameras that are checked, each with a picture of the size in the settings.
     fn views(&self) -> Vec<CameraPicture> {
         let (scene, size) = (self.scene, self.settings.size);
         let cameras = scene.cameras.iter().enumerate().take(CAMERAS);

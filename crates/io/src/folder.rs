@@ -120,7 +120,7 @@ impl Folder {
 
     /// Creates the folder of a built-in scene, which has no files.
     pub fn none(file_bytes: u64) -> Self {
-        let root = Root::Nowhere("a scene that the program carries cannot read files");
+        let root = Root::Nowhere("a built-in scene cannot read files");
         Self {
             root,
             outside: false,

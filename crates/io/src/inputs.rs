@@ -66,8 +66,9 @@ impl InputFiles {
         self.read.union(&self.absent).map(PathBuf::as_path)
     }
 
-    /// Returns the first of many places that must not be written to, each given with the
-    /// fingerprint of its existing file. Every input is opened once, however many places are given.
+    /// Returns the first of the given places where output would overwrite an input. A place comes
+    /// with the fingerprint of the file already there, if any. All places are checked together, so
+    /// that each input is opened only once.
     pub fn first_clash<'a>(
         &self,
         places: impl IntoIterator<Item = (&'a OutputPlace, Option<u64>)>,

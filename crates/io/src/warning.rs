@@ -10,7 +10,7 @@ use serde::{Serialize, Serializer};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Severity {
-    /// The picture follows the file, or differs negligibly; the program made a choice.
+    /// The program had to make a choice, but the picture follows the file or differs negligibly.
     Note,
     /// A part of the file is absent from the picture or shown differently.
     LeftOut,

@@ -137,7 +137,7 @@ fn numbers_say_what_they_count() {
     let run = sandbox.run(&["stress", "faults.scene.toml", "--budget", "10min", "-q"]);
     let text = run.text();
     for words in [
-        "rays on whose way it lies went only in or only out",
+        "rays that meet it only enter it or only leave it",
         "objects[1] - duplicate-object",
         "furnaces (2 materials)",
         " metres, pixel ",

@@ -229,8 +229,8 @@ impl Bvh8 {
     }
 }
 
-/// Entry points of an instruction set: methods of its token, each of which calls a function
-/// compiled for the instruction set by an attribute.
+/// Entry points of an instruction set, as methods of the token that proves its presence. Each calls
+/// a function with the attribute that compiles it for the instruction set.
 macro_rules! entries {
     ($token:ident, $compiled:meta: $(
         $(#[doc = $about:literal])*

@@ -63,7 +63,8 @@ impl<R: Real> Triangle<R> {
         SurfacePoint::new(a + ab * u + ac * v, normal * inverse, error)
     }
 
-    /// The surface at the given weights, moved off the border.
+    /// The surface point at the given barycentric weights, which are first moved off the edges of
+    /// the triangle.
     #[inline(always)]
     pub(crate) fn surface_point(&self, weights: [f64; 2]) -> SurfacePoint {
         let corners = self.vertices.map(Vector::to_f64);

@@ -191,7 +191,7 @@ pub fn leaks<R: Real>(
     )
 }
 
-/// The leaks of the library's tree.
+/// Counts the rays at a closed mesh that miss it in the BVH of this crate.
 pub fn leaks_of_library<R: Real>(
     name: &str,
     mesh: &ClosedMesh,

@@ -234,7 +234,7 @@ pub struct LightArgs {
     pub clamp: Option<f64>,
 
     /// Seed of the random numbers: the same seed gives the same picture, bit for bit [default: the
-    /// scene's; models 0]
+    /// scene's; for models 0]
     #[arg(long, value_name = "N", allow_hyphen_values = true)]
     pub seed: Option<u64>,
 
@@ -267,15 +267,15 @@ impl From<Precision> for PrecisionChoice {
 pub struct DisplayArgs {
     /// Brighten by stops: 1 doubles, -1 halves; auto takes the whole stops by which at most a tenth
     /// of the picture is clipped or black, those of the first picture where a scene has several
-    /// [default: the scene's; models 0]
+    /// [default: the scene's; for models 0]
     #[arg(long, value_name = "STOPS|auto", value_parser = values::exposure, allow_hyphen_values = true)]
     pub exposure: Option<Exposure>,
 
-    /// Compression of bright light [default: the scene's; models khronos-neutral]
+    /// Compression of bright light [default: the scene's; for models khronos-neutral]
     #[arg(long, value_name = "NAME", value_parser = names::variants::<ToneMap>())]
     pub tonemap: Option<ToneMap>,
 
-    /// Transfer curve of the picture's codes [default: the scene's; models srgb]
+    /// Transfer curve of pixel values [default: the scene's; for models srgb]
     #[arg(long, value_name = "CURVE", value_parser = names::variants::<TransferCurve>())]
     pub gamma: Option<TransferCurve>,
 

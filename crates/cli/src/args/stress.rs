@@ -43,7 +43,7 @@ pub struct StressArgs {
     #[arg(long, value_name = "NAME", value_enum)]
     pub precision: Option<Precision>,
 
-    /// Seed of the rays: the same seed gives the same rays [default: the scene's; models 0]
+    /// Seed of the rays: the same seed gives the same rays [default: the scene's; for models 0]
     #[arg(long, value_name = "N", allow_hyphen_values = true)]
     pub seed: Option<u64>,
 

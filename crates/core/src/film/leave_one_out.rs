@@ -49,7 +49,8 @@ const FEWEST: f64 = 40.0;
 pub(super) struct SingleReplicateBound {
     /// Largest weight of a squared error.
     pub most: [f64; 3],
-    /// Relative uncertainty of the weight due to a single event, independent between pixels.
+    /// Relative uncertainty of the weight because light was found only once; independent between
+    /// pixels.
     pub deviation: [f64; 3],
     /// Relative uncertainty of the weight due to the prior, common to all pixels.
     pub prior: [f64; 3],

@@ -40,7 +40,7 @@ pub(crate) struct PixelSums {
     /// Summed coverage in units of 1/[`WHOLE`], for the alpha: whole numbers, so that the order of
     /// addition does not matter.
     pub covered: u32,
-    /// Summed coverage by a ground's shadow, in the same units.
+    /// Summed coverage by a ground's shadow, in the units of `covered`.
     pub shadowed: u32,
 }
 

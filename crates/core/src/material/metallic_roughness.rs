@@ -290,8 +290,8 @@ impl<N: Number> MetallicRoughness<N> {
         bsdf
     }
 
-    /// [`Self::transport`] where every lane is rough and none transmits: the same numbers from two
-    /// lobes of kinds known at compile time.
+    /// The BSDF of [`Self::transport`] for lanes that are all rough and do not transmit. Its two
+    /// lobes have kinds known at compile time.
     #[inline(always)]
     pub fn rough(&self, normal: N::Vec3, wo: N::Vec3, compensated: bool) -> Bsdf<N, Lobe<N>, 2> {
         let dielectric = N::ONE - self.metallic;

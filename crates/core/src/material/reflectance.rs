@@ -18,7 +18,7 @@ pub struct Reflectance<N: Number> {
     pub metal: N::Vec3,
     /// Complex index of the metal, n and k, for Fresnel's equations in place of Schlick's formula.
     pub conductor: Option<[N::Vec3; 2]>,
-    /// A thin film over both parts.
+    /// A thin film over the dielectric and the metal part.
     pub film: Option<ThinFilm<N>>,
 }
 

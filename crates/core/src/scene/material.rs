@@ -118,7 +118,7 @@ pub struct Classic {
     pub rim: Option<Rim>,
     /// A traced mirror reflection.
     pub reflection: Option<Reflection>,
-    /// Traced refraction, with the reflection of glass. Excludes `reflection`.
+    /// Traced refraction, and the mirror reflection of glass. Cannot be combined with `reflection`.
     pub transmission: Option<Transmission>,
     /// Emitted radiance.
     pub emission: Option<ColourInput>,

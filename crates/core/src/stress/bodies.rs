@@ -107,7 +107,7 @@ impl Bodies<'_> {
             }
             let reason = "rays go into a body of glass and do not come out of it, or the other way round: it is open, and they are bent and tinted wrongly";
             let remedy = "close it (a tube by `caps`), or set `thin_walled` where it is to be a pane without an inside";
-            let predicate = "on whose way it lies went only in or only out";
+            let predicate = "that meet it only enter it or only leave it";
             Some(
                 self.finding(FindingCode::OpenBody, object, reason, remedy)
                     .counted(sighting.count, hit_count, "rays", predicate)

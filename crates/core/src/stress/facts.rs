@@ -60,9 +60,9 @@ pub(crate) struct ObjectFacts<'a> {
     /// Its material with its place in the scene's list.
     pub material: Option<(usize, &'a Material)>,
     pub matter: SurfaceMatter,
-    /// From its own space to the world, of a generator's the first one's.
+    /// From object space to the world; for a generator, that of its first object.
     pub map: DAffine3,
-    /// The box around it, of a generator's around the first one; none where it has no end.
+    /// Bounding box of the object, or of a generator's first object; none if it is unbounded.
     pub bounds: Option<Aabb>,
 }
 

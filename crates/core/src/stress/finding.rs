@@ -73,17 +73,17 @@ codes! {
     NoTextureCoordinates = "no-texture-coordinates";
     /// Triangles all of whose corners read one place of a normal map.
     FlatTextureCoordinates = "flat-texture-coordinates";
-    /// A mesh of which storing leaves nothing.
+    /// A mesh that is empty once its coordinates are stored.
     LostObject = "lost-object";
-    /// A shape of which storing leaves nothing.
+    /// A shape that is empty once its coordinates are stored.
     LostShape = "lost-shape";
-    /// An object of which storing loses the fine shape.
+    /// An object whose fine detail is lost when its coordinates are stored.
     UnresolvedObject = "unresolved-object";
-    /// Triangles that storing makes flat.
+    /// Triangles without area once their coordinates are stored.
     LostTriangles = "lost-triangles";
     /// A scene or an object of an unlikely size.
     ExtremeScale = "extreme-scale";
-    /// An object that is there again.
+    /// An object in the same place as another object.
     DuplicateObject = "duplicate-object";
     /// A body of glass that rays enter and do not leave.
     OpenBody = "open-body";

@@ -83,8 +83,8 @@ fn dark(material: &Material) -> Material {
     material
 }
 
-/// The mean of what a ball in white light sends back, by the brightest channel; none where the ball
-/// can't be shown.
+/// Mean radiance of a ball of the material under a uniform white sky of radiance 1, in the brightest
+/// channel; none if the scene cannot be prepared.
 fn directional_albedo(scene: &Scene, material: &Material, settings: &Settings) -> Option<f64> {
     let camera = Camera {
         name: String::new(),

@@ -37,7 +37,7 @@ pub(super) fn check(scene_facts: &SceneFacts<'_>, views: &[CameraPicture]) -> Ve
     findings
 }
 
-/// A light that is in the place of another one.
+/// The finding that a light duplicates another light.
 fn twins(scene_facts: &SceneFacts<'_>, [twin, index]: [usize; 2]) -> StressFinding {
     let [a, b] = [twin, index].map(|index| &scene_facts.scene.lights[index]);
     let other = FindingSubject::Light(twin).words(scene_facts.scene);

@@ -71,9 +71,9 @@ pub(super) fn arity(kind: &str) -> Outcome<usize> {
         "VEC4" => 4,
         "MAT4" => 16,
         "MAT2" | "MAT3" => {
-            return Err(Fault::input(
-                "is a matrix of two or three rows, which nothing reads",
-            ));
+            return Err(Fault::input(format!(
+                "has the type {kind}, which no supported property uses"
+            )));
         }
         _ => {
             return Err(Fault::input(format!(

@@ -32,7 +32,7 @@ pub(super) fn split(
         warnings.add(
             WarningCode::Picture,
             format!(
-                "{strays} triangles have a texnumber beyond its {} images; they show none",
+                "{strays} triangles have a texnumber beyond the file's {} images and are shown without an image",
                 images.len()
             ),
         );

@@ -15,10 +15,11 @@ const FACET: usize = 50;
 /// Dialects of facet colours.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Dialect {
-    /// Materialise Magics: the header has a default colour, replaced by a facet's colour where its
-    /// top bit is clear; red in the low bits.
+    /// Materialise Magics: the header has a default colour. A facet whose attribute word has a clear
+    /// top bit has its own colour instead, with red in the low bits.
     Magics([f32; 3]),
-    /// VisCAM and SolidView: a facet has a colour where its top bit is set; blue in the low bits.
+    /// VisCAM and SolidView: a facet whose attribute word has a set top bit has its own colour, with
+    /// blue in the low bits.
     VisCam,
 }
 

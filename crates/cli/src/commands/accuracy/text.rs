@@ -365,7 +365,7 @@ fn frontier(document: &AccuracyDocument<'_>) -> String {
     let rows: Vec<[String; 4]> = [heads].into_iter().chain(rows).collect();
     let place =
         |measured: &&MeasuredSetting| (measured.seconds.value, measured.errors.relmse.value.sqrt());
-    let words = "worth their time: no setting measured is both faster and nearer to the reference; the flags stand behind";
+    let words = "worth their time: no other measured setting is both faster than one of these and nearer to the reference; flags are last";
     let table = lay_out_aligned([RIGHT, RIGHT, RIGHT, Align::Left], &rows);
     let plot = scatter(
         &points.iter().map(place).collect::<Vec<_>>(),

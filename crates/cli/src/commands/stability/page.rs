@@ -6,7 +6,7 @@ use super::text::{COLUMNS, cases, of, percent, rest, table};
 use super::{CaseRow, StabilityReport};
 use crate::origin::command_line;
 
-const TITLE: &str = "How far hard cases stay within their bounds";
+const TITLE: &str = "Margins of the hard cases: error bound over worst error";
 
 /// Colours of the precisions.
 const PRECISIONS: [(&str, ThemeColour); 2] = [

@@ -255,8 +255,8 @@ impl MeasurementSession<'_> {
         }
     }
 
-    /// Returns the samples that a setting may take on a tile before it gets fewer tiles than
-    /// others.
+    /// Returns the cost, in samples per tile, above which a setting is measured on fewer tiles than
+    /// the others.
     fn most(&self, grid: &TileGrid) -> f64 {
         2.0 * self.cost(&Setting::default(), grid)
     }

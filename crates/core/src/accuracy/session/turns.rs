@@ -18,8 +18,9 @@ const PLANNED: f64 = 4.0;
 const PASSES: [f64; 3] = [0.5, 0.7, 1.0];
 
 impl MeasurementSession<'_> {
-    /// Times the setting in use, the named settings and their closest competitors in turns; then
-    /// the settings that are named instead.
+    /// Measures in turns the time of the setting in use, of the recommended settings and of their
+    /// closest competitors. If the recommendation changes, the newly recommended settings are
+    /// measured too.
     pub(super) fn turns(
         &self,
         settings: &[Setting],

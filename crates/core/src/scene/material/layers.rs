@@ -31,7 +31,7 @@ file_struct! {
     roughness_texture: Option<TextureRef> = None, Any;
     /// Normal map of the coat; none: the coat is smooth, whatever the surface below.
     normal_texture: Option<TextureRef> = None, Any;
-    /// Factor of the image's red and green directions.
+    /// Factor of the normal map's red and green components.
     normal_scale: f64 = 1.0, Finite;
 }
 

@@ -37,7 +37,7 @@ macro_rules! physical_fields {
             /// outwards, each from −1 to 1 over the codes. Its texture's colour space must be
             /// linear.
             normal_texture: Option<TextureRef> = None, Any, NormalMaps;
-            /// Factor of the image's red and green directions; 0: the surface is smooth.
+            /// Factor of the normal map's red and green components; at 0 the map has no effect.
             normal_scale: f64 = 1.0, Finite;
             /// Index of refraction, from 1 to 1000; a varying value is clamped to that range. 0:
             /// the dielectric part reflects all light at every angle, reduced only by `specular`
