@@ -107,7 +107,12 @@ impl ReplicateBuffer {
         Self {
             sums: Vec::with_capacity(pixels),
             samples: Vec::with_capacity(pixels),
-            layers: vec![Vec::new(); plan.layers.mean.len()],
+            layers: plan
+                .layers
+                .mean
+                .iter()
+                .map(|_| Vec::with_capacity(pixels))
+                .collect(),
             ..Self::default()
         }
     }

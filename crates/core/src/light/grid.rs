@@ -10,7 +10,7 @@
 use core::f64::consts::{PI, TAU};
 
 use glam::DVec3;
-use raywright_bvh::Real;
+use raywright_bvh::{Real, SimdTask, prefetch, run_widest};
 
 use super::cdf::{guide_len, pick_guided, probability_of, push_guide, push_shares, sample_index};
 use crate::number::sines_and_cosines;
@@ -19,6 +19,8 @@ use crate::number::sines_and_cosines;
 const BLOCKS: [usize; 2] = [128, 64];
 /// Ratio of brightest to darkest radiance up to which a block counts as uniform.
 const EVEN: f64 = 1.25;
+/// Directions drawn together.
+const LANES: usize = 8;
 /// Marks a uniform block, in place of its cells' index.
 const WHOLE: u32 = u32::MAX;
 
@@ -142,7 +144,42 @@ impl SphereGrid {
     }
 
     /// Samples a unit direction for two numbers in [0, 1).
-    pub fn direction(&self, [u, v]: [f64; 2]) -> DVec3 {
+    pub fn direction(&self, numbers: [f64; 2]) -> DVec3 {
+        let mut lanes = DirectionLanes::<1>::default();
+        lanes.set(0, self.polar_direction(self.block_point(numbers)));
+        let [x, y, z] = lanes.run().map(|[x]| x);
+        DVec3::new(x, y, z)
+    }
+
+    /// [`Self::direction`] of many, in order. Faster than one by one, with prefetched tables and
+    /// vectorised trigonometry.
+    pub fn directions(
+        &self,
+        mut numbers: impl Iterator<Item = [f64; 2]>,
+        mut visit: impl FnMut(DVec3),
+    ) {
+        loop {
+            let (mut blocks, mut count) = ([BlockPoint::default(); LANES], 0);
+            for (block, numbers) in blocks.iter_mut().zip(numbers.by_ref()) {
+                *block = self.block_point(numbers);
+                prefetch(&self.cells, block.part as usize);
+                count += 1;
+            }
+            let mut lanes = DirectionLanes::<LANES>::default();
+            for (lane, &block) in blocks[..count].iter().enumerate() {
+                lanes.set(lane, self.polar_direction(block));
+            }
+            let [x, y, z] = run_widest(lanes);
+            (0..count).for_each(|lane| visit(DVec3::new(x[lane], y[lane], z[lane])));
+            if count < LANES {
+                return;
+            }
+        }
+    }
+
+    /// The block of two numbers, and the place in it.
+    #[inline(always)]
+    fn block_point(&self, [u, v]: [f64; 2]) -> BlockPoint {
         let (guide, guides) = self.guides.split_at(guide_len(self.rows.len()));
         let (y, _, down) = pick_guided(&self.rows, guide, v);
         let (blocks, parts) = (
@@ -150,26 +187,44 @@ impl SphereGrid {
             guide_len(self.width.div_ceil(self.block[0])),
         );
         let (x, _, along) = pick_guided(blocks, &guides[y * parts..][..parts], u);
+        BlockPoint {
+            at: [x, y],
+            part: self.parts[y * blocks.len() + x],
+            numbers: [along, down],
+        }
+    }
+
+    /// The direction at a place in a block.
+    #[inline(always)]
+    fn polar_direction(&self, place: BlockPoint) -> PolarDirection {
+        let BlockPoint {
+            at: [x, y],
+            part,
+            numbers: [along, down],
+        } = place;
         let ([left, top], [columns, rows]) = self.extent(x, y);
-        let (index, height) = (self.parts[y * blocks.len() + x], self.angles.len());
-        let (column, row, down, span) = if index == WHOLE {
+        let (column, row, down, span) = if part == WHOLE {
             (left as f64 + along * columns as f64, top, down, rows)
         } else {
-            let cells = &self.cells[index as usize..];
+            let cells = &self.cells[part as usize..];
             let (row, _, down) = sample_index(&cells[..rows], down);
             let (column, _, along) = sample_index(&cells[rows + row * columns..][..columns], along);
             ((left + column) as f64 + along, top + row, down, 1)
         };
         // Counted from the nearer pole.
+        let height = self.angles.len();
         let upper = 2 * row < height;
         let edge = |row: usize| self.edges[if upper { row } else { height - row }];
-        let h = edge(row) + (edge(row + span) - edge(row)) * down;
-        let (y, ring) = (
-            if upper { 1.0 - h } else { h - 1.0 },
-            (h * (2.0 - h)).max(0.0).sqrt(),
-        );
-        let (sin, cos) = sine_and_cosine(TAU * (column / self.width as f64 + self.turn - 0.5));
-        DVec3::new(ring * cos, y, ring * sin)
+        let from_pole = edge(row) + (edge(row + span) - edge(row)) * down;
+        PolarDirection {
+            height: if upper {
+                1.0 - from_pole
+            } else {
+                from_pole - 1.0
+            },
+            from_pole,
+            angle: TAU * (column / self.width as f64 + self.turn - 0.5),
+        }
     }
 
     /// Density by solid angle of a direction, given by its coordinates in the equirectangular
@@ -211,13 +266,73 @@ impl SphereGrid {
     }
 }
 
-/// Sine and cosine of any angle; faster within one turn either way.
-fn sine_and_cosine(angle: f64) -> (f64, f64) {
-    if angle.abs() > TAU {
-        return libm::sincos(angle);
+/// A block by column and row, the place of its cells, and two numbers in [0, 1) within it.
+#[derive(Clone, Copy, Default)]
+struct BlockPoint {
+    at: [usize; 2],
+    part: u32,
+    numbers: [f64; 2],
+}
+
+/// A direction by its height, its distance from the nearer pole along the axis, and its azimuth.
+struct PolarDirection {
+    height: f64,
+    from_pole: f64,
+    angle: f64,
+}
+
+/// Directions before the sines and cosines of their azimuths.
+struct DirectionLanes<const N: usize> {
+    height: [f64; N],
+    from_pole: [f64; N],
+    angle: [f64; N],
+}
+
+impl<const N: usize> Default for DirectionLanes<N> {
+    fn default() -> Self {
+        let [height, from_pole, angle] = [[0.0; N]; 3];
+        Self {
+            height,
+            from_pole,
+            angle,
+        }
     }
-    let [[sine], [cosine]] = sines_and_cosines([angle.abs()]);
-    (if angle < 0.0 { -sine } else { sine }, cosine)
+}
+
+impl<const N: usize> DirectionLanes<N> {
+    #[inline(always)]
+    fn set(&mut self, lane: usize, direction: PolarDirection) {
+        self.height[lane] = direction.height;
+        self.from_pole[lane] = direction.from_pole;
+        self.angle[lane] = direction.angle;
+    }
+}
+
+impl<const N: usize> SimdTask for DirectionLanes<N> {
+    type Output = [[f64; N]; 3];
+
+    #[inline(always)]
+    fn run(self) -> Self::Output {
+        let turns = self.angle.map(f64::abs);
+        let [mut sines, mut cosines] = sines_and_cosines(turns);
+        for (sine, angle) in sines.iter_mut().zip(self.angle) {
+            *sine = if angle < 0.0 { -*sine } else { *sine };
+        }
+        if turns.iter().fold(false, |far, &turn| far | (turn > TAU)) {
+            for i in 0..N {
+                if turns[i] > TAU {
+                    (sines[i], cosines[i]) = libm::sincos(self.angle[i]);
+                }
+            }
+        }
+        let (mut x, mut z) = ([0.0; N], [0.0; N]);
+        for i in 0..N {
+            let h = self.from_pole[i];
+            let ring = (h * (2.0 - h)).max(0.0).sqrt();
+            (x[i], z[i]) = (ring * cosines[i], ring * sines[i]);
+        }
+        [x, self.height, z]
+    }
 }
 
 fn positive(x: f64) -> f64 {

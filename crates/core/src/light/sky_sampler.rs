@@ -182,8 +182,16 @@ impl SkySampler {
 
     /// [`Self::drawn`] of many, one after the other; faster than one by one.
     pub fn drawn_each<R: Real>(&self, positions: impl Iterator<Item = [f32; 2]>) -> Vec<R::Vec3> {
-        let SkyForm::Lobes { lobes, shares } = &self.form else {
-            return positions.map(|at| self.drawn::<R>(at)).collect();
+        let (lobes, shares) = match &self.form {
+            SkyForm::Even => return positions.map(|at| self.drawn::<R>(at)).collect(),
+            SkyForm::Grid(grid) => {
+                let mut directions = Vec::with_capacity(positions.size_hint().0);
+                grid.directions(positions.map(|at| at.map(f64::from)), |direction| {
+                    directions.push(R::Vec3::from_f64(direction));
+                });
+                return directions;
+            }
+            SkyForm::Lobes { lobes, shares } => (lobes, shares),
         };
         let mut directions = Vec::new();
         let chosen = positions.map(|position| {

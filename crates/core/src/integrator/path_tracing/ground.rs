@@ -45,10 +45,11 @@ impl<R: Real> PathTracer<'_, R> {
         }
         let mut numbers = Vec::new();
         fours(sequences.iter().copied(), &mut numbers);
-        let directions: Vec<R::Vec3> = numbers
-            .iter()
-            .map(|&[u, v, ..]| Vector::from_f64(ground.light.direction([u.into(), v.into()])))
-            .collect();
+        let mut directions: Vec<R::Vec3> = Vec::with_capacity(numbers.len());
+        ground.light.directions(
+            numbers.iter().map(|&[u, v, ..]| [u.into(), v.into()]),
+            |direction| directions.push(Vector::from_f64(direction)),
+        );
         for (&(index, point, time), &direction) in hit_points.iter().zip(&directions) {
             let (towards, range) = (
                 Ray::new(point, direction).at_time(time),

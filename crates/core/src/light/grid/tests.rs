@@ -192,3 +192,19 @@ fn blocks_are_drawn_by_their_density() {
         "χ² of {chi2} over {degrees} cells"
     );
 }
+
+/// Protects: directions drawn together have the bits of each drawn alone, with full and partial
+/// lanes, and with azimuths beyond a turn.
+#[test]
+fn many_directions_are_those_of_each() {
+    let speckle = |x: usize, y: usize| (mix((x / 9 * 1000 + y) as u64) % 97) as f64;
+    for turn in [0.0, 0.3, 0.999] {
+        let grid = SphereGrid::new(301, 133, turn, speckle).expect("it is not black");
+        for count in [0, 1, 7, 8, 9, 20_003] {
+            let mut many = Vec::new();
+            grid.directions((0..count).map(numbers), |direction| many.push(direction));
+            let each: Vec<DVec3> = (0..count).map(|i| grid.direction(numbers(i))).collect();
+            assert_eq!(many, each, "{count} turned by {turn}");
+        }
+    }
+}
