@@ -27,6 +27,7 @@ mod bodies;
 mod cameras;
 mod causes;
 mod coplanar;
+mod count;
 mod duplicates;
 mod faces;
 mod facts;

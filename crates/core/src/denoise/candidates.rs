@@ -4,7 +4,8 @@
 use core::array::from_fn;
 
 use super::features::{distance, features};
-use super::filter::{FAR, FilterOutput, Guide, NEAR, Strictness, Workspace, filter};
+use super::filter::{FAR, FilterOutput, NEAR, Workspace, filter};
+use super::guide::{Guide, Strictness};
 use super::plane::{
     ColourPlanes, PixelPlane, Window, black, brightest, mean, smooth_variance, variance,
 };

@@ -10,29 +10,10 @@ use std::sync::LazyLock;
 
 use raywright_bvh::{SimdTask, run_widest};
 
+use super::guide::{Guide, Strictness};
 use super::loops;
 use super::plane::{ColourPlanes, PixelPlane, Window, black};
 use super::rows::{Compared, Filtered, LANES, PixelRow, ROW, Sums, lit_part};
-/// Strictness of the comparison: inverse of the squared tolerance in units of noise, and the least
-/// share of a pixel's own difference in the mean over its neighbours.
-#[derive(Clone, Copy)]
-pub(super) struct Strictness {
-    pub inverse: f32,
-    pub own: f32,
-}
-
-/// Guide for comparing pixels.
-pub(super) struct Guide<'a> {
-    pub colour: &'a ColourPlanes,
-    /// Variance of the guide, summed over channels.
-    pub variance: &'a PixelPlane,
-    /// Variance of the targets, and its inverse: much noisier pixels get less weight.
-    pub noise: &'a PixelPlane,
-    pub inverse_noise: &'a PixelPlane,
-    /// Features, each with the inverse of the tolerated squared difference.
-    pub features: &'a [(PixelPlane, PixelPlane)],
-    pub strictness: Strictness,
-}
 
 /// Filtered means, and the weight of each pixel in its own mean; zero outside the filtered part.
 pub(super) struct FilterOutput {

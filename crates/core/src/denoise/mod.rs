@@ -23,6 +23,7 @@ mod claim;
 pub(crate) mod demand;
 mod features;
 mod filter;
+mod guide;
 mod loops;
 mod mixture;
 mod plane;

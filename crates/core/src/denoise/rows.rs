@@ -3,7 +3,7 @@
 
 use core::ops::Range;
 
-use super::filter::Guide;
+use super::guide::Guide;
 use super::plane::{ColourPlanes, PixelPlane, Window};
 
 /// Loops run to a multiple of this length.

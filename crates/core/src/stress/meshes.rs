@@ -5,10 +5,11 @@ use std::collections::{BTreeMap, HashSet};
 use glam::DVec3;
 
 use super::cameras::{CameraPicture, nearest};
+use super::count::CountAndFirst;
 use super::facts::{ObjectFacts, SceneFacts, SurfaceMatter, scene_point};
 use super::finding::{FindingCode, Severity, StressFinding, decimal};
 use super::ray_survey::{RaySurvey, Sightings};
-use super::topology::{CountAndFirst, Topology, TriangleEdge};
+use super::topology::{Topology, TriangleEdge};
 use super::triangles::TriangleCounts;
 use crate::scene::{MeshData, Model};
 

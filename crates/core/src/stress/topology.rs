@@ -6,51 +6,11 @@ use std::collections::HashMap;
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::count::CountAndFirst;
 use super::fans::{TriangleFan, fans};
 use super::seams::seam;
 use super::windings::turned_triangles;
 use crate::scene::MeshData;
-
-/// Of what is counted so many are kept.
-const KEPT: usize = 1 << 10;
-
-/// How many, and some of them: the first that were counted.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct CountAndFirst<T = u32> {
-    pub count: u64,
-    pub some: Vec<T>,
-}
-
-impl<T> Default for CountAndFirst<T> {
-    fn default() -> Self {
-        Self {
-            count: 0,
-            some: Vec::new(),
-        }
-    }
-}
-
-impl<T> CountAndFirst<T> {
-    pub fn add(&mut self, one: T) {
-        self.count += 1;
-        if self.some.len() < KEPT {
-            self.some.push(one);
-        }
-    }
-
-    pub fn plus(mut self, other: Self) -> Self {
-        self.count += other.count;
-        let room = KEPT - self.some.len();
-        self.some.extend(other.some.into_iter().take(room));
-        self
-    }
-
-    pub fn of(all: impl Iterator<Item = T>) -> Self {
-        let mut tally = Self::default();
-        all.for_each(|one| tally.add(one));
-        tally
-    }
-}
 
 /// An edge with one of its triangles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

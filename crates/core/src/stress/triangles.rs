@@ -3,7 +3,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::topology::CountAndFirst;
+use super::count::CountAndFirst;
 use crate::scene::MeshData;
 
 /// The height of a triangle as a share of its longest edge below which it is next to a line.

@@ -1,6 +1,6 @@
 //! Which way the triangles of a mesh are turned, by their neighbours.
 
-use super::topology::CountAndFirst;
+use super::count::CountAndFirst;
 
 /// Triangles that disagree with most of those that they hang together with about which side is
 /// out; of as many each way, those without the first one.
