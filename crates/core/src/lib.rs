@@ -39,7 +39,7 @@
 //! struct Stop(AtomicBool);
 //!
 //! impl Observer for Stop {
-//!     fn cancelled(&self) -> bool {
+//!     fn is_cancelled(&self) -> bool {
 //!         self.0.load(Ordering::Relaxed)
 //!     }
 //! }

@@ -11,10 +11,10 @@ use super::scope::{Variable, VariableValues};
 ///
 /// ```
 /// use std::collections::BTreeMap;
-/// use raywright_core::expr::{VariableValues, Programs, Scope, compile};
+/// use raywright_core::expr::{Programs, ExprScope, VariableValues, compile};
 ///
 /// let mut programs = Programs::<f32>::default();
-/// let stripes = programs.add(&compile("fract(4*u) < 0.5 ? 1 : 0.2", &BTreeMap::new(), Scope::Surface)?);
+/// let stripes = programs.add(&compile("fract(4*u) < 0.5 ? 1 : 0.2", &BTreeMap::new(), ExprScope::Surface)?);
 /// assert_eq!(programs.scalar(stripes, &VariableValues { u: 0.2, ..VariableValues::default() }), 0.2);
 /// # Ok::<(), raywright_core::expr::ExprError>(())
 /// ```
