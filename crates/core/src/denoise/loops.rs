@@ -125,3 +125,81 @@ pub(super) fn add(to: &mut [f32], values: &[f32]) {
         to[i] += values[i];
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::rows::ROW;
+    use super::*;
+    use crate::hash::mix;
+
+    /// A pseudo-random number in [0, 1).
+    fn number(seed: u64) -> f32 {
+        (mix(seed) >> 40) as f32 / (1_u32 << 24) as f32
+    }
+
+    fn random_row(seed: u64) -> PixelRow {
+        core::array::from_fn(|i| number(mix(seed) ^ i as u64))
+    }
+
+    /// Protects: each pixel of a row, the first and the last ones too, gets the mean of itself and
+    /// its neighbours, in rows of one pixel, two, a multiple of the lanes, and the full length.
+    #[test]
+    fn means_of_three_reach_both_ends() {
+        let row = random_row(1);
+        for length in [1, 2, 3, 4, 15, 16, 17, 18, 19, 33, 100, ROW - 16, ROW - 14] {
+            let mut means = [f32::NAN; ROW];
+            average(&mut means, &row, length);
+            for i in 0..length {
+                let neighbours = [i.saturating_sub(1), i, (i + 1).min(length - 1)];
+                let mean = neighbours.map(|k| f64::from(row[k])).iter().sum::<f64>() / 3.0;
+                assert!(
+                    (f64::from(means[i]) - mean).abs() < 1e-6,
+                    "pixel {i} of {length}: {} for {mean}",
+                    means[i]
+                );
+            }
+        }
+    }
+
+    /// Protects: a weight follows the largest of the rows' mean difference, the share of the
+    /// pixel's own difference, and each of the features' differences, not the first one alone.
+    #[test]
+    fn weights_follow_the_largest_difference() {
+        const SHARE: f32 = 0.5;
+        const X: usize = 3;
+        const BESIDE: usize = 7;
+        let [mut row, mut other] = [Compared::BLACK, Compared::BLACK];
+        let length = 2 * (FEATURES + 2);
+        let [mut differences, mut own] = [[0.0_f32; ROW]; 2];
+        // Pixel 2k is apart by one cause, k, alone; pixel 2k + 1 by nothing.
+        for k in 0..FEATURES {
+            row.features[k][X + 2 * k] = 1.0;
+            row.tolerances[k][X + 2 * k] = 0.5 + k as f32 * 0.1;
+        }
+        differences[2 * FEATURES] = 2.0;
+        own[2 * FEATURES + 2] = 3.0;
+        row.noise = [1.0; ROW];
+        other.inverse_noise = [1.0; ROW];
+        let mut weights = [f32::NAN; ROW];
+        weigh(
+            &mut weights[..length],
+            [&differences, &differences, &differences],
+            (&own, SHARE),
+            (&row, X),
+            (&other, BESIDE),
+        );
+        for (i, &weight) in weights[..length].iter().enumerate() {
+            let apart = match i / 2 {
+                _ if i % 2 == 1 => 0.0,
+                k if k < FEATURES => 0.5 + k as f32 * 0.1,
+                FEATURES => 2.0,
+                _ => SHARE * 3.0,
+            };
+            let expected = (1.0 - apart / 4.0).powi(4);
+            assert!(
+                (weight - expected).abs() < 1e-6,
+                "pixel {i}: {weight} for {expected}"
+            );
+        }
+    }
+}

@@ -29,7 +29,7 @@ pub(super) struct Compared {
 }
 
 impl Compared {
-    const BLACK: Self = Self {
+    pub const BLACK: Self = Self {
         colour: [[0.0; ROW]; 3],
         variance: [0.0; ROW],
         noise: [0.0; ROW],

@@ -40,3 +40,33 @@ impl<T> CountAndFirst<T> {
         tally
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Protects: the sum of two counts counts all items and keeps the first of both in order, up to
+    /// the room that is left.
+    #[test]
+    fn a_sum_counts_all_and_keeps_the_first() {
+        for (left, right) in [
+            (0, 0),
+            (0, 3),
+            (3, 0),
+            (KEPT - 1, 5),
+            (KEPT + 7, 5),
+            (2, KEPT),
+        ] {
+            let [first, second] = [0..left, left..left + right].map(CountAndFirst::of);
+            let sum = first.plus(second);
+            let all = left + right;
+            assert_eq!(sum.count, all as u64, "{left} and {right}");
+            let kept = left.min(KEPT) + right.min(KEPT - left.min(KEPT));
+            assert_eq!(
+                sum.some,
+                (0..kept).collect::<Vec<_>>(),
+                "{left} and {right}"
+            );
+        }
+    }
+}

@@ -208,3 +208,34 @@ fn many_directions_are_those_of_each() {
         }
     }
 }
+
+/// Protects: sines and cosines of azimuths in lanes have the bits of `libm`, of both signs and
+/// beyond a turn, whatever the other lanes hold.
+#[test]
+fn azimuths_in_lanes_have_the_bits_of_libm() {
+    let mut angles: Vec<f64> = vec![0.0, PI, TAU, -TAU, 1.5 * PI, 7.853_981_633_974_483];
+    angles.extend((0..2_000).map(|i| (numbers(i)[0] - 0.5) * 4.0 * TAU));
+    for (i, lane_angles) in angles.windows(LANES).enumerate() {
+        let mut lanes = DirectionLanes::<LANES>::default();
+        for (lane, &angle) in lane_angles.iter().enumerate() {
+            // On the equator, where the ring's radius is one.
+            lanes.set(
+                lane,
+                PolarDirection {
+                    height: 0.0,
+                    from_pole: 1.0,
+                    angle,
+                },
+            );
+        }
+        let [x, _, z] = run_widest(lanes);
+        for (lane, &angle) in lane_angles.iter().enumerate() {
+            let (sine, cosine) = libm::sincos(angle);
+            assert_eq!(
+                [x[lane].to_bits(), z[lane].to_bits()],
+                [cosine.to_bits(), sine.to_bits()],
+                "window {i}, lane {lane}: angle {angle:e}"
+            );
+        }
+    }
+}
