@@ -1,11 +1,11 @@
-//! Traversal statistics.
+//! Statistics of traversals: the numbers of nodes, leaves and primitives that queries test.
 
-/// Counter of traversal work; `()` counts nothing and costs nothing.
+/// Receiver of the work that queries do. The counter `()` discards the counts, at no cost.
 pub trait TraversalCounter {
-    /// Whether anything is counted. Counting queries use [`crate::Kernel::Portable`], so that
-    /// counts do not depend on the processor.
+    /// Whether the counter keeps any counts. Counting queries run on [`crate::Kernel::Portable`],
+    /// so that the counts do not depend on the processor.
     const COUNTS: bool;
-    /// Adds the work of a query.
+    /// Adds the counts of one query, or of a part of it.
     fn count(&mut self, done: TraversalStats);
 }
 
@@ -15,19 +15,20 @@ impl TraversalCounter for () {
     fn count(&mut self, _: TraversalStats) {}
 }
 
-/// Counts of one query or of many.
+/// Work counts, summed over any number of queries.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TraversalStats {
-    /// Nodes whose boxes were tested.
+    /// Number of visited nodes. A visit tests the boxes of up to eight children.
     pub nodes: u64,
-    /// Leaves tested: blocks of triangles, rows of spheres or planes, and single primitives.
+    /// Number of tested leaves: blocks of triangles, rows of spheres or planes, and primitives that
+    /// are tested alone.
     pub leaves: u64,
-    /// Primitives tested.
+    /// Number of primitives in the tested leaves.
     pub primitives: u64,
 }
 
 impl TraversalStats {
-    /// One primitive tested alone.
+    /// Counts of a single primitive that is tested alone.
     pub(crate) const ONE: Self = Self {
         nodes: 0,
         leaves: 1,

@@ -1,4 +1,4 @@
-//! The closed set of shapes as an enum; each arm delegates to the shape's own file.
+//! The closed set of shapes as an enum. Each arm calls the shape's own implementation.
 
 use glam::DVec3;
 
@@ -62,7 +62,7 @@ macro_rules! each {
     };
 }
 
-/// Matches the shapes of finite area; `None` for the others.
+/// Evaluates an expression for a shape of finite area; `None` for a plane and an infinite cylinder.
 macro_rules! each_finite {
     ($any:expr, $shape:ident => $result:expr) => {
         each!($any, AnyShape::Plane(_) | AnyShape::Cylinder(Cylinder { ends: CylinderEnds::None, .. }) => None, $shape => Some($result))
@@ -103,15 +103,15 @@ impl<R: Real> Shape<R> for AnyShape<R> {
 }
 
 impl<R: Real> AnyShape<R> {
-    /// Whether queries may test the shape: its box is finite in f32 or, for an unbounded shape, its
-    /// parameters are finite.
+    /// Whether queries can test the shape. A bounded shape needs a box that is finite in f32, an
+    /// unbounded shape finite parameters.
     pub fn is_finite(&self) -> bool {
         match self {
             AnyShape::Plane(plane) => plane.point.is_finite() && plane.normal.is_finite(),
             AnyShape::Cylinder(c) if c.ends == CylinderEnds::None => {
                 c.base.is_finite() && c.axis.is_finite() && c.radius.is_finite()
             }
-            // With an infinite slope the box would be that of a cylinder.
+            // With an infinite slope the box would be finite: the box of a cylinder.
             AnyShape::Hyperboloid(h) if !h.slope.is_finite() => false,
             shape => shape.bounds().is_some_and(|b| b.padded().is_some()),
         }

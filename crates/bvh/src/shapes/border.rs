@@ -1,25 +1,26 @@
-//! Ray origins near the border of a flat face under affine maps: they are moved inwards, so that a
-//! ray starts on its own side of adjacent faces.
+//! Ray origins near the border of a flat face under affine maps. They are moved towards the inside
+//! of the face, so that a rounded origin stays on its side of the adjacent faces.
 //!
-//! A face does not know its neighbours. Its ray origins clear every neighbour that joins it at no
-//! less than 45° in object space. The move is the shortest in world space, since a face may be a
-//! million times as long as it is wide. A face smaller than the error of its points has no such
-//! origin, and its origins stay.
+//! A face has no data of its neighbours. After the move, its ray origins clear every neighbour that
+//! joins the face at 45° or more in object space. The move is the shortest in world space, since a
+//! face may be a million times as long as wide. A face smaller than the error of its points has no
+//! safe origin, so its origins stay in place.
 
 use super::spawn_offset::SpawnOffset;
 use super::{SurfacePoint, TransformChain};
 use crate::scalar::Real;
 use glam::DVec3;
 
-/// Region spanned by two edges.
+/// Region of a plane that two edges span.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Face {
     Triangle,
     Parallelogram,
 }
 
-/// The surface of a face spanned by two edges, at coordinates `at`, with ray origins moved off the
-/// border.
+/// Returns the surface point with its ray origins moved away from the border of the face. The edges
+/// `ab` and `ac` span the face in object space; `at` holds the coordinates of the point along both
+/// edges.
 #[inline(never)]
 pub(super) fn off_border<R: Real>(
     surface_point: SurfacePoint,
@@ -49,8 +50,8 @@ pub(super) fn off_border<R: Real>(
     if is_far(u, by_u) && is_far(v, by_v) && opposite {
         return surface_point;
     }
-    // The margin also covers the drift off the face itself, so that the origin stays behind a
-    // neighbour that leans over the face.
+    // The margin also covers the offset of the origin along the face's normal, so that the origin
+    // stays inside a neighbour that leans over the face.
     let lean = spawn_offset.offset_along(surface_point.normal);
     let least = [by_u, by_v, by_both]
         .map(|gradient| spawn_offset.offset_along(gradient) + lean * gradient.length());
@@ -72,8 +73,9 @@ pub(super) fn off_border<R: Real>(
     }
 }
 
-/// The nearest coordinates whose shares are at least `least`; the shares are both coordinates and
-/// that of the third corner. Distances are measured by the gradients in world space.
+/// Returns the nearest barycentric weights that are all at least `least`. `u` and `v` are the
+/// weights of the second and third corner, and `by_u` and `by_v` are their gradients in world
+/// space, where distances are measured.
 fn within_triangle([u, v]: [f64; 2], [by_u, by_v]: [DVec3; 2], least: [f64; 3]) -> [f64; 2] {
     let gradients = [by_u, by_v, -(by_u + by_v)];
     let mut shares = [u, v, 1.0 - u - v];
@@ -91,14 +93,15 @@ fn within_triangle([u, v]: [f64; 2], [by_u, by_v]: [DVec3; 2], least: [f64; 3]) 
     if !has_room || lacks <= 0.0 {
         return [u, v];
     }
-    // Straight away from the nearest edge.
+    // A step perpendicular to the nearest edge.
     let step = lacks / gradients[near].dot(gradients[near]);
     for i in 0..3 {
         shares[i] += gradients[i].dot(gradients[near]) * step;
     }
     for i in (0..3).filter(|&i| i != near) {
         if lack(&shares, i) > 0.0 {
-            // Near a corner: at the required distance from both edges there.
+            // Near a corner the point gets the required distance from both edges that end at the
+            // corner.
             (shares[near], shares[i]) = (least[near], least[i]);
             shares[3 - near - i] = 1.0 - least[near] - least[i];
             break;
@@ -107,7 +110,9 @@ fn within_triangle([u, v]: [f64; 2], [by_u, by_v]: [DVec3; 2], least: [f64; 3]) 
     [shares[0], shares[1]]
 }
 
-/// The nearest coordinates at least `least` away from all four sides.
+/// Returns the nearest coordinates in [0, 1]² with at least the distance `least_u` from the sides u
+/// = 0 and u = 1, and `least_v` from the sides v = 0 and v = 1. `by_u` and `by_v` are the gradients
+/// of u and v in world space, where distances are measured.
 fn within_parallelogram(
     [u, v]: [f64; 2],
     [by_u, by_v]: [DVec3; 2],
@@ -119,7 +124,7 @@ fn within_parallelogram(
     }
     let kept = |share: f64, minimum: f64| share.max(minimum).min(1.0 - minimum);
     let (to_u, to_v) = (kept(u, least_u) - u, kept(v, least_v) - v);
-    // A step straight away from one side also changes the other coordinate.
+    // A step perpendicular to one pair of sides also changes the coordinate of the other pair.
     let both = by_u.dot(by_v);
     let with_u = if to_v == 0.0 {
         to_u * (both / by_u.dot(by_u))

@@ -11,22 +11,23 @@ use super::{
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
 
-/// A solid whose radius changes linearly along its axis. Formulas are homogeneous in the axis, as
-/// for the cylinder.
+/// A cone: a solid whose radius changes linearly along its axis. Its formulas are homogeneous in
+/// the axis, so that the rounding of the axis does not change the cone's roundness.
 #[derive(Clone, Copy, Debug)]
 pub struct Cone<R: Real> {
     /// Centre of the base.
     pub base: R::Vec3,
-    /// From the base to the centre of the other end, or to the apex.
+    /// Vector from the centre of the base to the centre of the other end, or to the apex.
     pub axis: R::Vec3,
     /// Radius of the base, at least zero.
     pub radius: R,
-    /// Radius of the other end, at least zero; one of both radii is positive.
+    /// Radius of the other end, at least zero. At least one radius is positive.
     pub top_radius: R,
 }
 
 impl<R: Real> Cone<R> {
-    /// From the base's centre, an axis direction of any positive length, both radii and the height.
+    /// Creates a cone from the base's centre, an axis direction of any positive length, both radii,
+    /// and the height.
     pub fn new(base: DVec3, axis: DVec3, radius: f64, top_radius: f64, height: f64) -> Self {
         Self {
             base: R::Vec3::from_f64(base),
@@ -36,8 +37,9 @@ impl<R: Real> Cone<R> {
         }
     }
 
-    /// The distances within the nappe of nonnegative radius: a single range, though the double cone
-    /// may have two.
+    /// Intersects a ray with the nappe of nonnegative radius. The distances inside it are a single
+    /// range, although the double cone may have two. `close` selects the reference point as in
+    /// [`approach`].
     #[inline(always)]
     fn wall(&self, prepared_ray: &PreparedRay, close: bool) -> Option<Crossings> {
         let (axis, d) = (self.axis.to_f64(), prepared_ray.direction);
@@ -58,12 +60,12 @@ impl<R: Real> Cone<R> {
         );
         if quadratic.a > 0.0 {
             let crossings = quadratic.roots()?;
-            // Both roots lie on one nappe: the sign of the radius between them selects it.
+            // Both roots lie on one nappe, and the sign of the radius between the roots selects it.
             let middle = reach - opening * quadratic.b / quadratic.a;
             return (middle >= 0.0).then(|| crossings.moved(ahead));
         }
-        // The ray is steeper than the wall, or parallel to it: inside is everything beyond one
-        // root, on the side where the radius grows. Such a line always intersects the cone,
+        // The ray is steeper than the wall, or parallel to it: everything beyond one root is
+        // inside, on the side where the radius grows. Such a line always intersects the cone,
         // whatever rounding does to the discriminant.
         let crossings = Quadratic {
             discriminant: quadratic.discriminant.max(0.0),
@@ -89,10 +91,12 @@ impl<R: Real> Cone<R> {
         })
     }
 
+    /// Returns the range of the ray inside the solid. `close` selects the reference point as in
+    /// [`approach`].
     #[inline(always)]
     fn span(&self, prepared_ray: &PreparedRay, close: bool) -> Option<Span> {
         let solid = self.solid();
-        // With equal radii the nappe is not chosen, and a ray along the axis has no crossing.
+        // Equal radii have no nappe, and a ray along the axis has no crossing.
         let wall = if self.radius == self.top_radius {
             solid.tube(prepared_ray, close)?
         } else {
@@ -106,8 +110,8 @@ impl<R: Real> Cone<R> {
         SurfaceOfRevolution::new(self.base, self.axis, [self.radius, self.top_radius])
     }
 
-    /// The point of the wall at the fraction `along` of the axis, in the direction `out` across the
-    /// axis; the apex if `out` is zero.
+    /// Evaluates the surface of the wall at the fraction `along` of the axis, in the direction
+    /// `out` across the axis; the apex if `out` is zero.
     fn on_wall(&self, along: f64, out: DVec3) -> SurfacePoint {
         let axis = self.axis.to_f64();
         let (height, distance) = (axis.length(), out.length());
@@ -173,7 +177,7 @@ impl<R: Real> Shape<R> for Cone<R> {
         transform_chain: OuterTransforms<'_>,
     ) -> SurfacePoint {
         let part = hit.u.to_f64() as u8;
-        // At the unrounded end of the span, so that the fraction along the axis is accurate.
+        // The unrounded end of the range makes the fraction along the axis accurate.
         let raw = point_at(
             prepared_ray,
             self.span(prepared_ray, true).map(Span::crossings),
@@ -189,8 +193,8 @@ impl<R: Real> Shape<R> for Cone<R> {
             .start_inside::<R>(surface_point, part, (along, out), transform_chain)
     }
 
-    /// u runs around the axis. v runs from 0 at the top to 1 at the base; on a cap from its centre
-    /// to its rim.
+    /// Texture coordinates in [0, 1]: u runs around the axis. v runs from the top to the base, and
+    /// on a cap from its centre to its rim.
     fn parameters(&self, prepared_ray: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
         self.solid().parameters(
             self.locate(prepared_ray, hit).point,
@@ -207,12 +211,13 @@ impl<R: Real> SampleArea<R> for Cone<R> {
 
     fn sample_area(&self, u: R, v: R) -> (SurfacePoint, f64) {
         let on_wall = |share: f64, out| {
-            // The squared radius is uniform between the squares of both radii.
+            // For points uniform in area, the squared radius is uniform between the squares of both
+            // radii.
             let (low, high) = (self.radius.to_f64(), self.top_radius.to_f64());
             let radius = (low * low + (high * high - low * low) * share)
                 .max(0.0)
                 .sqrt();
-            // (radius − low)/(high − low), without cancellation.
+            // The fraction along the axis, (radius − low)/(high − low), without cancellation.
             let along = (low + high) * share / (radius + low).max(f64::MIN_POSITIVE);
             self.on_wall(along.min(1.0), out)
         };

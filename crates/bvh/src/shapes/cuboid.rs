@@ -12,8 +12,8 @@ use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
 
-/// A solid box with axis-aligned faces. A hit's first number is its face: 2·axis, plus one on the
-/// greater side.
+/// A solid box with axis-aligned faces. The first shape-specific number of a hit is the number of
+/// its face: 2·axis, plus one for the face at the greater coordinate.
 #[derive(Clone, Copy, Debug)]
 pub struct Cuboid<R: Real> {
     /// Least corner.
@@ -23,7 +23,7 @@ pub struct Cuboid<R: Real> {
 }
 
 impl<R: Real> Cuboid<R> {
-    /// From the least and the greatest corner.
+    /// Creates a box from its least and its greatest corner.
     pub fn new(min: DVec3, max: DVec3) -> Self {
         Self {
             min: R::Vec3::from_f64(min),
@@ -31,14 +31,15 @@ impl<R: Real> Cuboid<R> {
         }
     }
 
-    /// Unit outward normal of a face.
+    /// Vector along an axis with the given component: with ±1 the outward unit normal of a face.
     #[inline(always)]
     fn face<V: Vector<C>, C: Real>(axis: usize, sign: C) -> V {
         let at = |i: usize| if i == axis { sign } else { C::ZERO };
         V::new(at(0), at(1), at(2))
     }
 
-    /// The distances between all pairs of faces.
+    /// Intersects a ray with the slabs between all three pairs of faces. Returns the range of
+    /// distances inside the box.
     #[inline(always)]
     fn span(&self, prepared_ray: &PreparedRay) -> Option<Span> {
         let (below, above) = (
@@ -53,8 +54,8 @@ impl<R: Real> Cuboid<R> {
                 above.axis(position),
                 prepared_ray.direction.axis(position),
             );
-            // A ray perpendicular to this axis is always or never between its faces; the sign of a
-            // zero does not matter.
+            // A ray perpendicular to this axis is either always or never between the two faces; the
+            // sign of a zero component does not matter.
             if slope == 0.0 {
                 let between = low <= 0.0 && 0.0 <= high;
                 if !between {
@@ -72,8 +73,8 @@ impl<R: Real> Cuboid<R> {
         Some(span)
     }
 
-    /// The surface at a point near a face. The point is moved onto the face, and off its border by
-    /// the rounding of storage.
+    /// Evaluates the surface of a face at a point close to it. The point is moved onto the face,
+    /// and off the face's border by the rounding of storage.
     #[inline(always)]
     fn surface_point(&self, raw: DVec3, (axis, greater): (usize, bool)) -> SurfacePoint {
         let at = |i: usize| {
@@ -90,9 +91,10 @@ impl<R: Real> Cuboid<R> {
         SurfacePoint::new(DVec3::new(at(0), at(1), at(2)), normal, slack(size))
     }
 
-    /// Offset from a point of a face to the origin of an inward ray: the origin stays inside all
-    /// faces despite its drift. Outward rays need no offset: every point above the face is outside.
-    /// Without maps, faces are perpendicular, and the point is already far enough from the others.
+    /// Computes the base point of inward rays from a point of a face, so that a rounded origin
+    /// stays inside all faces under the given maps. Outward rays need no move: every point above a
+    /// face is outside. Without maps, faces are perpendicular, and the point is already far enough
+    /// from the other faces.
     #[inline(never)]
     fn inwards(
         &self,
@@ -125,7 +127,7 @@ impl<R: Real> Cuboid<R> {
     }
 }
 
-/// The axis of a face number, and whether the face is on the greater side.
+/// Decodes a face number into its axis and whether the face is at the greater coordinate.
 fn face_of<R: Real>(number: R) -> (usize, bool) {
     let face = number.to_f64() as usize;
     ((face / 2).min(2), face % 2 == 1)
@@ -176,19 +178,20 @@ impl<R: Real> Shape<R> for Cuboid<R> {
         }
     }
 
-    /// Each face has u and v in [0, 1], u to the right and v down, as seen from outside. Vertical
-    /// faces have +y up; the top is seen from above and the bottom from below, with x to the right.
+    /// Texture coordinates in [0, 1] on each face: u to the right and v down, as seen from outside.
+    /// Vertical faces have +y up. The top is seen from above and the bottom from below, with x to
+    /// the right.
     fn parameters(&self, prepared_ray: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
         let point = self.surface(prepared_ray, hit).point;
         let size: R::Vec3 = self.max - self.min;
         let (axis, greater) = face_of(hit.u);
-        // Axes of u and v, and whether u and v decrease along them.
+        // Axis of u, whether u decreases along it, axis of v, and whether v decreases along it.
         let (along_u, u_falls, along_v, v_falls) = [
             (2, greater, 1, true),
             (0, false, 2, !greater),
             (0, !greater, 1, true),
         ][axis];
-        // Far from the origin a size may round to zero; all points then have one coordinate.
+        // Far from the origin a size may round to zero. All points then have the same coordinate.
         let share = |i: usize, falls: bool| {
             let distance = if falls {
                 self.max.axis(i) - point.axis(i)
@@ -222,8 +225,8 @@ impl<R: Real> SampleArea<R> for Cuboid<R> {
         2.0 * (s.x * s.y + s.y * s.z + s.z * s.x)
     }
 
-    /// The first number selects the pair of faces and the position along it; the half of that
-    /// position's range selects the side.
+    /// Samples a face by area, then a point on it. `u` selects a pair of opposite faces; its
+    /// remainder within the pair selects the face, and then the first coordinate on the face.
     fn sample_area(&self, u: R, v: R) -> (SurfacePoint, f64) {
         let s = self.max.to_f64() - self.min.to_f64();
         let pairs = [s.y * s.z, s.z * s.x, s.x * s.y];
@@ -234,7 +237,7 @@ impl<R: Real> SampleArea<R> for Cuboid<R> {
             rest -= pairs[axis];
             axis += 1;
         }
-        // Within the pair: the side, and the position on it.
+        // The side within the pair, and the position on that side.
         let twice = (rest / pairs[axis]).min(1.0) * 2.0;
         let greater = twice >= 1.0;
         let (along_u, along_v) = ((axis + 1) % 3, (axis + 2) % 3);

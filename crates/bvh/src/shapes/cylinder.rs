@@ -23,12 +23,12 @@ pub enum CylinderEnds {
     Capped,
 }
 
-/// All points at distance `radius` from a line or segment.
+/// A cylinder: all points at distance `radius` from a line or a segment.
 #[derive(Clone, Copy, Debug)]
 pub struct Cylinder<R: Real> {
-    /// A point of the axis; the centre of one end unless infinite.
+    /// Centre of one end; for an infinite cylinder, any point of the axis.
     pub base: R::Vec3,
-    /// From the base to the other end; of any positive length if infinite.
+    /// Vector from the base to the other end; for an infinite cylinder, of any positive length.
     pub axis: R::Vec3,
     /// Radius, above zero.
     pub radius: R,
@@ -37,8 +37,8 @@ pub struct Cylinder<R: Real> {
 }
 
 impl<R: Real> Cylinder<R> {
-    /// From a point of the axis, an axis direction of any positive length, the radius, and the
-    /// height (`None` if infinite).
+    /// Creates a cylinder from the centre of one end (or a point of the axis), an axis direction of
+    /// any positive length, the radius, and the height (`None` if infinite).
     pub fn new(base: DVec3, axis: DVec3, radius: f64, height: Option<f64>, caps: bool) -> Self {
         let ends = match height {
             None => CylinderEnds::None,
@@ -58,8 +58,8 @@ impl<R: Real> Cylinder<R> {
         SurfaceOfRevolution::new(self.base, self.axis, [self.radius; 2])
     }
 
-    /// The point of the wall at the fraction `along` of the axis, in the direction `out` from the
-    /// axis.
+    /// Evaluates the surface of the wall at the fraction `along` of the axis, in the direction
+    /// `out` from the axis, of any positive length.
     fn on_wall(&self, along: f64, out: DVec3) -> SurfacePoint {
         let normal = out.normalize();
         let point = self.base.to_f64() + self.axis.to_f64() * along + normal * self.radius.to_f64();
@@ -127,8 +127,9 @@ impl<R: Real> Shape<R> for Cylinder<R> {
         );
         let (mut along, mut out) = split(raw - self.base.to_f64(), self.axis.to_f64());
         if self.ends == CylinderEnds::Capped && transform_chain.is_none() {
-            // Wall and caps are perpendicular here, so only rounding moves an origin across their
-            // seam. The point is kept off the seam by that rounding, for rays that start inside.
+            // Without maps the wall and the caps are perpendicular, so only rounding can move an
+            // origin across their seam. The point is kept off the seam by that rounding, for rays
+            // that start inside.
             let reach = solid.scale(raw) * R::ROUNDOFF.to_f64() * 4.0;
             let margin = (reach / self.axis.to_f64().length()).min(0.5);
             along = along.max(margin).min(1.0 - margin);
@@ -153,8 +154,9 @@ impl<R: Real> Shape<R> for Cylinder<R> {
         }
     }
 
-    /// u runs around the axis. v runs from 0 at the top to 1 at the base, or in world units from
-    /// the base if infinite; on a cap from the centre to the rim.
+    /// Texture coordinates: u in [0, 1] around the axis. v runs from 0 at the top to 1 at the base,
+    /// in world units from the base for an infinite cylinder, and from the centre to the rim on a
+    /// cap.
     fn parameters(&self, prepared_ray: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
         let top = if self.ends == CylinderEnds::None {
             0.0
@@ -169,7 +171,8 @@ impl<R: Real> Shape<R> for Cylinder<R> {
     }
 }
 
-/// For finite cylinders; an infinite one is treated as if it ended.
+/// Samples the wall and the caps by area. An infinite cylinder is treated as if its axis were its
+/// height.
 impl<R: Real> SampleArea<R> for Cylinder<R> {
     fn area(&self) -> f64 {
         let (wall, cap) = self.areas();

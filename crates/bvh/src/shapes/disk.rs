@@ -10,7 +10,7 @@ use super::{
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
 
-/// The part of a plane within `radius` of its centre.
+/// A disk: all points of a plane at most `radius` away from `centre`.
 #[derive(Clone, Copy, Debug)]
 pub struct Disk<R: Real> {
     /// Centre.
@@ -22,7 +22,7 @@ pub struct Disk<R: Real> {
 }
 
 impl<R: Real> Disk<R> {
-    /// From the centre, a normal of any positive length, and the radius.
+    /// Creates a disk from the centre, a normal of any positive length, and the radius.
     pub fn new(centre: DVec3, normal: DVec3, radius: f64) -> Self {
         Self {
             centre: R::Vec3::from_f64(centre),
@@ -52,7 +52,7 @@ impl<R: Real> Shape<R> for Disk<R> {
         let (normal, radius) = (self.normal.to_f64(), self.radius.to_f64());
         let f = prepared_ray.origin - self.centre.to_f64();
         let slope = normal.dot(prepared_ray.direction);
-        // A ray in the plane gives 0/0 or x/0, which no open range contains.
+        // For a ray in the plane the distance is 0/0 or x/0, which no open range contains.
         let distance = -normal.dot(f) / slope;
         let t = R::from_f64(distance);
         let offset = f + prepared_ray.direction * distance;
@@ -71,7 +71,7 @@ impl<R: Real> Shape<R> for Disk<R> {
         SurfacePoint::new(point, normal.normalize(), error)
     }
 
-    /// u runs around the normal, v from the centre to the rim.
+    /// Texture coordinates in [0, 1]: u runs around the normal, v from the centre to the rim.
     fn parameters(&self, prepared_ray: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
         let offset = self.locate(prepared_ray, hit).point - self.centre.to_f64();
         let (u, dpdu) = turn(offset, self.normal.to_f64());

@@ -1,36 +1,38 @@
-//! Edge functions with exact signs: the basis of watertight triangles and quads.
+//! Edge functions with exact signs: the basis of the watertight tests of triangles and quads.
 //!
-//! Each corner is projected individually along the ray onto a plane, so that two faces with a
-//! common corner have the same projection to the bit. The three edge functions of a face are
-//! differences of products of these coordinates, with exact sign. So for both faces at an edge, the
-//! ray passes on the same side of it ("Watertight Ray/Triangle Intersection", Woop, Benthin, Wald
-//! 2013, section 3). The coordinates are f64. In f32 their products would be exact in f64; but
-//! rounding would move the far corner of a needle by more than its width, and a ray that leaves the
-//! needle would hit it again farther along.
+//! Each corner is projected individually along the ray onto a plane, so two faces with a common
+//! corner have the same projection of it, to the bit. The three edge functions of a face are
+//! differences of products of projected coordinates, computed with exact sign. So at a common edge,
+//! both faces agree on the side on which the ray passes ("Watertight Ray/Triangle Intersection",
+//! Woop, Benthin, Wald 2013, section 3).
+//!
+//! Projected coordinates are f64. With f32 coordinates, the products would be exact in f64, but the
+//! rounding would move the far corner of a needle by more than the needle's width. A ray that
+//! leaves the needle would then hit it again.
 
 use glam::DVec3;
 
 use super::{PreparedRay, slack};
 use crate::scalar::Real;
 
-/// A corner in the ray's coordinates.
+/// A corner of a face, projected along a ray.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ProjectedCorner {
-    /// Relative to the ray's origin, in space.
+    /// Position relative to the ray's origin, not projected.
     offset: DVec3,
-    /// Coordinates on the plane across the ray.
+    /// Coordinates on the plane perpendicular to the ray.
     x: f64,
     y: f64,
 }
 
-/// Intersection of a ray with a triangle, in f64 or in the stored scalar.
+/// Intersection of a ray with a triangle, in f64 or in the stored scalar `T`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct TriangleHit<T = f32> {
     /// Distance along the ray.
     pub t: T,
-    /// Barycentric weights of the second and third corner.
+    /// Barycentric weights of the second and the third corner.
     pub weights: [T; 2],
-    /// Whether the ray arrives against the right-handed normal.
+    /// Whether the ray arrives from outside, against the right-handed normal.
     pub from_outside: bool,
 }
 
@@ -51,27 +53,27 @@ impl From<&TriangleHit<f64>> for TriangleHit {
     }
 }
 
-/// Greatest ratio of the determinant to the bound on its terms for which a face counts as edge-on.
+/// Greatest ratio of the determinant to the bound S Δ below for which a triangle counts as edge-on.
 ///
 /// A projected coordinate has an error of at most 4 w R s. Here w = 2⁻⁵³, R is the distance of the
-/// farthest corner from the origin, and s the length of the projection vectors. So the three edge
-/// functions have a total error of 8 w R s S, with S the sum of the absolute coordinates. The hit
-/// distance is the mean of the corners' distances, weighted by edge functions, so its error is 8 w
-/// R s S Δ/|determinant|, with Δ the greatest difference of two corners' distances. A traversal
-/// tolerates an error of 4 u R and more, with u = 2⁻²⁴, since boxes are padded and exit distances
-/// widened. A determinant of 2⁻²⁵ S Δ limits the error to 2⁻²⁴ R.
+/// farthest corner from the origin, and s is the length of the projection vectors. The determinant
+/// is the sum of the three edge functions. Its error is 8 w R s S, with S the sum of the absolute
+/// coordinates. The hit distance is the mean of the corners' distances, weighted by the edge
+/// functions. So its error is 8 w R s S Δ/|determinant|, with Δ the greatest difference between two
+/// corners' distances. A traversal tolerates an error of 4 u R, with u = 2⁻²⁴, since boxes are
+/// padded and exit distances widened. A determinant of 2⁻²⁵ S Δ limits the error to 2⁻²⁴ R.
 ///
-/// For smaller determinants the weights may be noise, and the distance is taken where the ray
-/// crosses an edge ([`entered`]). That point lies on the face, up to the face's lesser extent
-/// across the ray. This extent is at most the determinant over the greater extent, and S is at most
-/// three times the greater extent, so it is at most 3 · 2⁻²⁵ Δ. Boxes are padded by 2⁻²² of their
-/// greatest extent, which is at least Δ/√3. So the ray is within the box of the part of the face
-/// that contains the point, for any partition of the face, and the hit does not depend on the order
-/// of traversal.
+/// For a smaller determinant the weights may be noise, so the hit distance is taken where the ray
+/// crosses an edge ([`entered`]). The crossing lies on the face, up to the face's lesser extent
+/// across the ray. That extent is at most the determinant over the greater extent, and S is at most
+/// three times the greater extent. So the lesser extent is at most 3 · 2⁻²⁵ Δ. Boxes are padded by
+/// 2⁻²² of their greatest extent, which is at least Δ/√3. For any partition of the face, the ray is
+/// therefore within the padded box of the part that contains the crossing, and the hit does not
+/// depend on the order of traversal.
 pub(crate) const EDGE_ON: f64 = 1.0 / 33_554_432.0;
 
 impl ProjectedCorner {
-    /// Projects a corner.
+    /// Projects a corner along the ray.
     #[inline(always)]
     pub fn new(prepared_ray: &PreparedRay, corner: DVec3) -> Self {
         let offset = corner - prepared_ray.origin;
@@ -82,16 +84,16 @@ impl ProjectedCorner {
         }
     }
 
-    /// The edge function of the edge from `self` to `to`, with exact sign: positive if the ray has
-    /// the edge on its right.
+    /// Computes the edge function of the edge from `self` to `to`, with exact sign. It is positive
+    /// if the ray has the edge on its right.
     #[inline(always)]
     fn edge(&self, to: &Self) -> f64 {
         exact_difference(to.x, self.y, to.y, self.x)
     }
 }
 
-/// Intersection with the triangle of three projected corners, including its border. `None` for a
-/// triangle whose projection is degenerate: its neighbours are hit instead.
+/// Intersects a ray with the triangle of three projected corners; hits on its edges and corners
+/// count. `None` for a triangle whose projection has no area: the ray hits its neighbours instead.
 #[inline(always)]
 pub(crate) fn cross(
     prepared_ray: &PreparedRay,
@@ -100,12 +102,12 @@ pub(crate) fn cross(
     c: &ProjectedCorner,
 ) -> Option<TriangleHit<f64>> {
     let (u, v, w) = (b.edge(c), c.edge(a), a.edge(b));
-    // Without short-circuit evaluation: most triangles are missed, by an unpredictable edge. −0
-    // counts as 0.
+    // Evaluated without short-circuit: the edge by which most triangles are missed is
+    // unpredictable. −0 counts as 0.
     if ((u < 0.0) | (v < 0.0) | (w < 0.0)) & ((u > 0.0) | (v > 0.0) | (w > 0.0)) {
         return None;
     }
-    // All have one sign, so the sum is zero only if all are zero.
+    // All edge functions have one sign, so their sum is zero only if all are zero.
     let determinant = u + v + w;
     let seen = determinant.abs() > 0.0;
     if !seen {
@@ -138,11 +140,12 @@ pub(crate) fn cross(
     })
 }
 
-/// Distance and weights where the ray enters an edge-on face, in units of the squared direction.
+/// Finds where the ray enters an edge-on face. Returns the distance, in units of the direction's
+/// squared length, and the weights of all three corners.
 ///
-/// The face is treated as flat, in the plane of the ray and the face's longer extent across it. In
-/// that plane it is wide, so each edge crossing is well-conditioned. The crossing is off the ray by
-/// at most the rounding of a corner and the face's shorter extent.
+/// The face is treated as flat, in the plane of the ray and of the face's longer extent `across`
+/// the ray. In that plane the face is wide, so every crossing of an edge is well-conditioned. The
+/// crossing is off the ray by at most the rounding of a corner plus the face's shorter extent.
 #[cold]
 #[inline(never)]
 fn entered(x: [f64; 3], y: [f64; 3], z: [f64; 3]) -> (f64, [f64; 3]) {
@@ -168,23 +171,24 @@ fn entered(x: [f64; 3], y: [f64; 3], z: [f64; 3]) -> (f64, [f64; 3]) {
     best
 }
 
-/// Error bound of a test of a flat face. The flatter its triangle, given by `longest_squared` over
-/// twice the area, the less the corners determine its plane.
+/// Error bound of the intersection test of a flat face with coordinates up to `scale`. Corners
+/// determine the plane of a thin triangle less well, so the bound grows with `longest_squared`, the
+/// squared longest edge, over twice the area.
 #[inline(always)]
 pub(super) fn corner_slack(scale: f64, longest_squared: f64, inverse_twice_area: f64) -> f64 {
     slack(scale) * (longest_squared * inverse_twice_area).min(1.0 / f64::ROUNDOFF)
 }
 
-/// a·b − c·d, rounded with exact sign. The rounding errors of both products, from fused
-/// multiply-add, decide if the products are too close (Kahan's method, with the sum of three terms
-/// computed without error as far as the sign depends on it). Exact unless a product's error
-/// underflows.
+/// Computes a·b − c·d, rounded with exact sign, for products that are too close for the rounded
+/// difference. The rounding errors of both products, from fused multiply-add, then decide (Kahan's
+/// method, with the sum of three terms computed without error as far as the sign depends on it).
+/// The result is exact unless the error of a product underflows.
 #[cold]
 fn exact_tail(a: f64, b: f64, c: f64, d: f64) -> f64 {
     let (p, q) = (a * b, c * d);
     let (p_error, q_error) = (a.mul_add(b, -p), c.mul_add(d, -q));
-    // p − q is exact by Sterbenz' lemma. The difference of both errors is split into its rounded
-    // value and the rest.
+    // p − q is exact by Sterbenz' lemma. The difference of the two rounding errors is split into
+    // its rounded value `high` and the remainder `low`.
     let high = p_error - q_error;
     let back = high - p_error;
     let low = (p_error - (high - back)) - (q_error + back);
@@ -192,8 +196,8 @@ fn exact_tail(a: f64, b: f64, c: f64, d: f64) -> f64 {
     if sum == 0.0 { low } else { sum }
 }
 
-/// Whether three points are collinear. Exact if the differences of their coordinates are exact, as
-/// for f32 numbers within nine orders of magnitude.
+/// Whether three points are collinear. The decision is exact if the differences of the coordinates
+/// are exact, as for f32 coordinates within nine orders of magnitude.
 pub(super) fn are_collinear(a: DVec3, b: DVec3, c: DVec3) -> bool {
     let (p, q) = (b - a, c - a);
     let minor = |a: f64, b: f64, c: f64, d: f64| exact_difference(a, b, c, d);
@@ -202,13 +206,13 @@ pub(super) fn are_collinear(a: DVec3, b: DVec3, c: DVec3) -> bool {
         && minor(p.x, q.y, p.y, q.x) == 0.0
 }
 
-/// a·b − c·d with exact sign.
+/// Computes a·b − c·d with exact sign.
 #[inline(always)]
 fn exact_difference(a: f64, b: f64, c: f64, d: f64) -> f64 {
     let (p, q) = (a * b, c * d);
     let difference = p - q;
-    // The error is at most u·(|p| + |q| + |difference|), and |q| is at most |p| + |difference|, so
-    // |p| bounds both products.
+    // The error is at most u·(|p| + |q| + |difference|), and |q| is at most |p| + |difference|. So
+    // a multiple of |p| bounds the error.
     if difference.abs() >= p.abs() * (f64::ROUNDOFF * 8.0) {
         return difference;
     }
@@ -219,7 +223,7 @@ fn exact_difference(a: f64, b: f64, c: f64, d: f64) -> f64 {
 mod tests {
     use super::{entered, exact_difference};
 
-    /// SplitMix64.
+    /// Next 64 random bits (SplitMix64).
     fn next(state: &mut u64) -> u64 {
         *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = *state;
@@ -228,14 +232,14 @@ mod tests {
         z ^ z >> 31
     }
 
-    /// Protects: an edge-on face is hit where the ray enters it, at the crossing of an edge, as in
-    /// closed form and for any noise across it; if an edge lies on the ray, at the edge's nearer
-    /// end.
+    /// Protects: an edge-on face is hit at the crossing of an edge where the ray enters the face,
+    /// for any noise across the face; and if an edge lies on the ray, at the nearer end of that
+    /// edge.
     #[test]
     fn faces_edge_on_are_met_where_they_begin() {
         let noise = [1e-17, -2e-17, 1e-18];
-        // From (−1, 10) to (1, 20) the ray crosses at 15; the crossing on the path through (3, 40)
-        // is at 17.5.
+        // The edge from (−1, 10) to (1, 20) crosses the ray at 15. The path through (3, 40) crosses
+        // at 17.5.
         let (x, z) = ([-1.0, 1.0, 3.0], [10.0, 20.0, 40.0]);
         assert_eq!(entered(x, noise, z), (15.0, [0.5, 0.5, 0.0]));
         assert_eq!(entered(noise, x, z), (15.0, [0.5, 0.5, 0.0]));
@@ -250,8 +254,8 @@ mod tests {
     }
 
     /// Protects: the sign of a·b − c·d under any cancellation, and its value to a third, compared
-    /// with 128-bit integers: for equal products, products that differ in their last bits, and
-    /// differences at the threshold between both formulas.
+    /// with 128-bit integers. The cases are equal products, products that differ in their last
+    /// bits, and differences at the threshold between both formulas.
     #[test]
     fn p21_differences_of_products_are_those_of_whole_numbers() {
         let state = &mut 7;

@@ -24,7 +24,7 @@ pub struct Ellipsoid<R: Real> {
 }
 
 impl<R: Real> Ellipsoid<R> {
-    /// From the centre and the semi-axes.
+    /// Creates an ellipsoid from the centre and the semi-axes along x, y, z.
     pub fn new(centre: DVec3, semi_axes: DVec3) -> Self {
         Self {
             centre: R::Vec3::from_f64(centre),
@@ -32,9 +32,10 @@ impl<R: Real> Ellipsoid<R> {
         }
     }
 
-    /// The crossings, in a space where the ellipsoid is a sphere. Each axis is scaled by the other
-    /// two semi-axes, so the radius is the product of all three. For semi-axes stored in f32 these
-    /// scales are exact in f64.
+    /// Intersects a ray with the ellipsoid in a space where the ellipsoid is a sphere. Each axis is
+    /// scaled by the product of the other two semi-axes, so the sphere's radius is the product of
+    /// all three. For semi-axes stored in f32 the scales are exact in f64. `close` selects the
+    /// reference point as in [`approach`].
     #[inline(always)]
     fn crossings(&self, prepared_ray: &PreparedRay, close: bool) -> Option<Crossings> {
         let s = self.semi_axes.to_f64();
@@ -49,7 +50,8 @@ impl<R: Real> Ellipsoid<R> {
             }
             return Quadratic::new(a, b, squared - room).roots();
         }
-        // As for the sphere: the distance of the line from the centre, without cancellation.
+        // The distance of the line from the centre is computed without cancellation, as for the
+        // sphere.
         let middle = -b / a;
         let l = f + d * middle;
         let half_squared = (radius * radius - l.dot(l)) / a;
@@ -63,7 +65,8 @@ impl<R: Real> Ellipsoid<R> {
         })
     }
 
-    /// The surface at a point near it.
+    /// Evaluates the surface at a point close to it. `scale` is a length added to the sizes that
+    /// bound the rounding error.
     fn at(&self, point: DVec3, scale: f64) -> SurfacePoint {
         let (centre, s) = (self.centre.to_f64(), self.semi_axes.to_f64());
         let offset = point - centre;
@@ -72,8 +75,8 @@ impl<R: Real> Ellipsoid<R> {
         SurfacePoint::new(point, gradient.normalize(), slack(scale))
     }
 
-    /// Offset from a point to the origin of an inward ray, as for the unit sphere whose image this
-    /// is (see [`super::spawn_offset::off_bends`]).
+    /// Computes the offset from a surface point to the base point of inward rays, as for the unit
+    /// sphere whose image is this ellipsoid (see [`super::spawn_offset::off_bends`]).
     #[inline(never)]
     fn inwards(&self, surface_point: &SurfacePoint, transform_chain: TransformChain<'_>) -> DVec3 {
         let s = self.semi_axes.to_f64();
@@ -92,7 +95,8 @@ impl<R: Real> Ellipsoid<R> {
         }
     }
 
-    /// Local ratio of area to the unit sphere, at its unit direction `n`.
+    /// Local ratio of the ellipsoid's area to the area of the unit sphere, at the sphere's unit
+    /// normal `n`.
     fn stretch(&self, n: DVec3) -> f64 {
         let s = self.semi_axes.to_f64();
         DVec3::new(n.x * s.y * s.z, n.y * s.z * s.x, n.z * s.x * s.y).length()
@@ -133,7 +137,7 @@ impl<R: Real> Shape<R> for Ellipsoid<R> {
         }
     }
 
-    /// Texture coordinates of the unit sphere whose image this is.
+    /// Texture coordinates in [0, 1] of the unit sphere whose image is this ellipsoid.
     fn parameters(&self, prepared_ray: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
         let (centre, s) = (self.centre.to_f64(), self.semi_axes.to_f64());
         let n = ((self.locate(prepared_ray, hit).point - centre) / s).normalize();
@@ -148,8 +152,8 @@ impl<R: Real> Shape<R> for Ellipsoid<R> {
     }
 }
 
-/// Samples the unit sphere uniformly and maps the point: the density is divided by the map's area
-/// ratio.
+/// Samples the unit sphere uniformly and maps the point to the ellipsoid. The density is divided by
+/// the local area ratio of the map.
 impl<R: Real> SampleArea<R> for Ellipsoid<R> {
     fn area(&self) -> f64 {
         area_by_quadrature(|u, v| {

@@ -4,8 +4,8 @@ use glam::DVec3;
 
 use crate::scalar::{Real, Vector};
 
-/// A unit vector perpendicular to a unit vector: x if the axis allows. So angles around +y run from
-/// x to z, and the tangent and bitangent of a floor are world x and z.
+/// Returns a unit vector perpendicular to the unit vector `axis`: x if the axis allows. So angles
+/// around +y run from x to z, and tangent and bitangent of a floor are the world's x and z.
 pub(crate) fn tangent(axis: DVec3) -> DVec3 {
     let start = if axis.x.abs() < 0.9 {
         DVec3::X
@@ -15,16 +15,17 @@ pub(crate) fn tangent(axis: DVec3) -> DVec3 {
     (start - axis * axis.dot(start)).normalize()
 }
 
-/// Tangent and bitangent = tangent × axis; the axis may have any length.
+/// Returns the tangent and the bitangent = tangent × axis of an axis of any length.
 fn across(axis: DVec3) -> (DVec3, DVec3) {
     let axis = axis.normalize();
     let tangent = tangent(axis);
     (tangent, tangent.cross(axis))
 }
 
-/// The angle of an offset around an axis as a texture coordinate in [0, 1], and the derivative of
-/// the offset by that coordinate. Seen from outside with the axis up, the coordinate grows to the
-/// right, like an image's columns. On the axis the results are one half and zero.
+/// Computes the angle of an offset around an axis as a texture coordinate in [0, 1], and the
+/// derivative of the offset by that coordinate. Seen from outside with the axis up, the coordinate
+/// grows to the right, like the columns of an image. For an offset along the axis the results are
+/// one half and zero.
 pub(crate) fn turn<R: Real>(offset: DVec3, axis: DVec3) -> (R, R::Vec3) {
     let (t, b) = across(axis);
     let (x, y) = (offset.dot(t), offset.dot(b));
@@ -36,28 +37,28 @@ pub(crate) fn turn<R: Real>(offset: DVec3, axis: DVec3) -> (R, R::Vec3) {
     )
 }
 
-/// The unit vector perpendicular to an axis at the fraction `u` of a turn.
+/// Returns the unit vector perpendicular to an axis, at the fraction `u` of a turn around it.
 pub(crate) fn spoke(axis: DVec3, u: f64) -> DVec3 {
     let (t, b) = across(axis);
     let angle = u * core::f64::consts::TAU;
     t * libm::cos(angle) + b * libm::sin(angle)
 }
 
-/// The component of an offset along an axis, as a fraction of the axis, and the perpendicular
-/// component.
+/// Splits an offset into its component along an axis, as a fraction of the axis, and its component
+/// perpendicular to the axis.
 #[inline(always)]
 pub(crate) fn split(offset: DVec3, axis: DVec3) -> (f64, DVec3) {
     let along = offset.dot(axis) / axis.dot(axis);
     (along, offset - axis * along)
 }
 
-/// Support function of a disk.
+/// Support function of a disk: the maximum of p·direction over all its points p.
 pub(crate) fn disk_support(centre: DVec3, axis: DVec3, radius: f64, direction: DVec3) -> f64 {
     centre.dot(direction) + radius * direction.cross(axis).length() / axis.length()
 }
 
-/// Length of a two-component vector by a square root, not by the platform's hypot, so that bits are
-/// equal everywhere.
+/// Length of the vector (x, y) by a square root. The platform's `hypot` is not used, so that the
+/// bits are equal everywhere.
 pub(crate) fn length(x: f64, y: f64) -> f64 {
     (x * x + y * y).sqrt()
 }

@@ -1,4 +1,4 @@
-//! The hyperboloid of one sheet, clipped and open.
+//! The hyperboloid of one sheet: clipped at two heights, and open at both rims.
 
 use glam::DVec3;
 
@@ -13,8 +13,8 @@ use super::{
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
 
-/// (x/a)² − (y/c)² + (z/a)² = 1 around the centre, for |y| ≤ half_height. The normal points away
-/// from the axis.
+/// A hyperboloid: (x/a)² − (y/c)² + (z/a)² = 1 relative to the centre, for |y| ≤ half_height. The
+/// normal points away from the axis.
 #[derive(Clone, Copy, Debug)]
 pub struct Hyperboloid<R: Real> {
     /// Centre.
@@ -28,7 +28,8 @@ pub struct Hyperboloid<R: Real> {
 }
 
 impl<R: Real> Hyperboloid<R> {
-    /// From centre, waist radius a, slope constant c and half height.
+    /// Creates a hyperboloid from the centre, the waist radius a, the slope constant c, and the
+    /// half height.
     pub fn new(centre: DVec3, waist: f64, slope: f64, half_height: f64) -> Self {
         Self {
             centre: R::Vec3::from_f64(centre),
@@ -38,12 +39,14 @@ impl<R: Real> Hyperboloid<R> {
         }
     }
 
-    /// The crossings of the unclipped sheet.
+    /// Intersects a ray with the unclipped hyperboloid. `close` selects the reference point as in
+    /// [`approach`].
     #[inline(always)]
     fn crossings(&self, prepared_ray: &PreparedRay, close: bool) -> Option<Crossings> {
         let (waist, slope) = (self.waist.to_f64(), self.slope.to_f64());
         let (ahead, f) = approach(prepared_ray, self.centre.to_f64(), close);
-        // Multiplied by (a·c)²: products of two stored numbers, without division.
+        // The equation is multiplied by (a·c)², so that its terms are products of two stored
+        // numbers, without a division.
         let scale = DVec3::new(slope, waist, slope);
         let (d, f) = (prepared_ray.direction * scale, f * scale);
         let form = |p: DVec3, q: DVec3| p.x * q.x + p.z * q.z - p.y * q.y;
@@ -56,7 +59,7 @@ impl<R: Real> Hyperboloid<R> {
             }
             return quadratic.roots();
         }
-        // b² − a·c by the minors of (d, f), as |d × f|² for a sphere.
+        // Computes b² − a·c from the minors of (d, f), as |d × f|² for a sphere.
         let m = d.cross(f);
         let discriminant = unit * a + (m.x * m.x + m.z * m.z - m.y * m.y);
         Quadratic {
@@ -67,7 +70,8 @@ impl<R: Real> Hyperboloid<R> {
         .map(|r| r.moved(ahead))
     }
 
-    /// The surface at a point near it.
+    /// Evaluates the surface at a point close to it. `scale` is a length added to the sizes that
+    /// bound the rounding error.
     fn at(&self, point: DVec3, scale: f64) -> SurfacePoint {
         let centre = self.centre.to_f64();
         let (waist, slope) = (self.waist.to_f64(), self.slope.to_f64());
@@ -78,12 +82,13 @@ impl<R: Real> Hyperboloid<R> {
         SurfacePoint::new(point, gradient.normalize(), slack(scale))
     }
 
-    /// Distance from the axis at a height above the centre, in f64.
+    /// Radius of the surface at the height `y` above the centre.
     fn radius_at(&self, y: f64) -> f64 {
         self.waist.to_f64() * length(y / self.slope.to_f64(), 1.0)
     }
 
-    /// Inverse density at a height: circumference times slant, over the whole height.
+    /// Inverse of the sampling density per area, at the height `y`: circumference times slant times
+    /// the whole height.
     fn inverse_density(&self, y: f64) -> f64 {
         let (a, c, radius) = (self.waist.to_f64(), self.slope.to_f64(), self.radius_at(y));
         let lean = a * a * y / (c * c * radius);
@@ -92,7 +97,7 @@ impl<R: Real> Hyperboloid<R> {
 }
 
 impl<R: Real> Shape<R> for Hyperboloid<R> {
-    /// The surface curves inwards, so its two rims determine the support.
+    /// Support function, from the two rims alone, since the surface curves inwards between them.
     fn support(&self, direction: DVec3) -> Option<f64> {
         let height = self.half_height.to_f64();
         let rim = disk_support(
@@ -130,14 +135,14 @@ impl<R: Real> Shape<R> for Hyperboloid<R> {
         let point = point_at(prepared_ray, self.crossings(prepared_ray, true), hit);
         let surface_point = self.at(point, (prepared_ray.origin - point).abs().max_element());
         off_bends::<R>(surface_point, transform_chain, || {
-            // Radii of curvature at the waist, where both are least: of the meridian for the outer
-            // side, of the circle for the inner side.
+            // Both radii of curvature are least at the waist: the meridian's on the outer side, the
+            // circle's on the inner side.
             let (waist, slope) = (self.waist.to_f64(), self.slope.to_f64());
             [slope * (slope / waist), waist]
         })
     }
 
-    /// u runs around the axis, v from the upper rim to the lower.
+    /// Texture coordinates in [0, 1]: u runs around the axis, v from the upper rim to the lower.
     fn parameters(&self, prepared_ray: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
         let offset = self.locate(prepared_ray, hit).point - self.centre.to_f64();
         let (u, dpdu) = turn(DVec3::new(offset.x, 0.0, offset.z), DVec3::Y);
@@ -151,7 +156,7 @@ impl<R: Real> Shape<R> for Hyperboloid<R> {
     }
 }
 
-/// Samples height and angle uniformly.
+/// Samples the height and the angle around the axis uniformly.
 impl<R: Real> SampleArea<R> for Hyperboloid<R> {
     fn area(&self) -> f64 {
         area_by_quadrature(|u, _| self.inverse_density((2.0 * u - 1.0) * self.half_height.to_f64()))

@@ -1,8 +1,8 @@
 //! Shapes: bounds, ray intersection, and the surface at a hit.
 //!
-//! A shape is stored in f32 or f64, and its test computes in f64. A test returns a distance and two
-//! shape-specific numbers. The surface point is computed once, by [`Shape::locate`], when the
-//! closest hit is known, and texture coordinates only on demand.
+//! A shape is stored in f32 or f64, and its intersection test computes in f64. The test returns a
+//! distance and two shape-specific numbers. The surface point is computed once, by
+//! [`Shape::locate`], for the closest hit. Texture coordinates are computed only on demand.
 
 mod any;
 mod border;
@@ -58,28 +58,29 @@ use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
 use crate::scalar::Real;
 
-/// Error bound of an intersection test for lengths up to `scale`: 16 roundings. The longest chain
-/// of operations of a shape has about ten.
+/// Rounding error bound of an intersection test on lengths up to `scale`: 16 roundings. The longest
+/// chain of operations of any shape has about ten.
 #[inline(always)]
 pub(crate) fn slack(scale: f64) -> f64 {
     scale * (f64::ROUNDOFF * 16.0)
 }
 
-/// Result of an intersection test: distance and two numbers that only the shape itself interprets.
+/// Result of an intersection test: the distance, and two numbers that only the shape itself
+/// interprets.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShapeHit<R> {
     /// Distance along the ray.
     pub t: R,
-    /// A barycentric coordinate, the part of the surface that was hit, or zero for a shape of one
-    /// part.
+    /// First shape-specific number: a barycentric coordinate, or the number of the part of the
+    /// surface that was hit, or zero.
     pub u: R,
-    /// A barycentric coordinate; for a solid, one where the ray leaves it. The flag is needed since
-    /// both crossings of a thin solid may have the same stored distance.
+    /// Second shape-specific number: a barycentric coordinate, or one where the ray leaves a solid.
+    /// The flag is needed since both crossings of a thin solid may have the same stored distance.
     pub v: R,
 }
 
 impl<R: Real> ShapeHit<R> {
-    /// A hit without further numbers.
+    /// Creates a hit at a distance; both shape-specific numbers are zero.
     #[inline(always)]
     pub fn at(t: R) -> Self {
         Self {
@@ -89,7 +90,7 @@ impl<R: Real> ShapeHit<R> {
         }
     }
 
-    /// A hit where the ray leaves a solid.
+    /// Creates a hit at the distance where the ray leaves a solid.
     #[inline(always)]
     pub fn leaving(t: R) -> Self {
         Self {
@@ -99,29 +100,30 @@ impl<R: Real> ShapeHit<R> {
         }
     }
 
-    /// Whether the ray leaves a solid here.
+    /// Whether the ray leaves a solid at the hit.
     #[inline(always)]
     pub fn leaves(&self) -> bool {
         self.v > R::ZERO
     }
 }
 
-/// The maps from object space to the world; `None` for a shape in world space.
+/// Nested maps from object space to the world; `None` for a shape in world space.
 pub type OuterTransforms<'a> = Option<TransformChain<'a>>;
 
 /// A surface that rays can hit.
 pub trait Shape<R: Real> {
-    /// The support function: the maximum of p·direction over all points p of the shape. `None` for
-    /// an unbounded shape; NaN if a parameter is NaN.
+    /// Support function: the maximum of p·direction over all points p of the shape. `None` for an
+    /// unbounded shape; NaN if a parameter of the shape is NaN.
     fn support(&self, direction: DVec3) -> Option<f64>;
 
-    /// The smallest axis-aligned box around the shape; `None` for an unbounded shape, which stays
-    /// outside any tree.
+    /// Returns the smallest axis-aligned box around the shape; `None` for an unbounded shape, which
+    /// no tree holds.
     fn bounds(&self) -> Option<Aabb> {
         Aabb::from_support(|direction| self.support(direction))
     }
 
-    /// The nearest hit within the open interval `range` on an accepted side.
+    /// Returns the nearest hit with a distance in the open interval `range`, by a ray from an
+    /// accepted side.
     fn intersect(
         &self,
         prepared_ray: &PreparedRay,
@@ -129,9 +131,9 @@ pub trait Shape<R: Real> {
         side: Side,
     ) -> Option<ShapeHit<R>>;
 
-    /// The surface at a hit that [`Shape::intersect`] returned for the same ray, before it is
-    /// rounded to the stored scalar. `transform_chain` are the maps by whose inverses the ray came
-    /// from the world. They decide how far ray origins must keep from edges and off curved
+    /// Computes the surface point of a hit that [`Shape::intersect`] returned for the same ray. The
+    /// result is in f64, in the space of the ray. `transform_chain` holds the maps from that space
+    /// to the world. The maps decide how far ray origins must keep away from edges and from curved
     /// surfaces.
     fn locate_under(
         &self,
@@ -140,25 +142,26 @@ pub trait Shape<R: Real> {
         transform_chain: OuterTransforms<'_>,
     ) -> SurfacePoint;
 
-    /// [`Shape::locate_under`] for a ray in the shape's own space.
+    /// Computes the surface point as [`Shape::locate_under`], for a shape that is not mapped.
     #[inline(always)]
     fn locate(&self, prepared_ray: &PreparedRay, hit: ShapeHit<R>) -> SurfacePoint {
         self.locate_under(prepared_ray, hit, None)
     }
 
-    /// Texture coordinates at a hit that [`Shape::intersect`] returned for the same ray.
+    /// Computes the texture coordinates at a hit that [`Shape::intersect`] returned for the same
+    /// ray.
     fn parameters(&self, prepared_ray: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R>;
 
-    /// The surface at a hit that [`Shape::intersect`] returned for the same ray, in the stored
-    /// scalar.
+    /// Computes the surface at a hit that [`Shape::intersect`] returned for the same ray, rounded
+    /// to the stored scalar.
     #[inline]
     fn surface(&self, prepared_ray: &PreparedRay, hit: ShapeHit<R>) -> Surface<R> {
         self.locate(prepared_ray, hit).to_scalar()
     }
 }
 
-/// The first of two ordered roots in the range on an accepted side: rays enter a closed shape at
-/// `near` and leave it at `far`.
+/// Selects the first of two ordered roots that is in the range and on an accepted side. A ray
+/// enters a closed shape at `near` and leaves it at `far`.
 #[inline(always)]
 pub(crate) fn first_root<R: Real>(
     near: R,

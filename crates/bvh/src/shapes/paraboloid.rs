@@ -1,4 +1,4 @@
-//! The paraboloid, clipped and open at its rim.
+//! The paraboloid: clipped at a height, and open at its rim.
 
 use glam::DVec3;
 
@@ -12,8 +12,8 @@ use super::{
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
 
-/// y = (x² + z²)·height/radius² above the apex, up to `height`. The normal points away from the
-/// axis and down.
+/// A paraboloid: y = (x² + z²)·height/radius² relative to the apex, up to `height`. The normal
+/// points away from the axis and down.
 #[derive(Clone, Copy, Debug)]
 pub struct Paraboloid<R: Real> {
     /// Lowest point.
@@ -25,7 +25,7 @@ pub struct Paraboloid<R: Real> {
 }
 
 impl<R: Real> Paraboloid<R> {
-    /// From the apex, the radius of the rim and its height.
+    /// Creates a paraboloid from the apex, the radius of the rim, and the height of the rim.
     pub fn new(apex: DVec3, radius: f64, height: f64) -> Self {
         Self {
             apex: R::Vec3::from_f64(apex),
@@ -34,7 +34,8 @@ impl<R: Real> Paraboloid<R> {
         }
     }
 
-    /// The crossings of the unclipped paraboloid.
+    /// Intersects a ray with the unclipped paraboloid. `close` selects the reference point as in
+    /// [`approach`].
     #[inline(always)]
     fn crossings(&self, prepared_ray: &PreparedRay, close: bool) -> Option<Crossings> {
         let (radius, height) = (self.radius.to_f64(), self.height.to_f64());
@@ -50,7 +51,8 @@ impl<R: Real> Paraboloid<R> {
         quadratic.roots().map(|r| r.moved(ahead))
     }
 
-    /// The surface at a point near it.
+    /// Evaluates the surface at a point close to it. `scale` is a length added to the sizes that
+    /// bound the rounding error.
     fn at(&self, point: DVec3, scale: f64) -> SurfacePoint {
         let apex = self.apex.to_f64();
         let (radius, height) = (self.radius.to_f64(), self.height.to_f64());
@@ -61,7 +63,8 @@ impl<R: Real> Paraboloid<R> {
         SurfacePoint::new(point, gradient.normalize(), slack(scale))
     }
 
-    /// Inverse density at a distance from the axis: the area of the rim's disk times the slant.
+    /// Inverse of the sampling density per area, at a distance from the axis: the area of the rim's
+    /// disk times the slant of the surface.
     fn inverse_density(&self, distance: f64) -> f64 {
         let (radius, height) = (self.radius.to_f64(), self.height.to_f64());
         let lean = 2.0 * height * distance / (radius * radius);
@@ -76,8 +79,8 @@ impl<R: Real> Shape<R> for Paraboloid<R> {
             self.radius.to_f64(),
             self.height.to_f64(),
         );
-        // At a fraction s of the rim's radius: s·across + s²·up, greatest at the rim or where the
-        // derivative is zero.
+        // The support at the fraction s of the rim's radius is s·across + s²·up. It is greatest at
+        // the rim, or where its derivative is zero.
         let (across, up) = (
             radius * length(direction.x, direction.z),
             height * direction.y,
@@ -117,13 +120,13 @@ impl<R: Real> Shape<R> for Paraboloid<R> {
         let point = point_at(prepared_ray, self.crossings(prepared_ray, true), hit);
         let surface_point = self.at(point, (prepared_ray.origin - point).abs().max_element());
         off_bends::<R>(surface_point, transform_chain, || {
-            // The curvature is greatest at the apex.
+            // The radius of curvature is least at the apex.
             let (radius, height) = (self.radius.to_f64(), self.height.to_f64());
             [f64::INFINITY, radius * (radius / height) * 0.5]
         })
     }
 
-    /// u runs around the axis, v with the height, from 0 at the rim to 1 at the apex.
+    /// Texture coordinates in [0, 1]: u runs around the axis, v from the rim down to the apex.
     fn parameters(&self, prepared_ray: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
         let offset = self.locate(prepared_ray, hit).point - self.apex.to_f64();
         let (u, dpdu) = turn(DVec3::new(offset.x, 0.0, offset.z), DVec3::Y);
@@ -136,7 +139,7 @@ impl<R: Real> Shape<R> for Paraboloid<R> {
     }
 }
 
-/// Samples the disk below the rim uniformly.
+/// Samples the disk of the rim uniformly and projects the point down to the surface.
 impl<R: Real> SampleArea<R> for Paraboloid<R> {
     fn area(&self) -> f64 {
         area_by_quadrature(|u, _| self.inverse_density(u.sqrt() * self.radius.to_f64()))

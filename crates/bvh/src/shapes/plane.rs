@@ -7,7 +7,7 @@ use super::{OuterTransforms, Parameters, PreparedRay, Shape, ShapeHit, SurfacePo
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
 
-/// All points p with (p − point)·normal = 0. The plane is unbounded and stays outside any tree.
+/// A plane: all points p with (p − point)·normal = 0. It is unbounded, so no tree holds it.
 #[derive(Clone, Copy, Debug)]
 pub struct Plane<R: Real> {
     /// Any point of the plane.
@@ -19,8 +19,8 @@ pub struct Plane<R: Real> {
 }
 
 impl<R: Real> Plane<R> {
-    /// A plane through a point with the given unit normal. The tangent is x if the normal allows,
-    /// so that for a floor u and v are world x and z.
+    /// Creates a plane through a point with the given unit normal. The tangent is x if the normal
+    /// allows, so that for a floor u and v are the world's x and z.
     pub fn new(point: R::Vec3, normal: R::Vec3) -> Self {
         Self {
             point,
@@ -30,8 +30,8 @@ impl<R: Real> Plane<R> {
     }
 }
 
-/// Intersection of a ray with the plane through a point, and its error bound. It uses the unrounded
-/// distance, so that only the rounding of stored coordinates remains.
+/// Intersects a ray with the plane through a point. Returns the hit point and its error bound. The
+/// distance is not rounded, so only the rounding of stored coordinates remains.
 #[inline(always)]
 pub(super) fn on_plane(prepared_ray: &PreparedRay, normal: DVec3, through: DVec3) -> (DVec3, f64) {
     let height = normal.dot(through - prepared_ray.origin);
@@ -59,7 +59,7 @@ impl<R: Real> Shape<R> for Plane<R> {
         let normal = self.normal.to_f64();
         let slope = normal.dot(prepared_ray.direction);
         let height = normal.dot(self.point.to_f64() - prepared_ray.origin);
-        // A ray in the plane gives 0/0 or x/0, which no open range contains.
+        // For a ray in the plane the distance is 0/0 or x/0, which no open range contains.
         let t = R::from_f64(height / slope);
         (t.is_finite() && range.contains(t) && side.accepts(slope < 0.0)).then_some(ShapeHit::at(t))
     }
@@ -76,8 +76,8 @@ impl<R: Real> Shape<R> for Plane<R> {
         SurfacePoint::new(point, normal, error)
     }
 
-    /// u along the tangent and v across it, relative to the plane's point; for a floor, world x and
-    /// z.
+    /// Texture coordinates in world units, relative to the plane's point: u along the tangent, v
+    /// perpendicular to it. For a floor they are the world's x and z.
     #[inline]
     fn parameters(&self, prepared_ray: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
         let offset = self.surface(prepared_ray, hit).point - self.point;

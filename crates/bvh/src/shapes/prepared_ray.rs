@@ -5,37 +5,39 @@ use glam::DVec3;
 use crate::ray::Ray;
 use crate::scalar::{Real, Vector};
 
-/// Distance, in sizes of a shape, from which it counts as far: there f32 resolves distances to 2⁻¹⁴
-/// of the size.
+/// Distance of a ray's origin from a shape, in multiples of the shape's size, from which the shape
+/// counts as far. At that distance f32 resolves distances to 2⁻¹⁴ of the size.
 pub(crate) const FAR: f64 = 1024.0;
 
-/// A ray in f64, the precision of all tests, for any stored scalar.
+/// A ray in f64, the precision of all intersection tests, whether the ray is stored in f32 or in
+/// f64.
 #[derive(Clone, Copy, Debug)]
 pub struct PreparedRay {
-    /// Origin, exactly.
+    /// Origin. The conversion of a stored origin is exact.
     pub origin: DVec3,
-    /// Direction, of unit length up to the rounding of the stored direction; of any length in the
-    /// space of an instance.
+    /// Direction. In world space it has unit length up to rounding, in the space of an instance any
+    /// length.
     pub direction: DVec3,
     /// Time, see [`Ray::time`].
     pub time: f64,
     /// Whether this is a camera ray, see [`Ray::culls`].
     pub culls: bool,
-    /// Whether this is the space of a transformed shape or an instance. The map may magnify the
-    /// effect of a rounded distance along the surface, so points are computed from unrounded
-    /// distances.
+    /// Whether the ray was mapped into the space of a transformed shape or of an instance. The map
+    /// back to the world may magnify the error of a rounded distance, so hit points are then
+    /// computed from unrounded distances.
     pub mapped: bool,
     /// Squared length of `direction`.
     pub length_squared: f64,
-    /// `length_squared`, reduced by more than the rounding of any sum of a few products with it. A
-    /// discriminant computed with it is never negative if that of the same coefficients, or the
-    /// exact one, is not.
+    /// Lower bound of `length_squared`, smaller by more than the rounding errors of a discriminant.
+    /// If the discriminant with this bound is negative, then the exact discriminant and the
+    /// discriminant with `length_squared` are negative too.
     pub shortened: f64,
     /// The inverse of `length_squared`.
     pub inverse_length_squared: f64,
-    /// Two vectors perpendicular to the direction, such that (first, second, direction) is
-    /// right-handed: a basis of the plane onto which triangles are projected. Each is at least as
-    /// long as the direction's largest component.
+    /// Two vectors perpendicular to the direction: a basis of the plane onto which the tests of
+    /// triangles and quads project. The system (first, second, direction) is right-handed. Each
+    /// vector is at least as long as the direction's largest component. Both are zero if the ray is
+    /// not prepared for triangles.
     pub across: [DVec3; 2],
 }
 
@@ -43,13 +45,14 @@ impl PreparedRay {
     /// Ratio of [`PreparedRay::shortened`] to the squared length.
     pub(crate) const SHORTER: f64 = 1.0 - f64::ROUNDOFF * 64.0;
 
-    /// Prepares a ray.
+    /// Prepares a world-space ray for shapes of every kind.
     #[inline(always)]
     pub fn new<R: Real>(ray: Ray<R>) -> Self {
         Self::of(ray, true)
     }
 
-    /// Prepares a ray; with `faces` also for triangles and quads.
+    /// Prepares a world-space ray for spheres, planes and other shapes; if `faces` is set, also for
+    /// triangles and quads.
     #[inline(always)]
     pub(crate) fn of<R: Real>(ray: Ray<R>, faces: bool) -> Self {
         let (origin, direction) = (ray.origin.to_f64(), ray.direction.to_f64());
@@ -75,14 +78,14 @@ impl PreparedRay {
         }
     }
 
-    /// Prepares a stored world-space ray for spheres and planes.
+    /// Prepares a world-space ray, stored in f32, for spheres and planes only.
     #[inline(always)]
     pub(crate) fn in_world(origin: [f32; 3], direction: [f32; 3]) -> Self {
         Self::of(Ray::<f32>::new(origin.into(), direction.into()), false)
     }
 
-    /// Prepares a ray in a mapped space. The direction may have any length, which is the unit of
-    /// distances.
+    /// Prepares a ray that was mapped into object space. The direction may have any length, and
+    /// distances along the ray are in units of that length.
     #[inline(always)]
     pub(crate) fn mapped(origin: DVec3, direction: DVec3, culls: bool) -> Self {
         Self {
@@ -96,23 +99,24 @@ impl PreparedRay {
         }
     }
 
-    /// Whether a point computed from a stored distance could be off by 2⁻¹⁴ of a shape of the given
-    /// size, and always in a mapped space. Such a point is computed from the unrounded distance
-    /// instead.
+    /// Whether the hit point must be computed from the unrounded distance, and not from the stored
+    /// distance `t`. This holds for every mapped ray. For other rays it holds where the rounding of
+    /// `t` could move the point by 2⁻¹⁴ of the shape's `size`.
     #[inline(always)]
     pub(crate) fn needs_unrounded<R: Real>(&self, t: R, size: R) -> bool {
         self.mapped || t > size * R::from_f64(FAR)
     }
 
-    /// The point at a stored distance.
+    /// Returns the point of the ray at the stored distance `t`.
     #[inline(always)]
     pub(crate) fn at<R: Real>(&self, t: R) -> DVec3 {
         self.origin + self.direction * t.to_f64()
     }
 }
 
-/// The shear of "Watertight Ray/Triangle Intersection" (Woop, Benthin, Wald 2013) without its
-/// division: sheared coordinates times the direction's largest component.
+/// Computes [`PreparedRay::across`] for a direction: the shear of "Watertight Ray/Triangle
+/// Intersection" (Woop, Benthin, Wald 2013), multiplied by the direction's largest component to
+/// avoid a division.
 #[inline(always)]
 fn across(d: DVec3) -> [DVec3; 2] {
     let size = d.abs();

@@ -18,7 +18,7 @@ pub struct Quad<R: Real> {
 }
 
 impl<R: Real> Quad<R> {
-    /// From a corner and the two edges at it.
+    /// Creates a quad from a corner and the two edges that start at it.
     pub fn new(corner: DVec3, edge_u: DVec3, edge_v: DVec3) -> Self {
         Self {
             corners: [
@@ -31,8 +31,8 @@ impl<R: Real> Quad<R> {
         }
     }
 
-    /// The diagonals. Their cross product is the normal, so both halves have the same normal,
-    /// though rounded corners need not be coplanar.
+    /// Returns both diagonals. Their cross product is the normal of the quad, so that both halves
+    /// have the same normal although rounded corners need not be coplanar.
     #[inline(always)]
     fn diagonals(&self) -> [DVec3; 2] {
         let [a, b, c, d] = self.corners.map(Vector::to_f64);
@@ -45,7 +45,8 @@ impl<R: Real> Quad<R> {
         first.cross(second).normalize()
     }
 
-    /// The point with the given texture coordinates, on the half of the quad that contains it.
+    /// Evaluates the point with the given texture coordinates in [0, 1], on the half of the quad
+    /// that contains it.
     #[inline(always)]
     fn point(&self, [u, v]: [f64; 2]) -> DVec3 {
         let [a, b, c, d] = self.corners.map(Vector::to_f64);
@@ -63,7 +64,7 @@ impl<R: Real> Quad<R> {
             .fold(R::ZERO, |m, c| m.max(c.abs().max_element()))
     }
 
-    /// Error bound of the intersection test.
+    /// Error bound of the intersection test, as a length.
     #[inline(always)]
     fn slack(&self) -> f64 {
         let [first, second] = self.diagonals();
@@ -77,19 +78,21 @@ impl<R: Real> Quad<R> {
 
     #[inline(always)]
     fn error(&self) -> f64 {
-        // The second term covers corners that rounding has moved off the common plane.
+        // The second term covers the rounding of the corners, which moves them off their common
+        // plane.
         self.slack() + (self.scale() * R::ROUNDOFF * R::from_f64(4.0)).to_f64()
     }
 
-    /// Distance by which rounding has moved the corners off a common plane: the distance between
-    /// the diagonals.
+    /// Distance between the diagonals: rounding has moved the corners off a common plane by that
+    /// distance.
     fn fold(&self) -> f64 {
         let [a, b, ..] = self.corners.map(Vector::to_f64);
         self.normal().dot(b - a).abs()
     }
 
-    /// Tests the two triangles at a diagonal, each watertight. Returns the distance, both
-    /// coordinates, and whether the ray comes from outside.
+    /// Intersects a ray with the two triangles on either side of a diagonal, each by the watertight
+    /// test. Returns the distance, both texture coordinates, and whether the ray comes from
+    /// outside.
     #[inline(always)]
     fn watertight(&self, prepared_ray: &PreparedRay) -> Option<(f64, [f64; 2], bool)> {
         // Written out: an array's `map` is not always inlined.
@@ -147,8 +150,8 @@ impl<R: Real> Shape<R> for Quad<R> {
     ) -> SurfacePoint {
         let [a, b, _, d] = self.corners.map(Vector::to_f64);
         let normal = self.normal();
-        // The rounding of stored coordinates moves the point only along the plane, but that may be
-        // far in a mapped space.
+        // The rounding of stored coordinates moves the point only within the plane. In a mapped
+        // space that move may be large, so the coordinates are computed again.
         let again = if prepared_ray.mapped {
             self.watertight(prepared_ray)
         } else {
@@ -156,7 +159,7 @@ impl<R: Real> Shape<R> for Quad<R> {
         };
         let [u, v] = again.map_or_else(|| [hit.u.to_f64(), hit.v.to_f64()], |(_, place, _)| place);
         // The point is kept off the border by the rounding of its coordinates. A ray that starts at
-        // an inner edge of a closed room then starts on the inner side of both walls.
+        // a concave edge of a closed room then starts on the inner side of both walls.
         let reach = a.abs().max(b.abs()).max(d.abs()).max_element() * R::ROUNDOFF.to_f64() * 8.0;
         let keep = |x: f64, edge: DVec3| {
             let margin = (reach / edge.length()).min(0.5);
@@ -176,7 +179,7 @@ impl<R: Real> Shape<R> for Quad<R> {
         }
     }
 
-    /// u along the first edge, v along the second.
+    /// Texture coordinates in [0, 1]: u along the first edge, v along the second.
     fn parameters(&self, _: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
         let [a, b, _, _]: [R::Vec3; 4] = self.corners;
         Parameters {

@@ -1,5 +1,5 @@
-//! Intersection of a ray with a quadric: the two roots of a·t² + 2b·t + c, distinguished by whether
-//! the ray enters or leaves.
+//! Intersection of a ray with a quadric: the two roots of a·t² + 2b·t + c, one where the ray enters
+//! and one where it leaves.
 
 use super::prepared_ray::FAR;
 use super::{PreparedRay, ShapeHit, first_root};
@@ -7,19 +7,19 @@ use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
 use glam::DVec3;
 
-/// A quadric along a ray: a·t² + 2b·t + c is negative inside.
+/// A quadric along a ray, as the polynomial a·t² + 2b·t + c in the distance t. It is negative
+/// inside.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Quadratic {
     pub a: f64,
     pub b: f64,
     pub c: f64,
-    /// A quarter of the discriminant, b² − a·c, by the formula of the quadric with least
-    /// cancellation.
+    /// A quarter of the discriminant, b² − a·c, by the formula that cancels least for the quadric.
     pub discriminant: f64,
 }
 
 /// Distances at which a ray enters and leaves a quadric; infinite if it never does. With a positive
-/// leading coefficient the inside lies between them, otherwise outside of them.
+/// leading coefficient the inside lies between both distances, otherwise beyond them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Crossings {
     pub enter: f64,
@@ -27,7 +27,7 @@ pub(crate) struct Crossings {
 }
 
 impl Quadratic {
-    /// Computes the discriminant from the coefficients.
+    /// Creates a quadratic from its coefficients; the discriminant is b² − a·c.
     #[inline(always)]
     pub fn new(a: f64, b: f64, c: f64) -> Self {
         Self {
@@ -38,8 +38,9 @@ impl Quadratic {
         }
     }
 
-    /// The roots; `None` if they are not real. The root that would cancel is computed from the
-    /// product of both, which also works if the leading coefficient is zero.
+    /// Computes the roots; `None` if they are not real. The root that would suffer from
+    /// cancellation is computed from the product of both roots, which also works if the leading
+    /// coefficient is zero.
     #[inline(always)]
     pub fn roots(&self) -> Option<Crossings> {
         let is_hit = self.discriminant >= 0.0;
@@ -64,7 +65,7 @@ impl Quadratic {
 }
 
 impl Crossings {
-    /// These crossings, measured from a point that lies `distance` earlier.
+    /// Adds `distance` to both crossings.
     #[inline(always)]
     pub fn moved(self, distance: f64) -> Self {
         Self {
@@ -73,7 +74,8 @@ impl Crossings {
         }
     }
 
-    /// The nearest crossing in the range, on an accepted side, that satisfies `keep`.
+    /// Returns the nearest crossing that lies in the range, on an accepted side, and satisfies
+    /// `keep`.
     #[inline(always)]
     pub fn nearest<R: Real>(
         &self,
@@ -86,28 +88,30 @@ impl Crossings {
             (side.accepts(from_outside) && range.contains(stored) && keep(t)).then_some(stored)
         };
         match (candidate(self.enter, true), candidate(self.leave, false)) {
-            // Compares unrounded distances: far away the stored distances are equal.
+            // Unrounded distances are compared, since far away the stored distances may be equal.
             (Some(_), Some(b)) if self.leave < self.enter => Some(ShapeHit::leaving(b)),
             (Some(a), _) => Some(ShapeHit::at(a)),
             (None, b) => b.map(ShapeHit::leaving),
         }
     }
 
-    /// The unrounded distance of `hit`.
+    /// Returns the unrounded distance of `hit`, which was made from these crossings.
     #[inline(always)]
     pub fn unrounded<R: Real>(&self, hit: ShapeHit<R>) -> f64 {
         if hit.leaves() { self.leave } else { self.enter }
     }
 }
 
-/// Reference point of a test: the ray's point nearest to `centre` if `close`, so that no
-/// coefficient contains the distance of the origin; otherwise the origin. Returns the distance to
-/// the reference point, and that point relative to `centre`.
+/// Chooses the reference point of an intersection test. With `close` it is the ray's point nearest
+/// to `centre`, so that no coefficient contains the distance of the origin. Otherwise it is the
+/// origin. Returns the distance from the origin to the reference point, and that point relative to
+/// `centre`.
 ///
-/// Let D be the distance and r the size. Measured from the origin, the discriminant has a relative
-/// error of about (D/r)²·2⁻⁵³, which is everything at D/r = 10⁸. Measured from close by, the error
-/// is (D/r)·2⁻⁵³. Not every ray has a rounding error of that size: along an axis it is exact from
-/// any distance. Surface points always use the near reference.
+/// Let D be the distance of the origin and r the size of the shape. With the origin as reference,
+/// the discriminant has a relative error of about (D/r)²·2⁻⁵³, so no digit is left at D/r = 10⁸.
+/// With the near reference, the error is (D/r)·2⁻⁵³. Some rays have smaller errors: along a
+/// coordinate axis the discriminant is exact from any distance. Surface points always use the near
+/// reference.
 #[inline(always)]
 pub(crate) fn approach(prepared_ray: &PreparedRay, centre: DVec3, close: bool) -> (f64, DVec3) {
     let f = prepared_ray.origin - centre;
@@ -118,8 +122,9 @@ pub(crate) fn approach(prepared_ray: &PreparedRay, centre: DVec3, close: bool) -
     (ahead, f + prepared_ray.direction * ahead)
 }
 
-/// Whether the test of a shape at `centre` uses the near reference point. For shapes stored in f32
-/// the origin is precise enough up to [`FAR`] sizes away, and faster.
+/// Whether the intersection test of a shape at `centre` uses the near reference point of
+/// [`approach`]. For shapes stored in f32 the origin is faster, and precise enough up to [`FAR`]
+/// sizes away.
 #[inline(always)]
 pub(crate) fn tests_close<R: Real>(prepared_ray: &PreparedRay, centre: R::Vec3, size: R) -> bool {
     let far = || {
@@ -129,15 +134,16 @@ pub(crate) fn tests_close<R: Real>(prepared_ray: &PreparedRay, centre: R::Vec3, 
     !R::IS_SINGLE || far()
 }
 
-/// Runs rare work out of line. Captured values should be moved in: a captured reference would force
-/// them into memory for all rays.
+/// Calls a closure out of line, for work that few rays need. Captured values should be moved into
+/// the closure: a captured reference would force them into memory for all rays.
 #[cold]
 #[inline(never)]
 pub(crate) fn rarely<T>(work: impl FnOnce() -> T) -> T {
     work()
 }
 
-/// The point of the ray at a hit from `crossings`, at the unrounded distance.
+/// Returns the point of the ray at a hit, at the unrounded distance if `crossings` are given,
+/// otherwise at the stored distance.
 #[inline(always)]
 pub(crate) fn point_at<R: Real>(
     prepared_ray: &PreparedRay,
@@ -150,8 +156,8 @@ pub(crate) fn point_at<R: Real>(
     }
 }
 
-/// The distances that a convex solid covers: an intersection of ranges. Each end has the number of
-/// the part of the surface that bounds it.
+/// The range of distances that a ray spends inside a convex solid. Each end has the number of the
+/// surface part that bounds it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Span {
     pub near: f64,
@@ -161,7 +167,7 @@ pub(crate) struct Span {
 }
 
 impl Span {
-    /// A range with the same part at both ends.
+    /// Creates a range with the same surface part at both ends.
     #[inline(always)]
     pub fn of(near: f64, far: f64, part: u8) -> Self {
         Self {
@@ -172,8 +178,8 @@ impl Span {
         }
     }
 
-    /// A range between two faces, each with its part. It starts at the first face if the ray rises,
-    /// otherwise at the second.
+    /// Creates the range between two parallel faces, each with its distance and part number. A
+    /// rising ray enters through the low face, any other ray through the high face.
     #[inline(always)]
     pub fn between(low: f64, high: f64, [low_part, high_part]: [u8; 2], rises: bool) -> Self {
         if rises {
@@ -193,7 +199,7 @@ impl Span {
         }
     }
 
-    /// The intersection of both ranges.
+    /// Returns the intersection of two ranges.
     #[inline(always)]
     pub fn cut(self, other: Self) -> Self {
         let (near, near_part) = if other.near > self.near {
@@ -214,7 +220,7 @@ impl Span {
         }
     }
 
-    /// Both ends of the range.
+    /// Converts the ends of the range to crossings.
     #[inline(always)]
     pub fn crossings(self) -> Crossings {
         Crossings {
@@ -223,14 +229,16 @@ impl Span {
         }
     }
 
-    /// The first end in the range on an accepted side, with its part as the hit's first number.
+    /// Returns the first end of the solid's range that lies in the open interval `range` and on an
+    /// accepted side. The hit's first number is the part at that end.
     #[inline(always)]
     pub fn nearest<R: Real>(&self, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
         let covered = self.near < self.far;
         if !covered {
             return None;
         }
-        // A ray that enters also leaves, even where the solid is thinner than the rounding.
+        // A ray that enters a solid also leaves it, even where the solid is thinner than the
+        // rounding of distances.
         let near = R::from_f64(self.near);
         let far = R::from_f64(self.far).max(near.next_up());
         let hit = first_root(near, far, range, side)?;

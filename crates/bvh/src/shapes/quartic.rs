@@ -1,15 +1,15 @@
 //! Sign changes of a quartic on an interval, for the intersection of a ray with a torus.
 //!
 //! The interval is cut at the zeros of the derivative, which are bracketed by the zeros of the
-//! second derivative. Each piece is monotone, so it contains a root iff its ends differ in sign,
-//! and bracketing finds the root for any coefficients. So crossings have the correct number and
-//! order, and a double root gives zero or two.
+//! second derivative. The quartic is monotone on each piece, so a piece contains a root iff the
+//! signs at its ends differ, and bracketing finds that root for any coefficients. So the number and
+//! the order of crossings are correct, and a double root gives zero or two crossings.
 
 use arrayvec::ArrayVec;
 
 use crate::scalar::Real;
 
-/// x⁴ + p·x² + q·x + w.
+/// The quartic polynomial x⁴ + p·x² + q·x + w.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Quartic {
     pub p: f64,
@@ -23,17 +23,17 @@ impl Quartic {
         ((x * x + self.p) * x + self.q) * x + self.w
     }
 
-    /// Half of the derivative.
+    /// Half of the derivative at `x`.
     #[inline(always)]
     fn slope(&self, x: f64) -> f64 {
         (x * x * 2.0 + self.p) * x + self.q * 0.5
     }
 
-    /// The interval [−reach, reach], cut at the extrema: up to five points in ascending order that
-    /// bound four monotone pieces.
+    /// Cuts the interval [−reach, reach] at the extrema of the quartic. Returns up to five points
+    /// in ascending order, which bound four monotone pieces.
     fn pieces(&self, reach: f64) -> ArrayVec<f64, 5> {
         let mut pieces = ArrayVec::from_iter([-reach]);
-        // The derivative has its extrema at ± `knee`, and none if the quartic is convex.
+        // The derivative has its extrema at ±`knee`, and no extrema if the quartic is convex.
         let knee = (-self.p / 6.0).max(0.0).sqrt().min(reach);
         for (from, to) in [(-reach, -knee), (-knee, knee), (knee, reach)] {
             let (at_from, at_to) = (self.slope(from), self.slope(to));
@@ -48,8 +48,9 @@ impl Quartic {
         pieces
     }
 
-    /// Calls `take` with the zero crossings in ascending order, and whether the quartic falls
-    /// there, until it returns a result. The quartic counts as positive at both ends.
+    /// Calls `take` for each zero crossing in ascending order until `take` returns a result. Its
+    /// arguments are the zero and whether the quartic falls at it. The quartic counts as positive
+    /// at both ends of [−reach, reach].
     pub fn crossings<T>(
         &self,
         reach: f64,
@@ -77,14 +78,15 @@ impl Quartic {
     }
 }
 
-/// The zero of a monotone function that changes sign between two points, by Newton's method. A step
-/// that leaves the bracket, or gains less than bisection would, is replaced by bisection.
+/// Finds the zero of a monotone function that changes sign between two points, by Newton's method.
+/// `f` returns the value and the slope. A step that leaves the bracket, or gains less than
+/// bisection would, is replaced by bisection.
 fn find(from: f64, to: f64, at_from: f64, f: impl Fn(f64) -> (f64, f64)) -> f64 {
     let rises = at_from < 0.0;
     let (mut low, mut high) = (from, to);
     let mut x = (from + to) * 0.5;
     let mut last = to - from;
-    // Bisection alone would take as many steps as the scalar has digits; Newton's method takes six
+    // Bisection alone would take as many steps as the scalar has digits. Newton's method takes six
     // or seven.
     for _ in 0..64 {
         let (value, slope) = f(x);

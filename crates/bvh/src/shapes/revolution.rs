@@ -1,4 +1,4 @@
-//! Common parts of cylinders and cones: solids of revolution whose radius changes linearly between
+//! Common code of cylinders and cones: solids of revolution whose radius changes linearly between
 //! two ends.
 
 use super::frame::{split, spoke, tangent, turn};
@@ -8,22 +8,22 @@ use super::{OuterTransforms, Parameters, PreparedRay, SurfacePoint, slack};
 use crate::scalar::{Real, Vector};
 use glam::DVec3;
 
-/// Parts of the surface, as a hit's first number.
+/// Numbers of the surface's parts, stored as the first shape-specific number of a hit.
 pub(super) const WALL: u8 = 0;
 pub(super) const BASE: u8 = 1;
 pub(super) const TOP: u8 = 2;
 
-/// A solid of revolution with a straight meridian between two radii. Formulas are homogeneous in
-/// the axis, so that rounding of its components changes the length or direction of the solid, but
-/// never its roundness.
+/// A solid of revolution with a straight meridian between two radii. Its formulas are homogeneous
+/// in the axis. So rounding the axis changes the length or the direction of the solid, but never
+/// its roundness.
 pub(super) struct SurfaceOfRevolution {
     /// Centre of the base.
     pub base: DVec3,
-    /// From the base to the centre of the other end.
+    /// Vector from the centre of the base to the centre of the other end.
     pub axis: DVec3,
     /// Radii of the base and of the other end.
     pub radii: [f64; 2],
-    /// Sum of the greatest coordinates and the greater radius.
+    /// Size for error bounds: the greatest coordinates of base and axis plus the greater radius.
     size: f64,
 }
 
@@ -39,7 +39,8 @@ impl SurfaceOfRevolution {
         }
     }
 
-    /// Crossings of the infinite wall for equal radii, in distances from the ray's origin.
+    /// Intersects a ray with the infinite wall of a solid of equal radii. Returns distances from
+    /// the ray's origin. `close` selects the reference point as in [`approach`].
     #[inline(always)]
     pub fn tube(&self, prepared_ray: &PreparedRay, close: bool) -> Option<Crossings> {
         let (axis, radius) = (self.axis, self.radii[0]);
@@ -48,13 +49,13 @@ impl SurfaceOfRevolution {
         let (length, room) = (axis.dot(axis), radius * radius);
         let (a, b, c) = (m.dot(m), m.dot(n), n.dot(n) - room * length);
         if a == 0.0 {
-            // A ray along the axis never crosses the wall: it is inside or outside throughout.
+            // A ray along the axis never crosses the wall: the whole ray is inside or outside.
             return (c <= a).then_some(Crossings {
                 enter: -f64::INFINITY,
                 leave: f64::INFINITY,
             });
         }
-        // b² − a·c without cancellation: the ray passes the axis at distance |m·f|/|m|.
+        // Computes b² − a·c without cancellation: the ray passes the axis at distance |m·f|/|m|.
         let pass = m.dot(f);
         let discriminant = (a * room - pass * pass) * length;
         Quadratic {
@@ -67,7 +68,8 @@ impl SurfaceOfRevolution {
         .map(|w| w.moved(ahead))
     }
 
-    /// The ray's range between both ends, in distances from its origin.
+    /// Returns the range of the ray between the planes of both ends, in distances from its origin;
+    /// `None` if a ray parallel to these planes is outside them.
     #[inline(always)]
     pub fn between_ends(&self, prepared_ray: &PreparedRay) -> Option<Span> {
         let (height, slope) = (
@@ -87,19 +89,20 @@ impl SurfaceOfRevolution {
         ))
     }
 
-    /// The ray's range within the wall and between the ends.
+    /// Returns the range of the ray inside the solid: within the given crossings of the wall, and
+    /// between the ends.
     #[inline(always)]
     pub fn span(&self, prepared_ray: &PreparedRay, wall: Crossings) -> Option<Span> {
         Some(Span::of(wall.enter, wall.leave, WALL).cut(self.between_ends(prepared_ray)?))
     }
 
-    /// Scale of the error of a point of the surface.
+    /// Length to which the rounding error of a point of the surface is proportional.
     #[inline(always)]
     pub fn scale(&self, point: DVec3) -> f64 {
         self.size + point.abs().max_element()
     }
 
-    /// The point of a cap at an offset from its centre.
+    /// Evaluates the surface of a cap (`BASE` or `TOP`) at an offset from the cap's centre.
     pub fn on_cap(&self, part: u8, offset: DVec3) -> SurfacePoint {
         let (end, normal) = if part == TOP {
             (1.0, self.axis.normalize())
@@ -110,7 +113,8 @@ impl SurfaceOfRevolution {
         SurfacePoint::new(point, normal, slack(self.scale(point)))
     }
 
-    /// u runs around the axis. v runs down from `top`; on a cap from its centre to its rim.
+    /// Texture coordinates at a point of a part. u runs around the axis. On the wall v is `top`
+    /// minus the fraction along the axis; on a cap it runs from 0 at the centre to 1 at the rim.
     pub fn parameters<R: Real>(&self, point: DVec3, part: u8, top: f64) -> Parameters<R> {
         let (along, out) = split(point - self.base, self.axis);
         let (u, dpdu) = turn(out, self.axis);
@@ -120,8 +124,8 @@ impl SurfaceOfRevolution {
         } else {
             R::from_f64(out.length()) / end_radius
         };
-        // u runs the same way around on both caps, so on the base, which faces the other way, it
-        // runs to the left.
+        // u has the same direction of rotation on both caps. The base faces away from the top, so u
+        // runs to the left on the base.
         Parameters {
             u,
             v,
@@ -130,9 +134,9 @@ impl SurfaceOfRevolution {
         }
     }
 
-    /// Samples a point from two numbers in [0, 1), given the areas of wall, base and other end and
-    /// their sum. `on_wall` makes a point of the wall from its fraction of the wall's area and its
-    /// direction from the axis.
+    /// Samples a point from two numbers in [0, 1). The areas are those of the wall, the base and
+    /// the other end, and `area` is their sum. `on_wall` returns the wall's point for a fraction of
+    /// the wall's area and a direction from the axis.
     pub fn sample(
         &self,
         [wall, base, top]: [f64; 3],
@@ -153,9 +157,9 @@ impl SurfaceOfRevolution {
         }
     }
 
-    /// The surface at a point of a part, with the base point of inward rays moved so that these
-    /// maps can't bring an origin outside. `place` is the fraction along the axis and the offset
-    /// across it.
+    /// Moves the base point of inward rays at a surface point to the inside of the solid, so that
+    /// no map of the chain brings a rounded origin outside. `place` is the point's fraction along
+    /// the axis and its offset across the axis.
     pub fn start_inside<R: Real>(
         &self,
         surface_point: SurfacePoint,
@@ -171,11 +175,13 @@ impl SurfaceOfRevolution {
         }
     }
 
-    /// Offset from a point of a part, given by the fraction along the axis and the offset across
-    /// it, to the base point of inward rays: inside the wall and both ends by the drift against
-    /// each. Outward rays need no offset, since every point above a tangent plane of a convex solid
-    /// is outside. A solid thinner than the error of its points has no inside, and the base point
-    /// stays.
+    /// Computes the offset from a surface point to the base point of inward rays. The base point
+    /// keeps, from the wall and from both ends, the distance by which rounding and the normal
+    /// offset may move an origin towards them.
+    ///
+    /// Outward rays need no offset, since every point above a tangent plane of a convex solid is
+    /// outside. A solid thinner than the error of its points has no safe inside, and the base point
+    /// stays. The point is given by its fraction along the axis and its offset across the axis.
     #[inline(never)]
     fn inwards(
         &self,
@@ -191,13 +197,14 @@ impl SurfaceOfRevolution {
         };
         let (taper, squared, length) = (top - base, axis.dot(axis), out.length());
         let over_axis = axis * (1.0 / squared);
-        // On the axis, as at an apex hit exactly, any direction will do.
+        // On the axis, as at an apex that is hit exactly, any perpendicular direction serves.
         let away = if length > 0.0 {
             out * (1.0 / length)
         } else {
             tangent(axis.normalize())
         };
-        // Greatest drift towards the ends, the wall and the opposite wall, and sideways.
+        // Greatest displacement of an origin towards the ends, the near and the opposite wall, and
+        // sideways.
         let lengthwise = spawn_offset.offset_along(over_axis);
         let (nearer, opposite) = (
             spawn_offset.offset_along(away - over_axis * taper),
@@ -207,8 +214,8 @@ impl SurfaceOfRevolution {
 
         let mut minimum = if part == BASE { 0.0 } else { lengthwise };
         let mut maximum = if part == TOP { 1.0 } else { 1.0 - lengthwise };
-        // Near an apex the opposite wall is close too: only where the solid is wide enough does it
-        // have an inside.
+        // Near an apex the opposite wall is close too. The solid has a safe inside only where it is
+        // wide enough.
         let room = nearer.max(opposite) + aside;
         if taper > 0.0 {
             minimum = minimum.max((room - base) / taper);
@@ -221,15 +228,15 @@ impl SurfaceOfRevolution {
         }
         let along_there = along.max(minimum).min(maximum);
         let radius = base + taper * along_there;
-        // Sideways drift brings the wall nearer: by at most the drift itself, and by less in a wide
-        // circle.
+        // A sideways displacement brings the wall nearer: by at most the displacement itself, and
+        // by less in a wide circle.
         let narrowest = radius - taper.abs() * lengthwise;
         let bend = if narrowest > aside {
             aside * (aside / narrowest)
         } else {
             aside
         };
-        // On the wall, an offset origin is already below the tangent plane.
+        // On the wall, the normal offset already puts the origin below the tangent plane.
         let distance = if part == WALL {
             radius - bend
         } else {

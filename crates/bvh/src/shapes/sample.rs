@@ -1,4 +1,4 @@
-//! Sampling of surface points, which makes a shape usable as a light.
+//! Sampling of points on a surface, as a shape needs it to be a light.
 
 use super::{Shape, SurfacePoint};
 use crate::scalar::Real;
@@ -8,19 +8,20 @@ pub trait SampleArea<R: Real>: Shape<R> {
     /// Surface area.
     fn area(&self) -> f64;
 
-    /// Samples a point from two numbers in [0, 1). Returns the surface there, and its density per
+    /// Samples a point from two numbers in [0, 1). Returns its surface point and its density per
     /// area, which is positive, finite, and equal to [`SampleArea::density`].
     fn sample_area(&self, u: R, v: R) -> (SurfacePoint, f64);
 
-    /// Density per area of sampling a point of the surface; constant unless a shape says otherwise.
+    /// Density, per area, with which a point of the surface is sampled; constant by default.
     fn density(&self, _point: &SurfacePoint) -> f64 {
         1.0 / self.area()
     }
 }
 
-/// Area as the mean of the inverse density, by the midpoint rule: for surfaces without a closed
-/// form, and for mapped shapes. The error is below 1e-3 for semi-axes up to 1:10, and below 1e-2 up
-/// to 1:1000. Only the choice between lights depends on it, not any density.
+/// Integrates an area as the mean of the inverse density over the unit square, by the midpoint
+/// rule: for surfaces without a closed form, and for mapped shapes. The error is below 1e-3 for
+/// semi-axes up to 1:10, and below 1e-2 up to 1:1000. Only the choice between lights depends on the
+/// result, not any density.
 pub(crate) fn area_by_quadrature(inverse_density: impl Fn(f64, f64) -> f64) -> f64 {
     const STEPS: u32 = 64;
     let at = |i: u32| (f64::from(i) + 0.5) / f64::from(STEPS);

@@ -1,16 +1,17 @@
-//! Drift: the distance, in object space, between the point of a hit and the origin of a ray from
-//! it. Origins compensate for it to stay on the right side of *every* nearby surface.
+//! Drift: the distance, in object space, between a hit point and the origin of a ray that starts at
+//! it. Base points of rays are moved to compensate for the drift, so that an origin stays on the
+//! right side of *every* nearby surface.
 //!
-//! In world space an origin is offset along one face's normal, and rounded. Under a map that shears
-//! and flattens a shape, both also move the origin along the other faces, and the inverse map
-//! magnifies the world-space rounding. Above a curved face the origin lies above the tangent plane,
-//! but possibly so far aside that the face has curved away from that plane.
+//! In world space an origin is offset along the normal of one face, and rounded. Under a map that
+//! shears and flattens a shape, both steps also move the origin along the other faces, and the
+//! inverse map magnifies the rounding. Above a curved face, the origin lies above the tangent
+//! plane, but possibly so far aside that the face has curved away from the plane.
 
 use super::{OuterTransforms, SurfacePoint, Transform};
 use crate::scalar::Real;
 use glam::DVec3;
 
-/// The maps from object space to the world, innermost first.
+/// The nested maps from object space to the world, the innermost first.
 #[derive(Clone, Copy, Debug)]
 pub struct TransformChain<'a> {
     pub(crate) map: &'a Transform,
@@ -29,14 +30,16 @@ impl<'a> TransformChain<'a> {
             .map_or(mapped, |outer| outer.gradient_to_world(mapped))
     }
 
-    /// Upper bound of the object-space length of a vector with world components of at most one.
+    /// Upper bound of the object-space length of a vector whose world-space components are at most
+    /// one.
     fn magnification(self) -> f64 {
         let own = self.map.magnification;
         self.outer.map_or(own, |outer| own * outer.magnification())
     }
 }
 
-/// Greatest drift in each world axis, and the maps to the world.
+/// Upper bound of the drift around one hit point, along each axis of the world, and the maps to the
+/// world.
 #[derive(Clone, Copy)]
 pub(super) struct SpawnOffset<'a> {
     by: f64,
@@ -44,13 +47,13 @@ pub(super) struct SpawnOffset<'a> {
 }
 
 impl<'a> SpawnOffset<'a> {
-    /// Drift around a face's point in object space with the given error.
+    /// Computes the drift bound for a point in object space with the given error.
     ///
     /// An origin is offset along the normal by the error bound times the sum of the normal's
-    /// absolute components: in each axis by up to (1 + √3)/2 bounds. Rounding moves the point by
-    /// less than a bound, and the offset sum by less than a bound. The step to the next number adds
-    /// up to two bounds. The total is below five and a half bounds. Where the test's error
-    /// dominates the bound, and not rounding, the total is below half of that. The other half
+    /// absolute components, which is up to (1 + √3)/2 bounds in each axis. The rounding of the
+    /// point and of the offset sum each add less than one bound. The step to the next number adds
+    /// up to two bounds. The total is below five and a half bounds. Where the error of the
+    /// intersection test exceeds the rounding, the total is below half as much. The remaining half
     /// covers the same uncertainty of the other faces.
     #[inline]
     pub fn around<R: Real>(
@@ -58,7 +61,7 @@ impl<'a> SpawnOffset<'a> {
         point: DVec3,
         error: f64,
     ) -> Self {
-        // Only the position and the bound matter.
+        // The normal has no effect here: only the position and the error bound are mapped.
         let surface_point = SurfacePoint::new(point, DVec3::ONE, error);
         let located_surface_point = transform_chain.map_or(surface_point, |transform_chain| {
             transform_chain.to_world(&surface_point)
@@ -70,7 +73,7 @@ impl<'a> SpawnOffset<'a> {
         }
     }
 
-    /// An object-space gradient, mapped to the world.
+    /// Maps a gradient, such as a plane's normal, from object space to the world.
     #[inline]
     pub fn in_world(&self, gradient: DVec3) -> DVec3 {
         self.transform_chain.map_or(gradient, |transform_chain| {
@@ -78,14 +81,15 @@ impl<'a> SpawnOffset<'a> {
         })
     }
 
-    /// Greatest drift along a gradient: the greatest change of `gradient · p`.
+    /// Greatest drift along a gradient: the greatest change of `gradient · p` over all possible
+    /// origins p.
     #[inline]
     pub fn offset_along(&self, gradient: DVec3) -> f64 {
         let g = self.in_world(gradient).abs();
         (g.x + g.y + g.z) * self.by
     }
 
-    /// Greatest drift in any direction, in object space.
+    /// Greatest drift in any direction, as a length in object space.
     #[inline]
     pub fn max_offset(&self) -> f64 {
         self.by
@@ -95,13 +99,14 @@ impl<'a> SpawnOffset<'a> {
     }
 }
 
-/// A curved surface, with ray origins moved off the surface to allow for its curvature. `balls`
-/// returns the radii of balls that touch the surface anywhere without crossing it, on the outer and
-/// on the inner side; infinite where it curves away.
+/// Moves the ray origins of a point on a curved surface off the surface, to allow for its
+/// curvature. `balls` returns the radii of two balls, on the outer and on the inner side, that may
+/// touch the surface at any point without crossing it. A radius is infinite where the surface
+/// curves away from the side.
 ///
-/// An origin offset by its bound lies above the tangent plane at its point, up to `reach` r from
-/// it. Moved along the normal by r²/ρ, the origin lies in the ball of radius ρ, for r below ρ: (ρ −
-/// r²/ρ)² + r² < ρ². A larger reach has no safe origin.
+/// An origin that is offset by its error bound lies above the tangent plane, up to the reach r away
+/// from the point. After a move along the normal by r²/ρ, the origin lies in the ball of radius ρ,
+/// if r is below ρ: (ρ − r²/ρ)² + r² < ρ². A larger reach has no safe origin.
 #[inline(always)]
 pub(super) fn off_bends<R: Real>(
     surface_point: SurfacePoint,
@@ -114,6 +119,7 @@ pub(super) fn off_bends<R: Real>(
     }
 }
 
+/// Moves the base points of rays into the balls of [`off_bends`], by reach²/radius on each side.
 #[inline(never)]
 fn off_balls<R: Real>(
     surface_point: &SurfacePoint,

@@ -12,7 +12,7 @@ use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
 use glam::DVec3;
 
-/// All points at distance `radius` from `centre`.
+/// A sphere: all points at distance `radius` from `centre`.
 #[derive(Clone, Copy, Debug)]
 pub struct Sphere<R: Real> {
     /// Centre.
@@ -33,17 +33,19 @@ impl<R: Real> Shape<R> for Sphere<R> {
         ))
     }
 
-    /// Intersection by the textbook's b² − a·c, the fastest form. For spheres stored in f32 its
-    /// error is 2⁻³⁰ of r² up to 1024 radii away. Farther away its error grows with the square of
-    /// the distance (no digit is left at 10⁸ radii). There, and for spheres stored in f64, the
-    /// discriminant comes from the perpendicular distance of the centre to the ray, whose error
-    /// grows only with the distance ("Precision Improvements for Ray/Sphere Intersection", Ray
-    /// Tracing Gems, chapter 7).
+    /// Intersects a ray with the sphere by the textbook discriminant b² − a·c, the fastest form.
+    /// For spheres stored in f32 its error is 2⁻³⁰ of r² for origins up to 1024 radii away. Farther
+    /// away the error grows with the square of the distance, and no digit is left at 10⁸ radii. For
+    /// far spheres, and for spheres stored in f64, the discriminant is computed from the
+    /// perpendicular distance of the centre to the ray. The error of that form grows only with the
+    /// distance ("Precision Improvements for Ray/Sphere Intersection", Ray Tracing Gems, chapter
+    /// 7).
     ///
-    /// Most rays miss most spheres, and pay nothing for this. With the shortened squared length,
-    /// the textbook discriminant of a ray from outside is too great by 64 roundings of squared
-    /// distance and length, which is more than its error. From inside it can't be negative. So if
-    /// it is negative, the ray misses by any formula.
+    /// A first test rejects most rays without the second form. It uses [`PreparedRay::shortened`]
+    /// in place of the squared length. For an origin outside the sphere, this makes the textbook
+    /// discriminant too great by 64 roundings of its terms, which is more than its error. For an
+    /// origin inside, the discriminant can't be negative. So if the discriminant is negative here,
+    /// the ray misses by either form.
     #[inline(always)]
     fn intersect(
         &self,
@@ -91,8 +93,8 @@ impl<R: Real> Shape<R> for Sphere<R> {
     ) -> SurfacePoint {
         let (centre, radius) = (self.centre.to_f64(), self.radius.to_f64());
         if prepared_ray.needs_unrounded(hit.t, self.radius) {
-            // The roots are computed again, since the rounding of the stored distance may be large
-            // in a mapped space, or relative to the sphere.
+            // The roots are computed again: in a mapped space, or for a small distant sphere, the
+            // rounding of the stored distance may be large.
             let (ahead, l) = approach(prepared_ray, centre, true);
             let half = ((radius * radius - l.dot(l)).max(0.0)
                 * prepared_ray.inverse_length_squared)
@@ -103,14 +105,15 @@ impl<R: Real> Shape<R> for Sphere<R> {
             }
             .unrounded(hit);
             let surface_point = self.at((l + prepared_ray.direction * (t - ahead)).normalize());
-            // Rays in a mapped space always take this branch.
+            // Mapped rays always take this branch, so no other branch needs the maps.
             return off_bends::<R>(surface_point, transform_chain, || [f64::INFINITY, radius]);
         }
         self.at((prepared_ray.at(hit.t) - centre).normalize())
     }
 
-    /// u runs around +y from the −x side, to the right as seen from outside, and v from the top: an
-    /// image wraps around the sphere like a map around a globe.
+    /// Texture coordinates in [0, 1]: u runs around +y from the −x side, to the right as seen from
+    /// outside, and v runs down from the top. An image wraps around the sphere like a map around a
+    /// globe.
     #[inline]
     fn parameters(&self, prepared_ray: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
         let n = self.locate(prepared_ray, hit).normal;
@@ -127,7 +130,8 @@ impl<R: Real> Shape<R> for Sphere<R> {
 }
 
 impl<R: Real> Sphere<R> {
-    /// A quarter of the discriminant, from the perpendicular distance of the centre to the ray.
+    /// Computes a quarter of the discriminant from the perpendicular distance of the centre to the
+    /// ray, which is accurate from any distance.
     #[inline(always)]
     fn near_discriminant(&self, prepared_ray: &PreparedRay) -> f64 {
         let (f, r) = (
@@ -139,8 +143,8 @@ impl<R: Real> Sphere<R> {
         (r * r - l.dot(l)) * prepared_ray.length_squared
     }
 
-    /// The surface in the direction `normal` from the centre, in f64, so that only the rounding of
-    /// storage is left.
+    /// Evaluates the surface in the unit direction `normal` from the centre. It computes in f64, so
+    /// that only the rounding of storage remains.
     #[inline(always)]
     pub fn at(&self, normal: DVec3) -> SurfacePoint {
         let (centre, radius) = (self.centre.to_f64(), self.radius.to_f64());
@@ -165,9 +169,10 @@ impl<R: Real> SampleArea<R> for Sphere<R> {
     }
 }
 
-/// Coordinates in [0, 1] of a direction in an equirectangular map. The first runs around +y from
-/// the −x side, the second from the top. Near the poles they keep full precision, where an arc
-/// cosine would be precise only to the root of the scalar's rounding.
+/// Maps a direction to its coordinates in [0, 1] on an equirectangular map. The first coordinate
+/// runs around +y from the −x side, the second down from the top. Near the poles the coordinates
+/// keep full precision, whereas an arc cosine would be precise only to the square root of the
+/// scalar's rounding.
 #[inline(always)]
 pub fn equirectangular<R: Real>(n: R::Vec3) -> [R; 2] {
     let ring = (n.x() * n.x() + n.z() * n.z()).sqrt();
@@ -177,14 +182,14 @@ pub fn equirectangular<R: Real>(n: R::Vec3) -> [R; 2] {
     ]
 }
 
-/// Texture coordinates of a sphere by its unit normal. An equirectangular map is seen from inside,
-/// a globe from outside, so the first coordinate runs the other way.
+/// Maps the unit normal of a sphere to texture coordinates. An equirectangular map is seen from
+/// inside and a globe from outside, so the first coordinate has the opposite direction.
 pub(super) fn on_globe<R: Real>(n: R::Vec3) -> [R; 2] {
     let [u, v] = equirectangular::<R>(n);
     [R::ONE - u, v]
 }
 
-/// A unit vector from two numbers in [0, 1), uniform over the sphere.
+/// Samples a unit vector, uniform over the sphere, from two numbers in [0, 1).
 pub(super) fn sphere_direction(u: f64, v: f64) -> DVec3 {
     let z = 1.0 - 2.0 * u;
     let (ring, angle) = ((1.0 - z * z).max(0.0).sqrt(), v * core::f64::consts::TAU);
@@ -198,7 +203,7 @@ mod tests {
     use crate::ray::Ray;
     use glam::Vec3;
 
-    /// Texture coordinates where a vertical ray hits a shape around the origin, as stored.
+    /// Texture coordinates at the point where a vertical ray hits a sphere around the origin.
     fn seen(shape: &AnyShape<f32>, x: f32, z: f32, down: f32) -> (f64, f64) {
         let prepared_ray = PreparedRay::new(Ray::<f32>::new(
             Vec3::new(x, -3.0 * down, z),
@@ -253,8 +258,8 @@ mod tests {
         }
     }
 
-    /// Protects: at the seam on the −x side, u jumps between almost zero and almost one, and is in
-    /// [0, 1] on the seam, with zeros of either sign.
+    /// Protects: across the seam on the −x side u jumps between almost zero and almost one, and on
+    /// the seam u is in [0, 1], for zeros of either sign.
     #[test]
     fn s19_coordinates_meet_at_the_seam() {
         let ball = AnyShape::from(Sphere::<f32> {

@@ -11,32 +11,33 @@ use super::{
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
 
-/// All points at distance `minor_radius` from a circle. Formulas are homogeneous in the axis, as
-/// for the cylinder.
+/// A torus: all points at distance `minor_radius` from a circle. Its formulas are homogeneous in
+/// the axis, so that the rounding of the axis does not change the torus's roundness.
 #[derive(Clone, Copy, Debug)]
 pub struct Torus<R: Real> {
     /// Centre.
     pub centre: R::Vec3,
     /// Axis of symmetry, of any positive length.
     pub axis: R::Vec3,
-    /// Radius of the circle.
+    /// Radius of the circle at the centre of the tube.
     pub major_radius: R,
     /// Radius of the tube, positive and below `major_radius`.
     pub minor_radius: R,
 }
 
-/// A ray relative to a torus of major radius one: the quartic in the scaled distance from `middle`.
+/// The quartic of a ray and a torus that is scaled to major radius one. Its variable x is the
+/// scaled distance along the ray from the point at distance `middle`.
 struct TorusQuartic {
     quartic: Quartic,
-    /// Bound of the absolute values of all roots.
+    /// Upper bound of |x| over all roots.
     reach: f64,
-    /// Distance along the ray = middle + scale · x.
+    /// Distance along the ray at x = 0. The distance at any x is middle + scale · x.
     middle: f64,
     scale: f64,
 }
 
 impl<R: Real> Torus<R> {
-    /// From the centre, an axis of any positive length, and both radii.
+    /// Creates a torus from the centre, an axis of any positive length, and both radii.
     pub fn new(centre: DVec3, axis: DVec3, major_radius: f64, minor_radius: f64) -> Self {
         Self {
             centre: R::Vec3::from_f64(centre),
@@ -46,10 +47,10 @@ impl<R: Real> Torus<R> {
         }
     }
 
-    /// The quartic from the ray's point nearest to the centre, so that coefficients have the size
-    /// of the torus and the cubic term vanishes. `None` if that point is outside the bounding
-    /// sphere, if the ray stays above or below the tube within the sphere, or if it passes through
-    /// the hole.
+    /// Computes the quartic of a ray relative to the ray's point nearest to the centre. The
+    /// coefficients then have the size of the torus, and the cubic term vanishes. `None` for a ray
+    /// that certainly misses: outside the bounding sphere, above or below the tube within the
+    /// sphere, or through the hole.
     #[inline(always)]
     fn profile(&self, prepared_ray: &PreparedRay) -> Option<TorusQuartic> {
         let (axis, major) = (self.axis.to_f64(), self.major_radius.to_f64());
@@ -64,17 +65,19 @@ impl<R: Real> Torus<R> {
         if !is_hit {
             return None;
         }
-        // In units of the major radius along the ray.
+        // From here on, lengths along the ray are in units of the major radius.
         let inverse_length = prepared_ray.inverse_length_squared.sqrt();
         let d = prepared_ray.direction * inverse_length;
         let inverse_axis = 1.0 / axis.dot(axis);
         let (height, lean) = (f.dot(axis), d.dot(axis));
         let reach = room.sqrt();
         let squared = f.dot(f);
-        // Both bounds have a margin above any rounding, where the quartic is far above zero. First,
-        // the ray's height stays above this level of the tube:
+        // The following two bounds have a margin larger than any rounding error; beyond them the
+        // quartic is far above zero. The first bound: the ray's height above the torus's plane
+        // stays beyond this level of the tube.
         let level = tube * axis.dot(axis).sqrt() * 1.005;
-        // Second, at any height within the level, the ray is nearer to the axis than the tube.
+        // The second bound: wherever the ray's height is within the level, the ray is closer to the
+        // axis than the tube.
         let (steep, hole) = (lean * lean, (1.0 - tube) * (1.0 - tube) * 0.99);
         let rise = level + height.abs();
         if height.abs() - lean.abs() * reach > level || rise * rise < (hole - squared) * steep {
@@ -94,7 +97,8 @@ impl<R: Real> Torus<R> {
         })
     }
 
-    /// The point of the tube in direction `normal` from the circle's point in direction `spoke`.
+    /// Evaluates the surface at the unit vector `normal` from the centre of the tube. `spoke` is
+    /// the unit vector from the torus's centre to that centre of the tube.
     fn on_tube(&self, spoke: DVec3, normal: DVec3) -> SurfacePoint {
         let (major, minor) = (self.major_radius.to_f64(), self.minor_radius.to_f64());
         let point = self.centre.to_f64() + spoke * major + normal * minor;
@@ -106,7 +110,8 @@ impl<R: Real> Torus<R> {
         )
     }
 
-    /// Inverse density where the tube's normal has component `away` from the axis.
+    /// Inverse of the sampling density per area, at a point whose normal has the component `away`
+    /// away from the axis.
     fn inverse_density(&self, away: f64) -> f64 {
         let (major, minor) = (self.major_radius.to_f64(), self.minor_radius.to_f64());
         core::f64::consts::TAU * core::f64::consts::TAU * minor * (major + minor * away)
@@ -146,7 +151,8 @@ impl<R: Real> Shape<R> for Torus<R> {
         transform_chain: OuterTransforms<'_>,
     ) -> SurfacePoint {
         let (centre, major) = (self.centre.to_f64(), self.major_radius.to_f64());
-        // Relative to the nearest point of the circle.
+        // Unit vector from the centre to the nearest point of the circle, and the offset from that
+        // point.
         let tube = |offset: DVec3| {
             let spoke = split(offset, self.axis.to_f64()).1.normalize();
             (spoke, offset - spoke * major)
@@ -185,7 +191,8 @@ impl<R: Real> Shape<R> for Torus<R> {
         )
     }
 
-    /// u runs around the axis, v around the tube from its inner side, downwards on the outer side.
+    /// Texture coordinates in [0, 1]: u runs around the axis. v runs around the tube from its inner
+    /// side, downwards on the outer side.
     fn parameters(&self, prepared_ray: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
         let surface_point = self.locate(prepared_ray, hit);
         let (_, out) = split(
@@ -206,7 +213,7 @@ impl<R: Real> Shape<R> for Torus<R> {
     }
 }
 
-/// Samples both angles uniformly.
+/// Samples the angles around the axis and around the tube uniformly.
 impl<R: Real> SampleArea<R> for Torus<R> {
     fn area(&self) -> f64 {
         self.inverse_density(0.0)

@@ -11,14 +11,15 @@ use crate::scalar::{Real, Vector};
 #[derive(Clone, Copy, Debug)]
 pub struct Transform {
     pub(crate) to_world: DAffine3,
-    /// World-to-object matrix, applied after subtracting the translation.
+    /// World-to-object matrix, which is applied to a point after subtracting the translation.
     pub(crate) inverse: DMat3,
-    /// Upper bound of the object-space length of a vector with world components of at most one.
+    /// Upper bound of the object-space length of a vector whose world-space components are at most
+    /// one.
     pub(super) magnification: f64,
 }
 
 impl Transform {
-    /// From an f64 map; `None` if it has no finite inverse.
+    /// Creates the transform from an object-to-world map; `None` if the map has no finite inverse.
     pub fn new(to_world: DAffine3) -> Option<Self> {
         let transform = Self::of_invertible(to_world);
         let invertible = to_world.matrix3.determinant() != 0.0
@@ -27,8 +28,8 @@ impl Transform {
         invertible.then_some(transform)
     }
 
-    /// From an f64 map that is known to be invertible. If rounding makes it singular, mapped rays
-    /// are NaN and hit nothing.
+    /// Creates the transform from an object-to-world map that is known to be invertible. If
+    /// rounding makes the map singular, mapped rays are NaN and hit nothing.
     pub(crate) fn of_invertible(to_world: DAffine3) -> Self {
         let inverse = accurate_inverse(to_world.matrix3);
         let magnification =
@@ -40,7 +41,7 @@ impl Transform {
         }
     }
 
-    /// The world-space box around a sphere of object space.
+    /// Returns the world-space box around the image of an object-space sphere.
     pub(crate) fn sphere_bounds(&self, sphere: &BoundingSphere) -> Aabb {
         let DMat3 {
             x_axis: x,
@@ -55,11 +56,12 @@ impl Transform {
         )
     }
 
-    /// Maps a world-space ray to object space. Its direction is *not* normalised: distances along
-    /// the ray remain world distances, so hits and ranges need no conversion.
+    /// Maps a world-space ray to object space. The direction is *not* normalised, so distances
+    /// along the ray are the same numbers in both spaces, and hits and ranges need no conversion.
     #[inline]
     pub fn probe_to_object(&self, prepared_ray: &PreparedRay) -> PreparedRay {
-        // The translation is subtracted first, so that the cancelled digits are not magnified.
+        // The translation is subtracted first, so that the map does not magnify the rounding of a
+        // cancelled sum.
         let origin = self.inverse * (prepared_ray.origin - self.to_world.translation);
         PreparedRay::mapped(
             origin,
@@ -68,9 +70,10 @@ impl Transform {
         )
     }
 
-    /// Maps a surface from object space to the world: the point by the map, the normal by the
-    /// inverse transpose, still outward under a reflection. The error bound includes the map's
-    /// magnification, its rounding, and the rounding of the inverse map for a ray from the point.
+    /// Maps a surface point from object space to the world: positions by the map, the normal by the
+    /// inverse transpose. The normal still points outward if the map reflects. The error bound
+    /// includes the magnification and rounding of the map, and the rounding of the inverse map for
+    /// a later ray from the point.
     pub fn located_to_world(&self, s: &SurfacePoint) -> SurfacePoint {
         let DAffine3 {
             matrix3: matrix,
@@ -96,7 +99,7 @@ impl Transform {
         self.inverse.transpose_mul_vec3(normal)
     }
 
-    /// Maps texture coordinates to the world: the derivative is mapped linearly.
+    /// Maps texture coordinates to the world: the derivative dp/du by the map's linear part.
     pub fn parameters_to_world<R: Real>(&self, s: &Parameters<R>) -> Parameters<R> {
         let DMat3 {
             x_axis: x,
@@ -112,19 +115,20 @@ impl Transform {
     }
 }
 
-/// Greatest number of refinement steps. Each step gains the correct digits of the first inverse,
-/// which are few for a map that is barely invertible in f64.
+/// Greatest number of refinement steps. Each step gains as many correct digits as the first inverse
+/// has, which are few for a map that is barely invertible in f64.
 const MOST_STEPS: usize = 24;
 
 /// Condition number above which an inverse is refined.
 const ILL_CONDITIONED: f64 = 100.0;
 
-/// The inverse, with an error of a few roundings of its greatest entry. Elimination alone loses the
-/// digits of the condition number: the inverse of a map that stretches by 1000 in one direction and
-/// shrinks by 1000 in another is wrong in the tenth digit, and such a map magnifies that error
-/// again. So each column is refined: the inverse is applied to the column's residual, which is
-/// summed without rounding ("Accuracy and Stability of Numerical Algorithms", Higham, 2nd edition
-/// 2002, chapter 12).
+/// Inverts a matrix with an error of a few roundings of the inverse's greatest entry.
+///
+/// Elimination alone loses as many digits as the condition number has. For a map that stretches by
+/// 1000 in one direction and shrinks by 1000 in another, its inverse is wrong in the tenth digit,
+/// and such a map magnifies that error again. So each column x of the inverse is refined: x grows
+/// by the first inverse times the column's residual, which is summed without rounding ("Accuracy
+/// and Stability of Numerical Algorithms", Higham, 2nd edition 2002, chapter 12).
 fn accurate_inverse(matrix: DMat3) -> DMat3 {
     let first = matrix.inverse();
     let norm = |m: DMat3| {
@@ -150,7 +154,7 @@ fn accurate_inverse(matrix: DMat3) -> DMat3 {
     )
 }
 
-/// The residual b − M·x, with exact products and a double-double sum.
+/// Computes the residual b − M·x of a linear system, with exact products and a double-double sum.
 fn lacking(matrix: DMat3, x: DVec3, b: DVec3) -> DVec3 {
     let row = |i: usize| {
         let taken =
@@ -160,7 +164,7 @@ fn lacking(matrix: DMat3, x: DVec3, b: DVec3) -> DVec3 {
     DVec3::new(row(0), row(1), row(2))
 }
 
-/// The box around a mapped box.
+/// Returns the axis-aligned box around the image of a box.
 pub fn transform_bounds(map: &DAffine3, bounds: &Aabb) -> Aabb {
     Aabb::from_points(bounds.corners().map(|c: DVec3| map.transform_point3(c)))
 }

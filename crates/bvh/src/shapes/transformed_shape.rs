@@ -11,19 +11,19 @@ use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
 
-/// A shape under an affine map, intersected in its own space and shaded in the world. Distances
-/// along a ray are the same numbers in both spaces ("Improving Ray Tracing Precision by Object
-/// Space Intersection Computation", Dammertz, Keller 2006).
+/// A shape under an affine map, intersected in object space. Distances along a ray are the same
+/// numbers in object space and in the world ("Improving Ray Tracing Precision by Object Space
+/// Intersection Computation", Dammertz, Keller 2006).
 #[derive(Clone, Copy, Debug)]
 pub struct TransformedShape<R: Real> {
     shape: AnyShape<R>,
     transform: Transform,
-    /// Determinant of the map, absolute: the volume of the image of a unit cube.
+    /// Absolute value of the map's determinant: the volume of the image of a unit cube.
     volume: f64,
 }
 
 impl<R: Real> TransformedShape<R> {
-    /// Puts a shape under a map; `None` if the map has no finite inverse.
+    /// Creates a shape under an object-to-world map; `None` if the map has no finite inverse.
     pub fn new(shape: AnyShape<R>, to_world: DAffine3) -> Option<Self> {
         let volume = to_world.matrix3.determinant().abs();
         Transform::new(to_world).map(|transform| Self {
@@ -33,7 +33,7 @@ impl<R: Real> TransformedShape<R> {
         })
     }
 
-    /// Support function of the image in world space.
+    /// Support function of the mapped shape in world space.
     pub fn support(&self, direction: DVec3) -> Option<f64> {
         let DAffine3 {
             matrix3: matrix,
@@ -42,12 +42,13 @@ impl<R: Real> TransformedShape<R> {
         Some(self.shape.support(matrix.transpose() * direction)? + translation.dot(direction))
     }
 
-    /// The smallest box around the image; `None` for an unbounded shape.
+    /// Returns the smallest axis-aligned box around the mapped shape; `None` for an unbounded
+    /// shape.
     pub fn bounds(&self) -> Option<Aabb> {
         Aabb::from_support(|d| self.support(d))
     }
 
-    /// The nearest hit, as [`Shape::intersect`].
+    /// Returns the nearest hit of a world-space ray, as [`Shape::intersect`].
     #[inline]
     pub fn intersect(
         &self,
@@ -59,12 +60,13 @@ impl<R: Real> TransformedShape<R> {
             .intersect(&self.transform.probe_to_object(prepared_ray), range, side)
     }
 
-    /// The surface at a hit, as [`Shape::locate`].
+    /// Computes the surface point of a hit in the world, as [`Shape::locate`].
     pub fn locate(&self, prepared_ray: &PreparedRay, hit: ShapeHit<R>) -> SurfacePoint {
         self.locate_under(prepared_ray, hit, None)
     }
 
-    /// The surface at a hit, for a ray that came from the world by the inverses of these maps.
+    /// Computes the surface point of a hit in the space of the ray. `outer` holds the maps from
+    /// that space to the world.
     pub(crate) fn locate_under(
         &self,
         prepared_ray: &PreparedRay,
@@ -82,7 +84,7 @@ impl<R: Real> TransformedShape<R> {
         ))
     }
 
-    /// Texture coordinates at a hit, as [`Shape::parameters`].
+    /// Computes the texture coordinates at a hit, as [`Shape::parameters`].
     pub fn parameters(&self, prepared_ray: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
         self.transform.parameters_to_world(
             &self
@@ -91,13 +93,13 @@ impl<R: Real> TransformedShape<R> {
         )
     }
 
-    /// Local ratio of the image's area to the shape's, by the unit normal in object space.
+    /// Local ratio of the mapped area to the object-space area, at a unit normal in object space.
     fn stretch(&self, normal: DVec3) -> f64 {
         self.volume * self.transform.normal_to_world(normal).length()
     }
 
-    /// Area of the image; `None` if it is infinite. In closed form for a similarity, for flat
-    /// shapes and for boxes; by quadrature otherwise.
+    /// Area of the mapped shape; `None` if it is infinite. It has a closed form for a similarity,
+    /// for flat shapes and for boxes, and is integrated by quadrature otherwise.
     pub fn area(&self) -> Option<f64> {
         let own = self.shape.area()?;
         if is_similarity(self.transform.to_world.matrix3) {
@@ -122,7 +124,7 @@ impl<R: Real> TransformedShape<R> {
         }))
     }
 
-    /// Samples a point of the image, with its density per world-space area, as
+    /// Samples a point of the mapped shape, with its density per world-space area, as
     /// [`super::SampleArea::sample_area`]; `None` if the area is infinite.
     pub fn sample_area(&self, u: R, v: R) -> Option<(SurfacePoint, f64)> {
         let (surface_point, density) = self.shape.sample_area(u, v)?;
@@ -133,9 +135,11 @@ impl<R: Real> TransformedShape<R> {
         ))
     }
 
-    /// Density per area of sampling a point of the image; `None` if the area is infinite.
+    /// Density, per world-space area, with which a point of the mapped shape is sampled; `None` if
+    /// the area is infinite.
     pub fn density_at(&self, point: &SurfacePoint) -> Option<f64> {
-        // Needs no error bound: the point by the inverse, the normal by the transpose.
+        // The density needs no error bound, so the point is mapped by the inverse alone, and the
+        // normal by the transpose.
         let Transform {
             to_world, inverse, ..
         } = &self.transform;
@@ -149,13 +153,13 @@ impl<R: Real> TransformedShape<R> {
         Some(self.shape.density(&surface_point)? / stretch)
     }
 
-    /// The shape without its map.
+    /// Returns the shape in object space.
     pub fn shape(&self) -> &AnyShape<R> {
         &self.shape
     }
 }
 
-/// Whether a map preserves angles, up to the rounding of its entries.
+/// Whether a map is a similarity: it preserves angles, up to the rounding of its entries.
 fn is_similarity(map: DMat3) -> bool {
     let [x, y, z] = [map.x_axis, map.y_axis, map.z_axis];
     let size = x.length_squared();
@@ -256,8 +260,8 @@ mod tests {
         );
     }
 
-    /// Protects: other mapped areas, by quadrature: here a sphere that becomes a spheroid of known
-    /// area.
+    /// Protects: the area of other mapped shapes by quadrature, for a sphere that becomes a
+    /// spheroid of known area.
     #[test]
     fn stretched_shapes_are_measured() {
         let sphere = Sphere {

@@ -1,4 +1,4 @@
-//! The triangle, watertight.
+//! The triangle, with a watertight intersection test.
 
 use glam::DVec3;
 
@@ -9,16 +9,17 @@ use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
 
-/// Three corners, counter-clockwise as seen from outside.
+/// A triangle of three corners, counter-clockwise as seen from outside.
 #[derive(Clone, Copy, Debug)]
 pub struct Triangle<R: Real> {
-    /// Corners.
+    /// Positions of the three corners.
     pub vertices: [R::Vec3; 3],
 }
 
 impl<R: Real> Triangle<R> {
-    /// From three corners. A triangle of zero area, with collinear or coincident corners, becomes a
-    /// point, which no ray hits: its rounded projection could otherwise have an area.
+    /// Creates a triangle from its corners. A triangle of zero area, with collinear or coincident
+    /// corners, becomes a point that no ray hits. Otherwise the rounded projection of its corners
+    /// could have an area.
     pub fn new(vertices: [R::Vec3; 3]) -> Self {
         let [a, b, c] = vertices;
         Self {
@@ -36,7 +37,7 @@ impl<R: Real> Triangle<R> {
         (b - a).cross(c - a).normalize_or_zero()
     }
 
-    /// The watertight intersection test.
+    /// Intersects the triangle with a ray by the watertight test, without a range of distances.
     #[inline(always)]
     pub(crate) fn crossing(&self, prepared_ray: &PreparedRay) -> Option<TriangleHit<f64>> {
         // Written out: an array's `map` is not always inlined.
@@ -49,7 +50,7 @@ impl<R: Real> Triangle<R> {
         )
     }
 
-    /// The surface at the given weights of the second and third corner.
+    /// Evaluates the surface at the weights `u` and `v` of the second and third corner.
     #[inline(always)]
     fn at([a, b, c]: [DVec3; 3], [u, v]: [f64; 2]) -> SurfacePoint {
         let (ab, ac, bc) = (b - a, c - a, c - b);
@@ -63,16 +64,17 @@ impl<R: Real> Triangle<R> {
         SurfacePoint::new(a + ab * u + ac * v, normal * inverse, error)
     }
 
-    /// The surface point at the given barycentric weights, which are first moved off the edges of
-    /// the triangle.
+    /// Evaluates the surface at the weights of the second and third corner, after moving the point
+    /// off the edges of the triangle by its rounding.
     #[inline(always)]
     pub(crate) fn surface_point(&self, weights: [f64; 2]) -> SurfacePoint {
         let corners = self.vertices.map(Vector::to_f64);
         Self::at(corners, inside::<R>(corners, weights))
     }
 
-    /// [`Self::surface_point`] without a branch, for several triangles in lanes. The flag says
-    /// whether the point is far from the border; otherwise the surface is not valid.
+    /// Evaluates the surface as [`Self::surface_point`] does, but without a branch, for loops over
+    /// several triangles in lanes. The flag tells whether the point is far enough from the edges.
+    /// If it is not, the surface is invalid.
     #[inline(always)]
     pub(crate) fn located_inside(corners: [DVec3; 3], weights: [f64; 2]) -> (SurfacePoint, bool) {
         (
@@ -121,8 +123,8 @@ impl<R: Real> Shape<R> for Triangle<R> {
         transform_chain: OuterTransforms<'_>,
     ) -> SurfacePoint {
         let [a, b, c] = self.vertices.map(Vector::to_f64);
-        // The rounding of stored weights moves the point only along the plane, but that may be far
-        // in a mapped space.
+        // The rounding of stored weights moves the point only within the plane. In a mapped space
+        // that move may be large, so the weights are computed again.
         let again = if prepared_ray.mapped {
             self.crossing(prepared_ray)
         } else {
@@ -132,7 +134,8 @@ impl<R: Real> Shape<R> for Triangle<R> {
             || [hit.u.to_f64(), hit.v.to_f64()],
             |crossing| crossing.weights,
         );
-        // A point from weights lies in the triangle's plane, however far the ray came.
+        // A point computed from weights lies in the triangle's plane at any distance from the ray's
+        // origin.
         let weights = inside::<R>([a, b, c], weights);
         let surface_point = Self::at([a, b, c], weights);
         match transform_chain {
@@ -158,8 +161,8 @@ impl<R: Real> Shape<R> for Triangle<R> {
     }
 }
 
-/// The weights, moved off the border by the rounding of the point. A ray that starts at an inner
-/// edge of a closed mesh then starts on the inner side of *both* faces.
+/// Moves the weights of a point off the edges of its triangle by the rounding of the point. A ray
+/// that starts at a concave edge of a closed mesh then starts on the inner side of *both* faces.
 #[inline(always)]
 fn inside<R: Real>([a, b, c]: [DVec3; 3], [u, v]: [f64; 2]) -> [f64; 2] {
     let border = BorderDistance::new::<R>([a, b, c], [u, v]);
@@ -173,8 +176,8 @@ fn inside<R: Real>([a, b, c]: [DVec3; 3], [u, v]: [f64; 2]) -> [f64; 2] {
         area,
     } = border;
     let (ab, ac) = (b - a, c - a);
-    // The point moves towards the centroid until the least weight equals the margin, but by no more
-    // than a few roundings, so that points of a needle stay in place.
+    // The point moves towards the centroid until its least weight equals the margin. The move is
+    // limited to 16 roundings, so that points of a needle stay almost in place.
     let third = 1.0 / 3.0;
     let share = ((margin / area).sqrt() - minimum) / (third - minimum);
     let distance = (ab * (third - u) + ac * (third - v)).length();
@@ -186,14 +189,15 @@ fn inside<R: Real>([a, b, c]: [DVec3; 3], [u, v]: [f64; 2]) -> [f64; 2] {
     [u + (third - u) * share, v + (third - v) * share]
 }
 
-/// Distance of a point of a triangle from its border.
+/// Terms of the test whether a point of a triangle is too close to an edge.
 struct BorderDistance {
-    /// The least of the three weights.
+    /// Least of the point's three barycentric weights.
     least: f64,
-    /// Greatest rounding of the point in each axis.
+    /// Upper bound of the point's rounding error in each axis.
     reach: f64,
-    /// The least distance from the border times the longest edge, and twice the area; both squared.
+    /// Required distance from an edge times the longest edge, squared.
     margin: f64,
+    /// Twice the area of the triangle, squared.
     area: f64,
 }
 
@@ -212,9 +216,10 @@ impl BorderDistance {
         }
     }
 
-    /// Whether the point is farther than the margin. A weight is the distance from an edge over the
-    /// height above it, and every height is at least twice the area over the longest edge. Squares
-    /// are compared, so that only points near the border need a root.
+    /// Whether the point is at least the margin away from every edge. A weight is the distance from
+    /// an edge over the triangle's height above that edge. Every height is at least twice the area
+    /// over the longest edge. Squares are compared, so that only points near an edge need a square
+    /// root.
     #[inline(always)]
     fn is_far(&self) -> bool {
         self.least * self.least.abs() * self.area >= self.margin
@@ -227,8 +232,8 @@ impl<R: Real> SampleArea<R> for Triangle<R> {
         0.5 * (b - a).cross(c - a).length()
     }
 
-    /// Folds the square along its diagonal by a root ("Physically Based Rendering", 3rd edition,
-    /// 13.6.5).
+    /// Maps the unit square to the triangle by a square root ("Physically Based Rendering", 3rd
+    /// edition, 13.6.5).
     fn sample_area(&self, u: R, v: R) -> (SurfacePoint, f64) {
         let [a, b, c] = self.vertices.map(Vector::to_f64);
         let root = u.to_f64().sqrt();
