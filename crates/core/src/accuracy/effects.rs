@@ -1,5 +1,5 @@
-//! Cost of each effect of a scene, in time and in the picture: rendered with and without the
-//! effect, in turns.
+//! Cost of each effect of a scene: the time that the effect takes, and its difference in the
+//! picture. Renders with and without the effect alternate.
 
 use core::time::Duration;
 use std::time::Instant;
@@ -19,48 +19,50 @@ use crate::prepare::PrepareError;
 use crate::scene::Scene;
 use crate::settings::Settings;
 
-/// Renders with and without each effect.
+/// Number of renders with an effect, and of renders without it.
 const ROUNDS: u64 = 3;
-/// Width in pixels of the pictures by which the size is chosen.
+/// Width in pixels of the trial render from which the size of all renders is extrapolated.
 const LEAST_WIDTH: f64 = 40.0;
 
-/// Cost of an effect.
+/// Cost of an effect: ratios of time and rays, and difference of the pictures, with and without the
+/// effect.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct EffectCost {
-    /// Name of the effect.
+    /// Name of the effect in reports, such as `sky light`.
     pub effect: &'static str,
-    /// Seconds of all threads without the effect, for rendering alone.
+    /// Render time without the effect, in seconds summed over all threads. Preparation is not
+    /// included.
     pub seconds_without: Spread,
-    /// Ratio of the times with and without the effect, per round.
+    /// Ratio of the render time with the effect to the time without it, one value per round.
     pub ratio: Spread,
-    /// Ratio of the rays with and without the effect.
+    /// Ratio of the number of rays with the effect to the number without it.
     pub rays: f64,
-    /// Root mean squared difference of the pictures with and without the effect, in radiance. Both
-    /// use the same random numbers; the noise that still differs between rounds is subtracted.
+    /// Root mean squared difference, in radiance, of the pictures with and without the effect. Both
+    /// pictures use the same random numbers. The variance between rounds is subtracted.
     pub rmse: f64,
-    /// Mean FLIP difference, from 0 to 1, of the first two pictures.
+    /// Mean FLIP difference, 0 to 1, of the first pictures with and without the effect.
     pub flip: f64,
 }
 
-/// Costs of the effects of a scene.
+/// Costs of all effects of a scene that can be switched off.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct EffectCosts {
     /// Width and height of the renders in pixels.
     pub size: [u32; 2],
-    /// Seconds of all threads with all effects.
+    /// Render time with all effects, in seconds summed over all threads.
     pub seconds: Spread,
     /// Effects that can be switched off, by descending cost.
     pub effects: Vec<EffectCost>,
-    /// Names of effects left out for lack of time.
+    /// Names of the effects that were not measured for lack of time.
     pub late: Vec<&'static str>,
 }
 
-/// Measures every simulated effect that can be switched off, in about the given time, on the
-/// current thread pool.
+/// Measures the cost of every simulated effect that can be switched off, within about the time
+/// budget, on the current thread pool.
 ///
 /// # Errors
-/// See [`PrepareError`]; [`PrepareError::Cancelled`] where the observer stopped the measurement, or
-/// the time is too short for a single render.
+/// See [`PrepareError`]. [`PrepareError::Cancelled`] means that the observer stopped the
+/// measurement, or that the budget was too short for a single render.
 pub fn measure_effects(
     scene: &Scene,
     settings: &Settings,
@@ -84,7 +86,7 @@ pub fn measure_effects(
     }
 }
 
-/// Renders with and without effects, within a time budget.
+/// Measurement of effects within a time budget: scene, clock, start and budget.
 pub(super) struct EffectBench<'a> {
     pub scene: &'a Scene,
     pub observer: &'a dyn Observer,
@@ -172,8 +174,8 @@ impl EffectBench<'_> {
         renderer.render(self.scene, &settings, self.start + self.budget)
     }
 
-    /// Returns the size at which all renders take four fifths of the time, extrapolated from the
-    /// smallest size; at most the scene's.
+    /// Returns the picture size, at most the scene's, at which all renders for this number of
+    /// effects take four fifths of the budget. The time is extrapolated from a small trial render.
     fn affordable(&self, settings: &Settings, effects: usize) -> Result<[u32; 2], PrepareError> {
         let minimum = (LEAST_WIDTH / f64::from(settings.size[0])).min(1.0);
         let scaled = |factor: f64| {
@@ -228,8 +230,8 @@ impl EffectBench<'_> {
     }
 }
 
-/// Returns the root mean square of the mean difference. The noise of that mean, estimated from the
-/// rounds, is subtracted.
+/// Returns the root mean square, over pixels and channels, of the mean difference of picture pairs.
+/// The variance of the mean, estimated from the pairs, is subtracted.
 fn root_mean_square(pairs: &[(&Picture, &Picture)]) -> f64 {
     let (n, numbers) = (pairs.len() as f64, 3 * pairs[0].0.pixels());
     let mut square = 0.0;

@@ -1,5 +1,6 @@
-//! Errors of a tile against a noisy reference. The reference's own variance is subtracted; the rest
-//! is divided into noise, which more samples lower, and bias, which they do not.
+//! Errors of a tile against a noisy reference. The reference's variance is subtracted from the
+//! squared errors. The remainder is divided into noise, which falls with more samples, and bias,
+//! which does not.
 
 use serde::Serialize;
 
@@ -8,7 +9,8 @@ use crate::film::MeanVariance;
 use crate::metrics::{DEFAULT_PIXELS_PER_DEGREE, RELATIVE_FLOOR, flip};
 use crate::picture::Picture;
 
-/// Edge in pixels of the blocks whose errors count as independent.
+/// Edge in pixels of the square blocks over which errors are summed. The sums of two blocks count
+/// as independent.
 pub(super) const BLOCK: usize = 8;
 
 /// An estimate with its confidence interval of about 95 %.
@@ -23,7 +25,7 @@ pub struct ConfidenceInterval {
 }
 
 impl ConfidenceInterval {
-    /// Returns the interval of an exact number.
+    /// Returns the interval of a number without uncertainty.
     pub fn exact(value: f64) -> Self {
         Self {
             value,
@@ -32,12 +34,12 @@ impl ConfidenceInterval {
         }
     }
 
-    /// Whether the value is indistinguishable from zero.
+    /// Whether the interval contains zero, so that the value may be noise alone.
     pub fn is_lost_in_noise(&self) -> bool {
         self.low <= 0.0
     }
 
-    /// Returns the interval of a non-decreasing function of the value.
+    /// Applies a non-decreasing function to the value and to both ends.
     #[must_use]
     pub fn map(self, f: impl Fn(f64) -> f64) -> Self {
         Self {
@@ -47,8 +49,9 @@ impl ConfidenceInterval {
         }
     }
 
-    /// Returns the interval of a positive value with a given half width. The interval is
-    /// multiplicative, because the rest of a sum of a few large parts extends farther up than down.
+    /// Returns the interval of a positive value with an uncertainty `error`: the value divided and
+    /// multiplied by exp(`error`/`value`). The interval extends farther up than down, as does the
+    /// distribution of a sum that few large terms dominate.
     pub(super) fn of_factors(value: f64, error: f64) -> Self {
         let spread = libm::exp(error / value);
         Self {
@@ -58,7 +61,8 @@ impl ConfidenceInterval {
         }
     }
 
-    /// Returns the interval of a value that is indistinguishable from zero.
+    /// Returns the interval from zero to the value plus its uncertainty `error`, for a value that
+    /// may be noise alone.
     pub(super) fn from_zero(value: f64, error: f64) -> Self {
         let high = value.max(0.0) + error;
         Self {
@@ -68,7 +72,8 @@ impl ConfidenceInterval {
         }
     }
 
-    /// Returns the ratio to another value with an independent error.
+    /// Returns the interval of the ratio of this value to another value with an independent
+    /// uncertainty.
     pub(super) fn over(&self, other: &Self) -> Self {
         let value = self.value / other.value;
         if self.is_lost_in_noise() || other.is_lost_in_noise() {
@@ -89,7 +94,8 @@ impl ConfidenceInterval {
         }
     }
 
-    /// Returns the product with another positive value with an independent error.
+    /// Returns the interval of the product of this value and another positive value with an
+    /// independent uncertainty.
     pub(super) fn times(&self, other: &Self) -> Self {
         if other.low == other.high || self.value <= 0.0 {
             return Self {
@@ -110,56 +116,59 @@ impl ConfidenceInterval {
         }
     }
 
-    /// Returns half of the interval's width relative to the value.
+    /// Returns half the width of the interval over the value.
     pub fn relative(&self) -> f64 {
         0.5 * (self.high - self.low) / self.value
     }
 }
 
-/// Errors of a setting in the whole picture, in linear radiance, over pixels and channels.
+/// Errors of a setting against the reference in the whole picture, in linear radiance, averaged
+/// over pixels and channels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct SettingErrors {
-    /// Root mean squared error against the truth.
+    /// Root mean squared error; the reference's variance is subtracted.
     pub rmse: ConfidenceInterval,
-    /// Mean of (I − R)² / (R² + 0.01), less the reference's own share.
+    /// Mean of (I − R)² / (R² + 0.01) for picture I and reference R; the reference's variance is
+    /// subtracted.
     pub relmse: ConfidenceInterval,
-    /// Part of `relmse` that remains with more samples; `None` where a single render leaves it
-    /// unknown.
+    /// Part of `relmse` that remains with more samples; `None` if it is unknown, because the
+    /// setting was rendered once.
     pub bias: Option<ConfidenceInterval>,
     /// Ratio of the picture's total light to the reference's.
     pub light: ConfidenceInterval,
 }
 
-/// Reference data of a tile.
+/// Tile of the reference: means, variances, and display values.
 #[derive(Clone, Debug)]
 pub(super) struct TruthTile {
-    /// Mean of the samples.
+    /// Mean radiance of each pixel.
     pub picture: Picture,
-    /// Variance of the mean, per pixel.
+    /// Variance of each pixel's mean, per channel.
     variance: Vec<[f64; 3]>,
-    /// Display values of the mean.
+    /// Mean radiance converted to display values, for FLIP.
     shown: Picture,
-    /// Variance that the reference's noise alone gives to a sum of relative errors of the tile.
+    /// Variance of the tile's sum of relative squared errors that is due to the reference's noise.
     pub doubt: f64,
 }
 
-/// Errors of a setting in a tile, summed over its pixels; vectors hold a sum per block.
+/// Errors of a setting in a tile, summed over pixels. Vectors hold one sum per block of 8 × 8
+/// pixels.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct TileErrors {
     pub relative: Vec<f64>,
     pub squared: Vec<f64>,
-    /// Part of `relative` common to renders with different random numbers; empty for a single
-    /// render.
+    /// Part of `relative` that renders with different random numbers share; empty for a single
+    /// random render.
     pub bias: Vec<f64>,
     pub light: f64,
     pub flip: f64,
-    /// Squared and relative difference to renders of another setting with the same random numbers;
-    /// zero without them.
+    /// Sums of the squared and of the relative squared difference to renders of the compared
+    /// setting with the same random numbers; zero without a compared setting.
     pub alone: [f64; 2],
 }
 
 impl TruthTile {
-    /// Builds the reference data from the means of a film's tile.
+    /// Builds the tile from the mean and the variance of each pixel, row by row.
     pub fn new([width, height]: [u32; 2], means: &[MeanVariance], display: Display) -> Self {
         let rgb = means
             .iter()
@@ -170,8 +179,8 @@ impl TruthTile {
             ..Picture::new(width, height)
         };
         let variance: Vec<[f64; 3]> = means.iter().map(|[_, variance]| *variance).collect();
-        // A squared difference less the variance of one side has twice the square of that variance.
-        // Channels are fully correlated.
+        // For noise alone, a squared difference minus the reference's variance v has the variance
+        // 2v². The channels of a pixel count as fully correlated.
         let pixel = |(value, rgb): (&[f64; 3], &[f32; 3])| {
             (0..3)
                 .map(|i| value[i] * weight(rgb[i]))
@@ -189,7 +198,7 @@ impl TruthTile {
         }
     }
 
-    /// Returns the number of pixels of each block.
+    /// Returns the number of pixels in each block of the tile, row by row.
     pub fn blocks(&self) -> Vec<f64> {
         let [columns, rows] = [self.picture.width, self.picture.height].map(|edge| {
             let edge = edge as usize;
@@ -202,19 +211,19 @@ impl TruthTile {
             .collect()
     }
 
-    /// Returns the sum of the squared standard errors.
+    /// Returns the sum over pixels of the variance of the mean, averaged over channels.
     pub fn variance(&self) -> f64 {
         self.variance.iter().flatten().sum::<f64>() / 3.0
     }
 
-    /// Returns the total light.
+    /// Returns the sum of the reference's radiance over pixels and channels.
     pub fn light(&self) -> f64 {
         light(&self.picture)
     }
 
-    /// Judges renders of one setting, at least one, each with different random numbers; `by_chance`
-    /// says whether the setting uses random numbers. `beside` are renders of another setting with
-    /// the same random numbers.
+    /// Computes the errors of renders of this tile by one setting, at least one render, each with
+    /// other random numbers. `by_chance` is whether the setting uses random numbers. `beside` holds
+    /// renders of the compared setting with the same random numbers, in the same order.
     pub fn judge(
         &self,
         renders: &[Picture],
@@ -250,7 +259,8 @@ impl TruthTile {
                 errors.squared[block] += square / 3.0;
                 errors.relative[block] += square * share;
                 if is_bias_known {
-                    // The mean of several renders has its own noise, estimated from their spread.
+                    // The mean of several renders has noise too, estimated from the variance
+                    // between the renders.
                     let noise = if by_chance {
                         spread / (count - 1.0)
                     } else {
@@ -277,19 +287,21 @@ impl TruthTile {
     }
 }
 
-/// Returns the weight of a channel's squared error: a third of the inverse of the relative error's
-/// denominator.
+/// Returns 1/(3(R² + 0.01)) for a channel's reference R: the weight of its squared error in the
+/// relative error, averaged over three channels.
 pub(super) fn weight(reference: f32) -> f64 {
     let reference = f64::from(reference);
     1.0 / (3.0 * (reference * reference + RELATIVE_FLOOR))
 }
 
-/// Returns the variance of a pixel's mean, weighted as the relative error.
+/// Returns the variance of a pixel's mean relative to the squared mean plus 0.01, averaged over
+/// channels.
 pub(super) fn relative_variance([mean, variance]: &MeanVariance) -> f64 {
     (0..3).map(|i| variance[i] * weight(mean[i] as f32)).sum()
 }
 
-/// Returns the total light of a picture, over its finite channels.
+/// Returns the sum of a picture's radiance over pixels and channels; values that are not finite are
+/// ignored.
 pub(super) fn light(picture: &Picture) -> f64 {
     picture
         .rgb

@@ -1,32 +1,33 @@
-//! Search for combinations of rungs that are worth their time. The search is greedy: it starts at a
-//! given setting and walks towards less time and towards less error, guided by the measured effect
-//! of each ladder alone. The result keeps the settings on the Pareto front.
+//! Greedy search for combinations of rungs on the Pareto front of time and error. A walk starts at
+//! a setting and changes one rung per step, towards less time or towards less error. The measured
+//! effect of each ladder alone predicts the best step.
 
 use std::collections::BTreeMap;
 
 use super::setting::Setting;
 use crate::ladder::{Ladder, RungChoice};
 
-/// Time and error of a setting.
+/// Time and error of a setting, the coordinates of the Pareto front.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct FrontierPoint {
-    /// Seconds, above zero.
+    /// Render time in seconds, above zero.
     pub time: f64,
-    /// Mean squared error, relative as in the report, at least zero.
+    /// Relative mean squared error (`relmse` of the report), at least zero.
     pub error: f64,
 }
 
-/// Most steps in each direction.
+/// Largest number of steps of a walk in each direction.
 const LONGEST_WALK: usize = 12;
-/// Least relative gain that a step must promise.
+/// Least predicted relative gain of a step, in time or in error.
 const WORTH: f64 = 0.02;
 
-/// Measured effect of a ladder's rungs alone, from fast to exact, and the rung at which a walk
-/// starts.
+/// Measured time and error of each rung of a ladder, with all other ladders unchanged, and the rung
+/// at which a walk starts.
 #[derive(Clone, Debug)]
 pub(super) struct LadderSteps {
     pub ladder: Ladder,
-    /// Rungs with their points; `None` for the scene's own setting, which may be no rung.
+    /// Rungs from fast to exact, with time and error. `None` stands for the value in the scene,
+    /// which need not be a rung.
     pub rungs: Vec<(Option<RungChoice>, FrontierPoint)>,
     pub start: usize,
 }
@@ -37,18 +38,19 @@ pub(super) enum WalkDirection {
     MoreExact,
 }
 
-/// Measures the settings of a walk.
+/// Measurement of the settings that a walk visits. Tests replace it by a formula.
 pub(super) trait Surveyor {
-    /// Whether a setting is valid.
+    /// Whether a setting can be rendered.
     fn is_possible(&self, setting: &Setting) -> bool;
-    /// Returns the point of a setting, or `None` where time is out.
+    /// Returns the time and error of a setting, or `None` if the time has run out.
     fn measure(&mut self, setting: &Setting) -> Option<FrontierPoint>;
-    /// Whether a setting is better than another in a direction, with certainty, and the walk may
-    /// continue from it.
+    /// Whether a setting is certainly faster (or more exact, by direction) than another and
+    /// recommendable, so that the walk continues from it.
     fn is_beyond(&self, setting: &Setting, other: &Setting, direction: WalkDirection) -> bool;
 }
 
-/// Walks from a setting in both directions.
+/// Searches from a setting in both directions and returns all measured settings with time and
+/// error.
 pub(super) fn walk(
     steps: &[LadderSteps],
     (start, point): (&Setting, FrontierPoint),
@@ -107,7 +109,8 @@ impl FrontierWalk<'_> {
         )
     }
 
-    /// Returns the neighbouring rung with the best ratio of gain to price.
+    /// Returns the ladder and the neighbouring rung with the largest predicted ratio of gain to
+    /// price, both as logarithms. `barred` lists rungs that were tried before.
     fn best(
         &self,
         direction: WalkDirection,
@@ -123,7 +126,7 @@ impl FrontierWalk<'_> {
             };
             let (from, to) = (steps.rungs[position].1, steps.rungs[next].1);
             let time = to.time / from.time;
-            // Errors of independent causes add as squares.
+            // Mean squared errors of independent causes add up.
             let error = (self.point.error + to.error - from.error).max(1e-3 * self.point.error)
                 / self.point.error.max(1e-300);
             let (gain, price) = match direction {
@@ -148,13 +151,14 @@ impl FrontierWalk<'_> {
     }
 }
 
-/// Relative differences of times and errors that count as equal, because clocks and noise cannot
-/// resolve them.
+/// Largest relative differences of times and of errors that count as equal. Clocks and noise do not
+/// resolve smaller differences.
 const SAME_TIME: f64 = 0.03;
 const SAME_ERROR: f64 = 0.02;
 
-/// Returns the indices of the Pareto front, by ascending time. A point is dropped where another has
-/// at most its time and at most its error, and less of either. Of equal points the first remains.
+/// Returns the indices of the points on the Pareto front, by ascending time. A point is dropped if
+/// another point has at most the same time and error, and less time or less error. The first of
+/// equal points remains.
 pub(super) fn pareto(points: &[FrontierPoint]) -> Vec<usize> {
     let beaten = |i: usize| {
         let p = points[i];

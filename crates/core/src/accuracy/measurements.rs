@@ -1,4 +1,5 @@
-//! Measurements of each setting, tile by tile, and the estimates for the whole picture.
+//! Measurements of each setting, tile by tile, from which the errors and times of the whole picture
+//! are estimated.
 
 mod estimates;
 mod rung_cost;
@@ -22,44 +23,48 @@ use crate::picture::Picture;
 use crate::prepare::PrepareError;
 use crate::settings::Crop;
 
-/// Figures of a setting in a tile.
+/// Errors, times and rays of a setting in a tile.
 struct TileFigures {
     errors: TileErrors,
-    /// Seconds for the tile without its margin; per round, a part of the mean.
+    /// Render time of the tile without its margin in seconds: one entry per round, divided by the
+    /// number of rounds, so that the sum is the mean.
     seconds: Vec<f64>,
-    /// The tile's share, by pixels, of the time of the first round of its part.
+    /// Seconds of the first round, as the tile's share, by pixels, of the rendered crop.
     first_seconds: f64,
     rays: f64,
-    /// Total light before denoising.
+    /// Sum of the tile's radiance before denoising.
     noisy_light: f64,
 }
 
-/// Renders of a part of the picture in all rounds: index of its tile in the sample, position of the
-/// part, and the tile's share of the part.
+/// Renders of a crop in all rounds, with the index of its tile in the sample, the crop, and the
+/// tile's share of the crop's time.
 type TileRenders<'r> = (usize, Crop, f64, Vec<&'r TimedRender>);
 
-/// Returns the renders of a part, by rounds.
+/// Returns the renders of one crop, by round, from the renders of all crops.
 fn of_part(renders: &[Vec<TimedRender>], part: usize) -> Vec<&TimedRender> {
     renders.iter().map(|all| &all[part]).collect()
 }
 
-/// Figures of a setting in the first tiles of the sample.
+/// Measurements of a setting on the first tiles of the sample.
 #[derive(Default)]
 struct SettingFigures {
     setting: Setting,
     rounds: u64,
     tiles: Vec<TileFigures>,
-    /// Renders of each tile, kept for comparison with other settings.
+    /// Renders of each tile in all rounds, kept for comparison with other settings; empty if not
+    /// kept.
     pictures: Vec<Vec<Picture>>,
     /// First render of the first tile, or of the whole picture.
     first: Option<Picture>,
-    /// Renders of the whole picture, from which more tiles may be judged.
+    /// Renders of the whole picture, from which further tiles are measured without rendering; empty
+    /// if tiles were rendered.
     renders: Vec<TimedRender>,
-    /// Errors of the whole picture, estimated from the pilots.
+    /// Errors of a picture of the whole, estimated from the pilots (`pilot`).
     whole_errors: Option<WholeErrors>,
     /// Seconds of the first render of the whole picture, if any.
     whole_seconds: Option<f64>,
-    /// Ratios of the times measured in turns to the first times.
+    /// Ratios of the times measured in turns (`turns`) to the time of the first round; empty if not
+    /// measured in turns.
     turns: Vec<f64>,
 }
 
@@ -79,11 +84,11 @@ pub(super) struct Measurements<'a> {
     display: Display,
     truths: Vec<TruthTile>,
     all: Vec<SettingFigures>,
-    /// Noisy pictures of the whole.
+    /// Pair of noisy pictures of the whole, for the errors of denoised pictures.
     pub pilots: Option<PilotPair>,
-    /// Most samples up to which denoised pictures are rendered whole.
+    /// Largest number of samples with which denoised settings are rendered as whole pictures.
     pub whole_samples: u32,
-    /// Whether settings were meant to be timed in turns.
+    /// Whether a timing in turns was started, with or without enough time.
     has_turned: bool,
 }
 
@@ -101,12 +106,12 @@ impl<'a> Measurements<'a> {
         }
     }
 
-    /// Adds the reference data of the next tiles.
+    /// Adds the next tiles of the reference, in the order of the sample.
     pub fn learn(&mut self, tiles: impl Iterator<Item = TruthTile>) {
         self.truths.extend(tiles);
     }
 
-    /// Returns the number of tiles with reference data.
+    /// Returns the number of tiles whose reference is rendered.
     pub fn known_tiles(&self) -> usize {
         self.truths.len()
     }
@@ -132,9 +137,10 @@ impl<'a> Measurements<'a> {
             .map_or(0, |figures| figures.tiles.len())
     }
 
-    /// Measures a setting on the first tiles, in the given number of rounds, unless already
-    /// measured. `beside` is a setting whose pictures were kept; `keep` keeps the pictures of this
-    /// one. Returns false where time is out; finished renders count.
+    /// Measures a setting on the first `count` tiles in the given number of rounds. Tiles measured
+    /// before are not rendered again, except for a larger number of rounds. `beside` is a compared
+    /// setting whose pictures were kept, and `keep` keeps the pictures of this setting. Returns
+    /// false if the time runs out; a render that is not finished does not count.
     pub fn measure(
         &mut self,
         setting: &Setting,
@@ -261,8 +267,8 @@ impl<'a> Measurements<'a> {
         Ok(true)
     }
 
-    /// Judges all denoised pictures of the whole by the pilots, relative to the picture with the
-    /// most samples.
+    /// Estimates the errors of all denoised pictures of the whole from the pilots. The weights of
+    /// the relative error come from the denoised picture with the most samples.
     fn judge_whole(&mut self) {
         let samples = |figures: &SettingFigures| {
             figures
@@ -301,7 +307,8 @@ impl<'a> Measurements<'a> {
         }
     }
 
-    /// Returns the part to render for a tile of the sample: with a margin for a denoised setting.
+    /// Returns the crop to render for a tile of the sample; a denoised setting gets a margin around
+    /// the tile.
     fn part(&self, setting: &Setting, position: usize) -> Crop {
         let (tile, grid) = (self.sample.order[position].tile, self.sample.grid);
         if self.is_denoised(setting) {
@@ -311,13 +318,14 @@ impl<'a> Measurements<'a> {
         }
     }
 
-    /// Returns the tile's share of the part, by pixels.
+    /// Returns the share of a crop's pixels that belong to its tile.
     fn share(&self, position: usize, part: Crop) -> f64 {
         self.sample.grid.pixels(self.sample.order[position].tile)
             / (f64::from(part.width) * f64::from(part.height))
     }
 
-    /// Whether a denoised picture of the whole is cheap enough to replace tiles with margins.
+    /// Whether a denoised setting is rendered as a whole picture instead of tiles with margins,
+    /// because it has few samples.
     fn is_whole_cheap(&self, setting: &Setting) -> bool {
         let (_, settings) = setting.applied(self.renderer.scene, self.renderer.settings);
         settings.sampling.count() <= self.whole_samples
@@ -330,7 +338,8 @@ impl<'a> Measurements<'a> {
             .denoise
     }
 
-    /// Renders parts by rounds; `None` where time is out.
+    /// Renders crops of a setting in several rounds, one list per round; `None` if the time runs
+    /// out.
     fn render_parts(
         &self,
         setting: &Setting,
@@ -345,9 +354,10 @@ impl<'a> Measurements<'a> {
             .collect()
     }
 
-    /// Returns the tracing time of each tile for a denoised setting whose parts are tiles with
-    /// margins, as measured without denoising. Tiles are drawn where noise is, and tracing takes
-    /// longer there than in the margin. Empty for other settings.
+    /// Returns, for a denoised setting rendered with margins, the tracing seconds of each tile as
+    /// measured for the same setting without denoising. A share of the crop's time by pixels would
+    /// be too small: tiles are drawn in noisy places, where tracing takes longer than in the
+    /// margin. Empty for other settings.
     fn noisy_seconds(&self, index: usize) -> Vec<f64> {
         let figures = &self.all[index];
         if !self.is_denoised(&figures.setting) || figures.whole_seconds.is_some() {
@@ -366,13 +376,14 @@ impl<'a> Measurements<'a> {
         })
     }
 
-    /// Whether the settings differ only in that the second is denoised.
+    /// Whether `noisy` and `denoised` are the same setting except for denoising.
     fn is_noisy_twin(&self, noisy: &Setting, denoised: &Setting) -> bool {
         let without = |setting: &Setting| setting.without(Ladder::Reconstruction);
         without(noisy) == without(denoised) && !self.is_denoised(noisy)
     }
 
-    /// Judges renders of parts, each with one tile; the tile gets its share of the part's time.
+    /// Compares renders of crops with the reference, one tile per crop, and appends the
+    /// measurements of the tiles. A tile gets its share of the crop's time.
     fn judge(
         &mut self,
         index: usize,
@@ -430,7 +441,8 @@ impl<'a> Measurements<'a> {
         }
     }
 
-    /// Returns the kept pictures of a setting, with the inclusion probabilities of their tiles.
+    /// Returns the first kept picture of each tile of a setting, with the inclusion probability of
+    /// the tile.
     pub fn kept(&self, setting: &Setting) -> Vec<(f64, &Picture)> {
         let pictures = self
             .figures(setting)
@@ -443,8 +455,8 @@ impl<'a> Measurements<'a> {
             .collect()
     }
 
-    /// Returns the first render of the first tile by a setting, or of the whole picture where the
-    /// whole was measured.
+    /// Returns a setting's first render of the first tile, or of the whole picture if all tiles
+    /// were measured.
     pub fn first(&self, setting: &Setting) -> Option<&Picture> {
         self.figures(setting)?.first.as_ref()
     }
@@ -455,7 +467,7 @@ impl<'a> Measurements<'a> {
     }
 }
 
-/// Cuts a tile out of the picture of a part.
+/// Cuts a tile out of the picture of a crop; both rectangles are in pixels of the whole picture.
 pub(super) fn cut(picture: &Picture, part: Crop, tile: Crop) -> Picture {
     let (x, y) = ((tile.x - part.x) as usize, (tile.y - part.y) as usize);
     let rows = picture

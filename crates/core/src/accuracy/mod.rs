@@ -1,12 +1,13 @@
-//! Accuracy against time on one scene. Every rung of every ladder that matters to the scene is
-//! rendered and compared with a reference better than all of them, and combinations that are worth
-//! their time are found. The module prints nothing.
+//! Measurement of accuracy against time on one scene. A *ladder* is a choice that trades accuracy
+//! for time, such as the number of samples; a *rung* is a value of the choice. Every rung that
+//! changes the scene's picture is rendered and compared with a reference, which is more accurate
+//! than all rungs. A greedy search then measures combinations of rungs. The module prints nothing.
 //!
-//! Pictures are measured at their full size, on tiles drawn with known probabilities (`tiles`); a
-//! tile has the bits of the whole picture. The estimate for the whole has an interval that includes
-//! both the choice of tiles and the noise within them. Renders of one setting use different random
-//! numbers in each round. Within a round all settings use the same random numbers, so that the
-//! change by a single choice is measured free of noise.
+//! Errors are measured on tiles of the full-size picture, drawn with known probabilities (`tiles`).
+//! A tile has the same bits as in a render of the whole picture. The interval of an estimate covers
+//! the choice of tiles and the noise within the tiles. A setting is rendered in several rounds,
+//! each with other random numbers. All settings share the random numbers of a round, so that the
+//! effect of a single rung is measured without noise.
 
 mod effects;
 mod estimate;
@@ -42,53 +43,55 @@ pub use report::{
 };
 pub use setting::Setting;
 
-/// Extent of a measurement.
+/// Time budget, picture size and number of rounds of a measurement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AccuracyEffort {
-    /// Time budget of the measurement; renders end with it.
+    /// Time budget of the measurement. Renders stop when the budget is spent.
     pub budget: Duration,
-    /// Width and height of the picture in pixels; `None`: the scene's.
+    /// Width and height of the picture in pixels; `None` for the size in the scene.
     pub size: Option<[u32; 2]>,
-    /// Renders of each tile where all tiles were rendered, at least two; fewer where time is out.
+    /// Number of renders of each tile, at least two, for a picture of which all tiles are measured.
+    /// The number is smaller if the time runs out.
     pub rounds: u32,
 }
 
 /// Receives the progress of a measurement.
 pub trait ProgressListener {
-    /// Reports the next step in words, with the spent share of the budget.
+    /// Reports the next step: its description, and the spent share of the time budget, 0 to 1.
     fn step(&mut self, label: &str, share: f64);
 }
 
-/// A listener that ignores progress.
+/// Ignores the progress of a measurement.
 impl ProgressListener for () {
     fn step(&mut self, _: &str, _: f64) {}
 }
 
-/// Reference of a measurement, for reuse by the next measurement of the same scene.
+/// Reference picture of a measurement, kept for the next measurement of the same scene.
 #[derive(Clone, Debug)]
 pub struct KeptReference {
-    /// Rungs of the reference, besides the scene's own.
+    /// Rungs in which the reference differs from the scene's own settings.
     pub rungs: Vec<RungChoice>,
     /// Rendered film of the reference.
     pub film: Film,
 }
 
-/// Starting point of a measurement.
+/// Identity of the measured scene, and the reference of an earlier measurement.
 #[derive(Clone, Debug, Default)]
 pub struct MeasurementStart<'a> {
-    /// Text that identifies the scene; only compared.
+    /// Text that identifies the scene. A reused reference must carry the same text.
     pub scene: &'a str,
-    /// Reference of an earlier measurement, whose rungs are reused; `None`: a new one is rendered.
+    /// Reference of an earlier measurement, to which tiles are added; `None` renders a new
+    /// reference.
     pub reference: Option<KeptReference>,
 }
 
-/// Error of a measurement.
+/// Reason why a measurement of accuracy has no report.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MeasureError {
     /// A render cannot be prepared, or the observer stopped it.
     #[error(transparent)]
     Prepare(#[from] PrepareError),
-    /// The time was too short for the reference and the scene's own picture.
+    /// The time budget ended before the reference and the scene's own picture were rendered.
     #[error("the time is over before the reference and one picture are there")]
     NoTime,
     /// The reference belongs to another scene, or to other settings.
@@ -96,13 +99,13 @@ pub enum MeasureError {
     Reference(PartError),
 }
 
-/// Measures a validated scene with its settings, on the current thread pool. Times are those of all
-/// threads together. Returns the report, and the reference for reuse. Where time is out or the
-/// observer stops the measurement, the report holds the results so far.
+/// Measures the accuracy and the time of every rung for a validated scene, on the current thread
+/// pool. Times are summed over all threads. Returns the report, and the reference for reuse. If the
+/// time runs out or the observer stops the measurement, the report holds the results so far.
 ///
 /// # Errors
-/// See [`MeasureError`]; [`PrepareError::Cancelled`] where the observer stopped the measurement
-/// before its first result.
+/// See [`MeasureError`]. [`PrepareError::Cancelled`] means that the observer stopped the
+/// measurement before its first result.
 pub fn measure(
     scene: &Scene,
     settings: &Settings,

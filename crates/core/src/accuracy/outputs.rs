@@ -1,5 +1,5 @@
-//! Errors of output formats on the scene's own picture: the codes of each format against the
-//! computed display values, which no integer format holds exactly.
+//! Errors of output formats on the picture of the scene's own setting: the codes of a format are
+//! compared with the display values before quantisation.
 
 use serde::Serialize;
 
@@ -10,10 +10,10 @@ use crate::ladder::{Ladder, RungChoice, RungValue};
 use crate::metrics::{DEFAULT_PIXELS_PER_DEGREE, flip};
 use crate::picture::Picture;
 
-/// Repetitions of the encoding; the median counts.
+/// Number of repetitions of the timed encoding.
 const ROUNDS: usize = 5;
 
-/// Report of an output format.
+/// Error, size and time of an output format.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct OutputReport {
     /// Name of the rung.
@@ -24,21 +24,24 @@ pub struct OutputReport {
     pub in_use: bool,
     /// Bytes per pixel without coverage, before compression.
     pub bytes_per_pixel: u32,
-    /// Seconds of all threads for the encoding; `None` for a format without codes.
+    /// Time to convert the whole picture to codes, in seconds summed over all threads; `None` for a
+    /// format without codes.
     pub seconds: Option<Spread>,
-    /// Root mean squared difference of display values, which are 0 to 1, from the computed values.
+    /// Root mean squared difference of the decoded from the computed display values, which are 0 to
+    /// 1.
     pub rmse: f64,
-    /// Greatest difference of display values.
+    /// Greatest absolute difference of the decoded from the computed display values.
     pub greatest: f64,
-    /// Mean FLIP difference.
+    /// Mean FLIP difference of the decoded from the computed display values, 0 to 1.
     pub flip: f64,
-    /// Share of the pixels with a channel at its maximum. The true value of such a channel may be
-    /// larger; it is lost when the picture is exposed again.
+    /// Share of the pixels, 0 to 1, with a channel at its maximum. The radiance of these pixels is
+    /// lost when the picture is exposed again.
     pub clipped: f64,
 }
 
-/// Reports every rung on the tiles of a picture, each with its inclusion probability, under the
-/// display settings; `pixels` is the number of pixels of the whole picture.
+/// Measures every output format on tiles of a picture, each given with its inclusion probability.
+/// `pixels` is the number of pixels of the whole picture, and `in_use` the format of the scene's
+/// own setting.
 pub(super) fn outputs(
     tiles: &[(f64, &Picture)],
     pixels: f64,
@@ -128,7 +131,8 @@ pub(super) fn outputs(
     Ladder::Output.choices().filter_map(report).collect()
 }
 
-/// Decodes codes to display values.
+/// Decodes the codes of an output format to a picture of display values, with the size of the
+/// picture `like`.
 fn values(codes: &[u8], kind: Output, like: &Picture) -> Picture {
     let bytes = kind.bytes() as usize;
     let maximum = if bytes == 1 { 255.0 } else { 65535.0 };

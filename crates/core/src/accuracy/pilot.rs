@@ -1,19 +1,20 @@
-//! Error of a picture, estimated from two noisy pictures of the whole (pilots). The noise of the
-//! pilots is independent of each other's and of the picture's. So the product of the picture's two
-//! differences, one to each pilot, is its squared error on average, however noisy the pilots are.
-//! Denoised pictures are judged in this manner: their error is concentrated at a few edges, which a
-//! few tiles may miss. The bias of the scene's own rungs is not included.
+//! Squared error of a picture, estimated without a reference from two noisy pictures of the whole,
+//! the *pilots*. The noise of the picture and of both pilots is mutually independent. So the
+//! expectation of (I − P₁)(I − P₂), the product of the picture's differences to the pilots, is the
+//! squared error of the picture I. The estimate serves denoised pictures: their error is
+//! concentrated at few edges, which a sample of tiles may miss. It does not include the bias of the
+//! scene's own rungs, which the pilots share.
 
 use super::estimate::{BLOCK, ConfidenceInterval, weight};
 use super::tiles::spread_of_pieces;
 use crate::metrics::student_95;
 use crate::picture::Picture;
 
-/// Two pictures of the whole with different random numbers.
+/// Two noisy pictures of the whole with different random numbers.
 #[derive(Clone, Debug)]
 pub(super) struct PilotPair(pub [Picture; 2]);
 
-/// Errors of a picture of the whole, summed over blocks of pixels.
+/// Squared errors of a picture, one sum per block of 8 × 8 pixels.
 #[derive(Clone, Debug)]
 pub(super) struct WholeErrors {
     relative: Vec<f64>,
@@ -22,9 +23,9 @@ pub(super) struct WholeErrors {
 }
 
 impl PilotPair {
-    /// Judges renders of one setting, at least one, of the pilots' size, each with different random
-    /// numbers. `best` is the best known picture apart from the pilots; the relative error's
-    /// denominator uses it, so that the pilots' noise does not affect the weights.
+    /// Estimates the squared errors of renders of one setting, averaged over the renders. At least
+    /// one render is needed, and all have the size of the pilots. `best` gives the denominators of
+    /// the relative error, because the pilots are too noisy for weights.
     pub fn judge<'p>(
         &self,
         renders: impl Iterator<Item = &'p Picture>,
@@ -67,19 +68,19 @@ impl PilotPair {
 }
 
 impl WholeErrors {
-    /// Returns the mean of (I − R)² / (R² + 0.01).
+    /// Returns the mean over pixels of (I − R)² / (R² + 0.01) for picture I and exact picture R.
     pub fn relmse(&self) -> ConfidenceInterval {
         mean(&self.relative, self.pixels)
     }
 
-    /// Returns the mean squared error.
+    /// Returns the mean squared error over pixels and channels.
     pub fn mse(&self) -> ConfidenceInterval {
         mean(&self.squared, self.pixels)
     }
 }
 
-/// Returns a mean over pixels from block sums; its noise is estimated from the differences of
-/// neighbouring blocks.
+/// Returns the sum of block sums over the number of pixels, with a confidence interval. The noise
+/// is estimated from the differences of neighbouring blocks.
 fn mean(blocks: &[f64], pixels: f64) -> ConfidenceInterval {
     let value = blocks.iter().sum::<f64>() / pixels;
     if blocks.len() < 2 {
@@ -95,7 +96,7 @@ fn mean(blocks: &[f64], pixels: f64) -> ConfidenceInterval {
             .map(|pair| (pair[0] - pair[1]).powi(power))
             .sum::<f64>()
     };
-    // Where few blocks hold most of the noise, the degrees of freedom are few.
+    // The degrees of freedom are few if few blocks hold most of the noise.
     let freedom = (3.0 * steps(2) * steps(2) / steps(4).max(1e-300)).clamp(1.0, 1e6);
     let error = student_95(freedom as u32) * spread_of_pieces(blocks).sqrt() / pixels;
     if value <= error {

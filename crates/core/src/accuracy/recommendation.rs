@@ -1,5 +1,5 @@
-//! The report's first sentences: which setting halves the error, and which has the same error in
-//! less time.
+//! Recommendations of a report: the fastest setting with half the error, and the fastest setting
+//! with the same error in less time.
 
 use super::estimate::{ConfidenceInterval, SettingErrors};
 use super::measurements::RelativeCost;
@@ -7,26 +7,27 @@ use super::report::{Advice, MeasuredSetting, Recommendations};
 use super::setting::Setting;
 use crate::ladder::Ladder;
 
-/// Bounds on the ratio of errors that counts as half: of the estimate, and of its interval's upper
-/// end. Four times the samples halve noise.
+/// Largest ratio of root errors that counts as half: for the estimate, and for the upper end of its
+/// interval. Four times the samples halve noise, to within the estimate's uncertainty.
 const HALF: [f64; 2] = [0.55, 0.6];
-/// Bounds on the ratio that counts as the same error: of the estimate, and of its interval's upper
-/// end.
+/// Largest ratio of root errors that counts as the same error: for the estimate, and for the upper
+/// end of its interval.
 const SAME: [f64; 2] = [1.05, 1.05];
-/// Bound on the ratio of times that counts as less time, for the interval's upper end.
+/// Largest ratio of times that counts as less time, for the upper end of its interval.
 const SOONER: f64 = 0.8;
-/// Largest share of bias in the squared error.
+/// Largest share of bias in the squared error of a recommended setting.
 const MOST_BIAS: f64 = 0.25;
-/// Largest share of bias by the upper end of its interval.
+/// Largest share of bias in the squared error for the upper end of the bias's interval.
 const SURE_BIAS: f64 = 0.5;
-/// Largest relative change of the picture's total light.
+/// Largest relative difference of the picture's summed radiance from the reference's.
 const MOST_LIGHT: f64 = 0.005;
-/// Largest ratio of times at which a simpler setting is named instead of a faster one.
+/// Largest ratio of times at which a setting with fewer changed rungs is preferred to a faster
+/// setting.
 const NEAR: f64 = 1.1;
-/// Largest ratio of the needed budget to the given one that the report names.
+/// Largest ratio of a needed time budget to the given budget that the report states.
 const LONGEST: f64 = 60.0;
 
-/// A setting considered as advice.
+/// Measured setting that may be recommended.
 #[derive(Clone, Debug)]
 pub(super) struct AdviceCandidate {
     pub setting: Setting,
@@ -35,8 +36,9 @@ pub(super) struct AdviceCandidate {
     pub is_sound: bool,
 }
 
-/// Whether a setting may be advised. Its light must be right and its bias small, or both surely
-/// better than those of the setting in use. A setting that differs in noise alone is always sound.
+/// Whether a setting may be recommended. The summed radiance must be right and the bias small, or
+/// both surely better than in the scene's own setting. A setting that differs from the scene's own
+/// in noise alone is always recommendable.
 pub(super) fn is_sound(
     setting: &Setting,
     measured: &MeasuredSetting,
@@ -57,8 +59,8 @@ pub(super) fn is_sound(
             .is_some_and(|interval| bias.high < interval.low);
         less || bias.value <= MOST_BIAS * relmse.value && bias.high <= SURE_BIAS * relmse.value
     });
-    // The error of a filter falls with more samples as noise does, but the filter may change the
-    // light.
+    // The error of the denoiser falls with more samples as noise does, but the denoiser may change
+    // the summed radiance.
     let is_filtered = setting.rung(Ladder::Reconstruction).is_some();
     let is_free = setting.without(Ladder::Reconstruction).is_free_of_bias();
     if is_free && !is_filtered {
@@ -68,7 +70,8 @@ pub(super) fn is_sound(
     }
 }
 
-/// Chooses among measured settings. `budget` is the time of the measurement in seconds.
+/// Chooses the recommendations among measured settings. `budget` is the time budget of the
+/// measurement in seconds.
 pub(super) fn recommend(mut all: Vec<AdviceCandidate>, budget: f64) -> Recommendations {
     all.retain(|candidate| candidate.setting != Setting::default() && candidate.is_sound);
     let length = |candidate: &AdviceCandidate| candidate.setting.choices().len();

@@ -1,5 +1,5 @@
-//! Rendering and timing of settings: preparation is not timed, the observer may stop, and renders
-//! end when time is out.
+//! Rendering and timing of settings. Preparation is timed separately. A render ends without a
+//! result when the observer stops it or its time runs out.
 
 use std::cell::RefCell;
 use std::time::Instant;
@@ -22,39 +22,40 @@ use crate::render::RenderOutput;
 use crate::scene::Scene;
 use crate::settings::{Crop, Sampling, Settings};
 
-/// Replicates of the reference, from which its standard error is estimated.
+/// Number of replicates of the reference, from which its standard error is estimated.
 const REPLICATES: u32 = 4;
 
 /// Margin in pixels around a denoised tile. The filter combines pixels within this distance; only
 /// their weights depend on a few pixels farther out.
 pub(super) const MARGIN: u32 = 20;
 
-/// Bytes of prepared scenes that are kept.
+/// Largest total of bytes of prepared scenes that are kept for reuse.
 const KEPT_BYTES: u64 = 1 << 30;
 
-/// Most samples of the first look.
+/// Largest number of samples of the pilot pass, which finds time and noise of the tiles.
 const LOOK_SAMPLES: u32 = 4;
 
-/// Edge in pixels of the threads' work items within a tile, where pictures do not depend on it.
+/// Edge in pixels of the work items into which threads divide a tile, for pictures that do not
+/// depend on that edge.
 const UNIT: u32 = 16;
 
-/// Round of the first pilot: random numbers that no setting uses.
+/// Round number of the first pilot: its random numbers are used by no measured setting.
 const PILOT_ROUND: u64 = 1000;
 
-/// Clock. Tests replace it by one that advances with each call.
+/// Clock of a measurement. Tests use a clock that advances with each call.
 pub(super) type ClockFunction<'a> = &'a (dyn Fn() -> Instant + Sync);
 
-/// Reason for a missing render.
+/// Reason why a render has no result.
 #[derive(Debug)]
 pub(super) enum UnfinishedRender {
-    /// Time is out, or the user stopped the render.
+    /// The time ran out, or the observer stopped the render.
     Late,
     /// The scene cannot be prepared.
     Failed(PrepareError),
 }
 
 impl UnfinishedRender {
-    /// Converts to the error of a measurement that cannot continue without the render.
+    /// Converts the reason to an error, for a measurement that cannot continue without the render.
     pub fn into_error(self) -> PrepareError {
         match self {
             Self::Late => PrepareError::Cancelled,
@@ -62,7 +63,7 @@ impl UnfinishedRender {
         }
     }
 
-    /// Returns `None` where time is out, and keeps other errors.
+    /// Converts a render that was stopped, or whose time ran out, to `None`; other errors stay.
     pub fn allow<T>(result: Result<T, Self>) -> Result<Option<T>, PrepareError> {
         match result {
             Ok(value) => Ok(Some(value)),
@@ -72,32 +73,33 @@ impl UnfinishedRender {
     }
 }
 
-/// A scene prepared for a setting; valid for all settings that differ only in ladders without
-/// preparation.
+/// Scene prepared for a setting, for reuse by all settings that differ from it only in samples,
+/// sampler or denoising.
 struct PreparedSetting {
     setting: Setting,
     is_fixed: bool,
     ready: ReadyScene,
 }
 
-/// Scene, settings and clock.
+/// Renders settings of a scene and measures their times.
 pub(super) struct Renderer<'a> {
     pub scene: &'a Scene,
     pub settings: &'a Settings,
     pub observer: &'a dyn Observer,
-    /// Stopwatch in seconds of all threads.
+    /// Stopwatch of the CPU time of all threads, in seconds.
     pub stopwatch: Stopwatch,
     pub now: ClockFunction<'a>,
-    /// Last prepared scenes, so that a scene is not prepared again for each tile.
+    /// Scenes prepared last, so that a scene is not prepared again for each tile.
     prepared: RefCell<Vec<PreparedSetting>>,
 }
 
-/// A finished render with its times.
+/// Finished render with its times and its number of rays.
 pub(super) struct TimedRender {
     pub picture: Picture,
-    /// Ratio of the denoised picture's light to the noisy one's; one without denoising.
+    /// Ratio of the denoised picture's summed radiance to the noisy picture's; 1 without denoising.
     pub brightened: f64,
-    /// Seconds of all threads: rendering with denoising, denoising alone, and preparation.
+    /// Seconds summed over all threads, of rendering and denoising together, of denoising alone,
+    /// and of preparation.
     pub seconds: f64,
     pub denoising: f64,
     pub preparing: f64,
@@ -108,7 +110,7 @@ pub(super) struct TimedRender {
     pub geometry: u64,
 }
 
-/// The caller's observer with a deadline.
+/// Observer that stops a render at a deadline, or when the caller's observer does.
 struct DeadlineObserver<'a> {
     observer: &'a dyn Observer,
     now: ClockFunction<'a>,
@@ -138,9 +140,9 @@ impl<'a> Renderer<'a> {
         }
     }
 
-    /// Renders parts of a setting side by side, with the random numbers of a round; without parts,
-    /// the whole picture. The time of all parts together is divided among them by their rays,
-    /// because a clock of the whole process cannot separate them.
+    /// Renders crops by a setting, in parallel, with the random numbers of a round; without crops,
+    /// the whole picture. The CPU time of the process is divided among the crops by their numbers
+    /// of rays.
     pub fn render_setting(
         &self,
         setting: &Setting,
@@ -158,7 +160,7 @@ impl<'a> Renderer<'a> {
         })?
     }
 
-    /// Returns the number of samples of the first look.
+    /// Returns the number of samples per pixel of the pilot pass.
     pub fn look_samples(&self) -> u32 {
         let samples = self.settings.sampling.count();
         if self.settings.sampling.is_fixed() {
@@ -168,7 +170,7 @@ impl<'a> Renderer<'a> {
         }
     }
 
-    /// Looks at tiles: the time of each, and the noise of a few samples.
+    /// Renders tiles with few samples and returns the time and the noise of each tile.
     pub fn look(
         &self,
         grid: TileGrid,
@@ -220,8 +222,8 @@ impl<'a> Renderer<'a> {
         })?
     }
 
-    /// Renders a noisy picture of the whole, with the scene's settings except for the number of
-    /// samples, and its own random numbers.
+    /// Renders a pilot: a noisy picture of the whole with the scene's settings, but with this
+    /// number of samples and with random numbers that no setting uses.
     pub fn pilot(
         &self,
         samples: u32,
@@ -244,7 +246,8 @@ impl<'a> Renderer<'a> {
             .ok_or(UnfinishedRender::Late)
     }
 
-    /// Renders parts side by side and returns the seconds of each: the total time, divided by rays.
+    /// Renders crops in parallel and returns each result with its seconds: the total CPU time,
+    /// divided in proportion to the rays. Without crops, renders the whole picture.
     fn side_by_side<T: Send>(
         &self,
         parts: &[Crop],
@@ -292,8 +295,8 @@ impl<'a> Renderer<'a> {
             .collect()
     }
 
-    /// Runs work on a scene prepared for these settings, or for others that need the same
-    /// preparation.
+    /// Runs `work` on a scene prepared for the setting. A kept scene is reused if the setting needs
+    /// no other preparation.
     fn with_prepared<T>(
         &self,
         setting: &Setting,
@@ -327,7 +330,8 @@ impl<'a> Renderer<'a> {
         Ok(done)
     }
 
-    /// Prepares a setting anew and renders parts of it.
+    /// Prepares the scene again for a setting and renders crops of it, so that the preparation is
+    /// timed too.
     pub fn render_parts(
         &self,
         setting: &Setting,
@@ -344,7 +348,7 @@ impl<'a> Renderer<'a> {
         self.timed(&ready, (&settings, parts), preparing, end)
     }
 
-    /// Prepares and renders any scene.
+    /// Prepares and renders the whole picture of any scene.
     pub fn render(
         &self,
         scene: &Scene,
@@ -375,7 +379,8 @@ impl<'a> Renderer<'a> {
         }
     }
 
-    /// Renders parts of a prepared scene; without parts, the whole picture.
+    /// Renders and denoises crops of a prepared scene; without crops, the whole picture.
+    /// `preparing` is the time of preparation in seconds, which the results repeat.
     fn timed(
         &self,
         ready: &ReadyScene,
@@ -438,8 +443,8 @@ impl<'a> Renderer<'a> {
         }
     }
 
-    /// Prepares a reference on these rungs, with this number of samples. It is empty, or holds the
-    /// film of an earlier reference.
+    /// Prepares a reference on these rungs, with this number of samples per pixel. Its film is
+    /// empty, or the film of an earlier reference.
     pub fn reference(
         &self,
         exact: &Setting,
@@ -471,7 +476,8 @@ impl<'a> Renderer<'a> {
         })
     }
 
-    /// Converts the reason of a missing measurement: stopped by the user, or too little time.
+    /// Converts an error of preparation to an error of the measurement: cancellation counts as too
+    /// little time unless the observer stopped.
     pub fn explained(&self, error: PrepareError) -> MeasureError {
         match error {
             PrepareError::Cancelled if !self.observer.is_cancelled() => MeasureError::NoTime,
@@ -480,19 +486,19 @@ impl<'a> Renderer<'a> {
     }
 }
 
-/// A reference that is rendered tile by tile.
+/// Reference picture that is rendered tile by tile.
 pub(super) struct GrowingReference<'a> {
     renderer: &'a Renderer<'a>,
     ready: ReadyScene,
     pub film: Film,
-    /// Rays of the earlier reference.
+    /// Number of rays of the earlier reference, zero for a new one.
     kept: u64,
-    /// Seconds of all threads so far.
+    /// Render time of the new tiles, in seconds summed over all threads.
     pub seconds: f64,
 }
 
 impl GrowingReference<'_> {
-    /// Renders all samples of these tiles. Returns false where time is out.
+    /// Renders all samples of these tiles. Returns false if the time runs out.
     pub fn expose(&mut self, tiles: &[u32], end: Instant) -> bool {
         let Self {
             renderer,
@@ -520,7 +526,7 @@ impl GrowingReference<'_> {
         film.lacking(&part) == 0
     }
 
-    /// Whether all of the film comes from an earlier measurement.
+    /// Whether the whole film comes from an earlier measurement.
     pub fn is_kept(&self) -> bool {
         self.kept > 0 && self.kept == self.film.counters().rays()
     }

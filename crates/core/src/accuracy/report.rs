@@ -1,4 +1,5 @@
-//! Report of a measurement of a scene's ladders: plain data for tables, files and pages.
+//! Report of a measurement of accuracy against time: plain data for tables, JSON files and HTML
+//! pages.
 
 use serde::Serialize;
 
@@ -14,110 +15,110 @@ use crate::picture::Picture;
 pub struct AccuracyReport {
     /// Width and height of the picture in pixels.
     pub size: [u32; 2],
-    /// Measured parts of the picture.
+    /// Numbers and size of the measured tiles.
     pub tiles: Tiles,
-    /// The reference of all comparisons.
+    /// Reference with which all settings are compared.
     pub reference: Reference,
-    /// Advice in two lines.
+    /// Recommended settings.
     #[serde(rename = "answer")]
     pub recommendations: Recommendations,
-    /// The scene with its own settings.
+    /// Time and error of the scene's own setting.
     pub own: MeasuredSetting,
-    /// Setting on which rungs other than sample counts were measured, where it is not the scene's
-    /// own.
+    /// Scene with fewer samples, to which rungs other than sample counts were applied; `None` if
+    /// the scene's own number of samples was used.
     pub base: Option<BaselineReport>,
     /// Ladders that affect the scene's picture.
     pub ladders: Vec<LadderReport>,
     /// Measured settings of several rungs.
     pub combinations: Vec<FrontierCandidate>,
-    /// Ladders that do not change pictures, with their costs.
+    /// Ladders that change time and memory but not the picture, with their costs.
     pub prices: Vec<PriceReport>,
-    /// Errors of output formats on the scene's own picture.
+    /// Errors of output formats on the picture of the scene's own setting.
     pub outputs: Vec<OutputReport>,
     /// Ladders that do not affect the scene.
     pub not_called_for: Vec<&'static str>,
-    /// Cost of each effect in time and picture; `None` without time for it.
+    /// Cost of each effect in time and picture; `None` if the time did not suffice.
     pub costs: Option<EffectCosts>,
-    /// Settings on the Pareto front of time and error, by ascending time, without those that change
-    /// the light or have a large bias.
+    /// Settings on the Pareto front of time and error, by ascending time. Settings that change the
+    /// summed radiance or have a large bias are excluded.
     pub frontier: Vec<FrontierCandidate>,
     /// Seconds of the measurement.
     pub seconds: f64,
-    /// Whether time was out before the planned measurements were finished.
+    /// Whether the time ran out before the planned measurements were finished.
     pub cut_short: bool,
-    /// Pictures of a tile, or of the whole: the reference, and the first render of settings whose
-    /// pictures were kept.
+    /// Pictures of the first tile, or of the whole picture if all tiles were measured: the
+    /// reference, and the first render of each setting with a single changed rung.
     #[serde(skip)]
     pub pictures: Vec<ReportPicture>,
 }
 
-/// Measured parts of the picture.
+/// Numbers and size of the measured tiles.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Tiles {
     /// Edge of a tile in pixels.
     pub edge: u32,
-    /// Tiles on which the setting in use and the reference were measured.
+    /// Number of tiles on which the scene's own setting was measured.
     pub measured: usize,
-    /// Tiles of the picture.
+    /// Number of tiles of the picture.
     pub all: usize,
-    /// Column and row of the shown tile.
+    /// Column and row of the upper left pixel of the tile shown in `pictures`.
     pub shown: [u32; 2],
 }
 
-/// Settings for the two most common wishes; `None` where no measured setting fulfils a wish with
-/// certainty.
+/// Recommended settings with half the error and with the same error; `None` if no measured setting
+/// qualifies with certainty.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Recommendations {
     /// Fastest setting with at most about half of the error.
     pub half_the_error: Option<Advice>,
-    /// Budget in seconds that would probably suffice, where a setting seems to have half of the
-    /// error.
+    /// Time budget in seconds that would probably confirm a setting with about half of the error;
+    /// `None` if one is confirmed or none is close.
     pub half_needs: Option<f64>,
     /// Fastest setting without a larger error that clearly takes less time.
     pub same_error: Option<Advice>,
-    /// Budget in seconds that would probably suffice, where a setting seems to have the same error
-    /// in less time.
+    /// Time budget in seconds that would probably confirm a setting with the same error in less
+    /// time; `None` if one is confirmed or none is close.
     pub same_needs: Option<f64>,
 }
 
-/// An advised setting.
+/// Recommended setting with its time and error.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Advice {
-    /// Flags of the setting.
+    /// Command-line flags of the setting.
     pub flags: Vec<String>,
-    /// Ratio of its time to that of the scene's own setting.
+    /// Ratio of the setting's time to the time of the scene's own setting.
     pub time: ConfidenceInterval,
-    /// Ratio of its root relMSE to that of the scene's own setting.
+    /// Ratio of the setting's root relMSE to that of the scene's own setting.
     pub error: ConfidenceInterval,
-    /// Time and error, as everywhere in the report.
+    /// Time and error of the setting.
     pub measured: MeasuredSetting,
 }
 
-/// The scene with fewer samples.
+/// Scene with fewer samples, to which rungs other than sample counts are applied.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct BaselineReport {
     /// Samples per pixel.
     pub samples: u32,
-    /// Time and error with this number of samples.
+    /// Time and error of the scene with this number of samples.
     pub measured: MeasuredSetting,
 }
 
 /// A picture with its name.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReportPicture {
-    /// `reference`, `as it is`, or the flag value of a rung, for example `samples=16`.
+    /// Name: `reference`, `as it is` for the scene's own setting, or a rung such as `samples=16`.
     pub name: String,
     /// Linear radiance.
     pub picture: Picture,
 }
 
-/// Reference, which counts as the truth: f64, with every ladder on the most exact rung that does
-/// not take too long.
+/// Reference picture, which counts as exact: computed in f64, with every ladder on its most exact
+/// rung that does not take too long.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Reference {
     /// Samples per pixel.
     pub samples: u32,
-    /// Flags of its rungs.
+    /// Command-line flags of the reference's rungs.
     pub rungs: Vec<String>,
     /// Number of rendered tiles.
     pub tiles: usize,
@@ -133,29 +134,32 @@ pub struct Reference {
 /// Time and error of a setting.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MeasuredSetting {
-    /// Number of tiles of the measurement.
+    /// Number of tiles on which the setting was measured.
     pub tiles: usize,
     /// Number of renders of each tile, each with different random numbers.
     pub renders: usize,
-    /// Seconds of all threads per render, without preparation.
+    /// Time of a render of the whole picture, in seconds summed over all threads, without
+    /// preparation.
     pub seconds: ConfidenceInterval,
-    /// Ratio of its time to that of the compared setting: the scene's own or, for a rung measured
-    /// on fewer samples, the scene with that number. NaN where unknown.
+    /// Ratio of the setting's time to the time of the compared setting: the scene's own or, for a
+    /// rung measured with fewer samples, the scene with as few samples. NaN if unknown.
     pub ratio: ConfidenceInterval,
-    /// Rays per render.
+    /// Number of rays of a render of the whole picture.
     pub rays: u64,
     /// Errors against the reference.
     pub errors: SettingErrors,
-    /// Mean FLIP difference of the display pictures, the reference's noise included.
+    /// Mean FLIP difference, 0 to 1, of the setting's and the reference's display values. The
+    /// reference's noise is included.
     pub flip: ConfidenceInterval,
 }
 
-/// Report of a ladder.
+/// Measured rungs of a ladder that changes the picture.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LadderReport {
     /// Name of the ladder.
     pub ladder: &'static str,
-    /// Rung in use; a sample count need not be a measured rung.
+    /// Name of the rung in the scene's own setting. A number of samples need not be a measured
+    /// rung.
     pub in_use: String,
     /// Rungs, from fast to exact.
     pub rungs: Vec<RungReport>,
@@ -166,7 +170,7 @@ const SAME_TIME: f64 = 0.03;
 const SAME_ERROR: f64 = 0.04;
 
 impl LadderReport {
-    /// Whether the rung in use beats this one: the rung takes longer and has a larger error.
+    /// Whether the rung in use beats `rung`: `rung` takes longer and has a larger error.
     pub fn beats(&self, rung: &RungReport) -> bool {
         let measured = |rung: &RungReport| {
             rung.measured
@@ -185,7 +189,7 @@ impl LadderReport {
     }
 }
 
-/// Report of a rung; all other ladders are as in the scene.
+/// Time and error of a rung, with all other ladders as in the scene.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RungReport {
     /// Name of the rung.
@@ -194,28 +198,28 @@ pub struct RungReport {
     pub about: &'static str,
     /// Whether the rung is the one in use.
     pub in_use: bool,
-    /// Flag of the rung; `None` for the rung in use.
+    /// Command-line flag of the rung; `None` for the rung in use.
     pub flag: Option<String>,
-    /// Time and error; `None` where the rung takes too long, or time was out.
+    /// Time and error; `None` if the rung takes too long, or the time ran out.
     pub measured: Option<MeasuredSetting>,
-    /// Error of this choice alone: root mean squared difference to the same renders on the ladder's
-    /// most exact rung, with the same random numbers. `None` where the random numbers cannot be the
-    /// same, or one of the two was not measured.
+    /// Error of this rung alone: root mean squared difference to renders on the ladder's most exact
+    /// rung with the same random numbers. `None` if the two rungs cannot share random numbers, or
+    /// one of them was not measured.
     pub own_error: Option<ConfidenceInterval>,
 }
 
-/// Report of a ladder that changes time and memory alone.
+/// Costs of the rungs of a ladder that changes time and memory but not the picture.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PriceReport {
     /// Name of the ladder.
     pub ladder: &'static str,
-    /// Rung in use.
+    /// Name of the rung in the scene's own setting.
     pub in_use: String,
-    /// Its rungs.
+    /// Costs of the ladder's rungs.
     pub rungs: Vec<RungPrice>,
 }
 
-/// Cost of a rung without error.
+/// Cost of a rung that does not change the picture.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RungPrice {
     /// Name of the rung.
@@ -224,19 +228,19 @@ pub struct RungPrice {
     pub about: &'static str,
     /// Whether the rung is the one in use.
     pub in_use: bool,
-    /// Cost; `None` where the rung would have taken too long.
+    /// Time and memory; `None` if the rung takes too long.
     #[serde(rename = "paid")]
     pub rung_cost: Option<RungCost>,
 }
 
-/// Time and memory.
+/// Time and memory of a rung that does not change the picture.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RungCost {
-    /// Seconds of all threads for preparing the scene, its tree included.
+    /// Preparation time of the scene, tree included, in seconds summed over all threads.
     pub preparing: Spread,
-    /// Seconds of all threads for a render of the whole picture.
+    /// Render time of the whole picture, in seconds summed over all threads.
     pub seconds: Spread,
-    /// Ratio of its time to that of the scene's own setting, per round.
+    /// Ratio of the rung's render time to the time of the scene's own setting, one value per round.
     pub ratio: Spread,
     /// Bytes of geometry and accelerator.
     pub geometry: u64,
@@ -244,17 +248,18 @@ pub struct RungCost {
     pub same_bits: bool,
 }
 
-/// A setting on the frontier.
+/// Measured setting with its flags, as a row of the Pareto front or of the combinations.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FrontierCandidate {
-    /// Flags of the setting; empty for the scene's own.
+    /// Command-line flags of the setting; empty for the scene's own.
     pub flags: Vec<String>,
     /// Time and error.
     pub measured: MeasuredSetting,
 }
 
 impl FrontierCandidate {
-    /// Returns the setting's rungs in their flag form.
+    /// Returns the setting's rungs as `LADDER=RUNG` separated by spaces, or `as it is` for the
+    /// scene's own setting.
     pub fn name(&self) -> String {
         let rungs: Vec<&str> = self
             .flags

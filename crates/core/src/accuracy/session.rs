@@ -1,6 +1,6 @@
-//! A measurement from start to end: first look, choice of the reference's rungs, plan, reference,
-//! every rung, combinations, more tiles for promising settings, costs. Each part has its share of
-//! the time.
+//! Course of a measurement: pilot pass over the tiles, choice of the reference's rungs, plan,
+//! reference, every rung, combinations of rungs, more tiles for promising settings, costs of
+//! effects. Each stage has its share of the time budget.
 
 mod feasible;
 mod plan;
@@ -31,7 +31,7 @@ use crate::prepare::PrepareError;
 use crate::scene::Scene;
 use crate::settings::Settings;
 
-/// Shares of the budget at which each part must end.
+/// Shares of the time budget, 0 to 1, at which each stage of the measurement must end.
 const LOOK: f64 = 0.06;
 const REACH: f64 = 0.12;
 const PILOTS: f64 = 0.27;
@@ -43,13 +43,14 @@ const TURNS: f64 = 0.92;
 const PRICES: f64 = 0.94;
 const COSTS: f64 = 0.96;
 
-/// Number of samples at which other rungs are measured where the scene has more samples: the change
-/// by a rung is as visible, and more tiles fit.
+/// Number of samples per pixel with which rungs of other ladders are measured in a scene with more
+/// samples. The effect of a rung is as visible, and more tiles can be measured.
 const BASE_SAMPLES: u32 = 16;
-/// Assumed ratio of the times of a reference sample and a sample in use, before it is measured.
+/// Assumed ratio of the time of a reference sample to the time of a sample of the scene's own
+/// setting, until the ratio is measured.
 const EXACT: f64 = 1.8;
-/// Multiple of the scene's sample count up to which sample counts halve its error; these are
-/// measured first.
+/// Multiple of the scene's sample count that halves its error. Sample counts up to this multiple
+/// are measured first.
 const HALVES: u32 = 4;
 
 pub(super) struct MeasurementSession<'a> {
@@ -61,21 +62,21 @@ pub(super) struct MeasurementSession<'a> {
     stopwatch: Stopwatch,
     now: ClockFunction<'a>,
     start: Instant,
-    /// Setting on which rungs other than sample counts are measured: the scene's own, or with fewer
-    /// samples.
+    /// Setting to which rungs other than sample counts are applied: the scene's own, or the scene
+    /// with fewer samples.
     base: Setting,
-    /// Effects of the scene.
+    /// Effects that the scene needs.
     present: EffectSet,
     pictured: Vec<Ladder>,
     priced: Vec<Ladder>,
     /// Rungs that take too long to measure.
     beyond: Vec<RungChoice>,
-    /// Rungs whose precision cannot store the scene; they have no picture.
+    /// Rungs whose precision cannot store the scene, so that they have no picture.
     unshown: Vec<RungChoice>,
     cut_short: bool,
-    /// Wall-clock seconds of a sample of a pixel.
+    /// Wall-clock seconds per sample of a pixel.
     pace: f64,
-    /// Ratio of the times of a reference sample and a sample in use.
+    /// Ratio of the time of a reference sample to the time of a sample of the scene's own setting.
     exact_cost: f64,
 }
 
@@ -92,7 +93,7 @@ impl<'a> MeasurementSession<'a> {
         let (mut pictured, priced): (Vec<Ladder>, Vec<Ladder>) = reached(scene, settings, &effects)
             .filter(|&ladder| ladder != Ladder::Output)
             .partition(|ladder| ladder.changes_pictures());
-        // Ordered by their usual benefit.
+        // Ladders by descending usual benefit.
         const FIRST: [Ladder; 7] = [
             Ladder::Samples,
             Ladder::Reconstruction,
@@ -194,7 +195,7 @@ impl<'a> MeasurementSession<'a> {
         let mut measurements = Measurements::new(&renderer, &sample, self.display);
         listener.step(&plan.told(&sample), self.spent());
         self.pilots(&plan, &mut measurements)?;
-        // At least two tiles, without which no estimate exists.
+        // An estimate needs at least two tiles.
         let minimum = 2.min(sample.most());
         self.expose(
             &mut exposure,
@@ -222,8 +223,8 @@ impl<'a> MeasurementSession<'a> {
         self.again(&known_settings, &mut measurements, &mut exposure, listener)?;
         let setting = Setting::default();
         let pixels = f64::from(settings.size[0]) * f64::from(settings.size[1]);
-        // Before the parts that end by the clock; the duration of this part follows from the
-        // pixels.
+        // Output formats are measured before the stages that end by the clock, because their
+        // duration follows from the number of pixels.
         let outputs = outputs(
             &measurements.kept(&setting),
             pixels,
@@ -297,8 +298,8 @@ impl<'a> MeasurementSession<'a> {
         ))
     }
 
-    /// Renders this number of tiles of the reference, and adds them to the measurements. Tiles that
-    /// do not fit into the time are left out.
+    /// Renders the reference on the first `count` tiles of the sample and adds the new tiles to the
+    /// measurements. Tiles that are not finished by `end` are not added.
     fn expose(
         &mut self,
         exposure: &mut GrowingReference<'_>,
@@ -328,19 +329,20 @@ impl<'a> MeasurementSession<'a> {
         measurements.learn(new.iter().map_while(tile));
     }
 
-    /// Returns the instant at which a share of the budget is spent.
+    /// Returns the instant at which this share of the time budget, 0 to 1, is spent.
     fn instant_at(&self, share: f64) -> Instant {
         self.start + self.effort.budget.mul_f64(share)
     }
 
-    /// Returns the wall-clock seconds until a share of the budget is spent.
+    /// Returns the wall-clock seconds until this share of the time budget is spent; zero if it is
+    /// spent already.
     fn left(&self, share: f64) -> f64 {
         self.instant_at(share)
             .saturating_duration_since((self.now)())
             .as_secs_f64()
     }
 
-    /// Returns the seconds since the start.
+    /// Returns the wall-clock seconds since the start of the measurement.
     fn elapsed(&self) -> f64 {
         ((self.now)() - self.start).as_secs_f64()
     }
@@ -349,7 +351,8 @@ impl<'a> MeasurementSession<'a> {
         (self.elapsed() / self.effort.budget.as_secs_f64().max(1e-9)).min(1.0)
     }
 
-    /// Returns the rungs of a ladder that change this scene's picture and can store it.
+    /// Returns the rungs of a ladder that change this scene's picture and whose precision can store
+    /// the scene.
     fn choices_of(&self, ladder: Ladder) -> vec::IntoIter<RungChoice> {
         let choices = ladder
             .choices()
@@ -361,7 +364,8 @@ impl<'a> MeasurementSession<'a> {
         choice.rung() == choice.ladder().in_use(self.scene, &self.settings)
     }
 
-    /// Returns the setting on which a ladder's rungs are measured.
+    /// Returns the setting to which a ladder's rungs are applied and compared: the scene's own for
+    /// sample counts, else the baseline.
     fn beside(&self, ladder: Ladder) -> Setting {
         if ladder == Ladder::Samples {
             Setting::default()
@@ -370,7 +374,8 @@ impl<'a> MeasurementSession<'a> {
         }
     }
 
-    /// Returns the measured setting of a rung, which may be the scene's own.
+    /// Returns the setting by which a rung is measured; for a rung in use, the setting without a
+    /// change.
     fn setting(&self, choice: RungChoice) -> Setting {
         let beside = self.beside(choice.ladder());
         if self.is_in_use(choice) {
@@ -380,7 +385,7 @@ impl<'a> MeasurementSession<'a> {
         }
     }
 
-    /// Returns the most exact feasible rung.
+    /// Returns the setting with the ladder's most exact rung that does not take too long.
     fn most_exact(&self, ladder: Ladder) -> Setting {
         let reached =
             |choice: &RungChoice| choice.can_be_reference() && !self.beyond.contains(choice);
@@ -388,7 +393,7 @@ impl<'a> MeasurementSession<'a> {
         choice.map_or_else(|| self.beside(ladder), |choice| self.setting(choice))
     }
 
-    /// Returns the number of samples of a setting.
+    /// Returns the number of samples per pixel of a setting.
     fn samples(&self, setting: &Setting) -> u32 {
         setting
             .rung(Ladder::Samples)
@@ -396,14 +401,15 @@ impl<'a> MeasurementSession<'a> {
             .unwrap_or(self.settings.sampling.count())
     }
 
-    /// Whether a setting is valid.
+    /// Whether a setting can be rendered: a denoised setting needs enough samples.
     fn is_possible(&self, setting: &Setting) -> bool {
         let (_, settings) = setting.applied(self.scene, &self.settings);
         !settings.denoise || denoise::is_possible(settings.sampling)
     }
 }
 
-/// Returns the number of samples of a rung of the samples ladder.
+/// Returns the number of samples per pixel of a rung of the samples ladder, or `None` for a rung of
+/// another ladder.
 fn samples_of(choice: RungChoice) -> Option<u32> {
     let RungValue::Samples(samples) = choice.value() else {
         return None;

@@ -1,4 +1,4 @@
-//! Measured settings: a scene's own settings, with some ladders on other rungs.
+//! Settings to be measured: a scene's own settings, with some ladders on other rungs.
 
 use core::fmt;
 
@@ -6,29 +6,30 @@ use crate::ladder::{Ladder, RungChoice};
 use crate::scene::Scene;
 use crate::settings::{PrecisionChoice, Sampling, Settings};
 
-/// Rungs other than the scene's own, at most one per ladder; empty for the scene's own setting.
+/// Set of rungs that replace the scene's own, at most one per ladder; empty for the scene's own
+/// setting.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Setting(Vec<RungChoice>);
 
 impl Setting {
-    /// Returns the setting with a single ladder on another rung.
+    /// Returns the setting that changes a single rung.
     pub fn single(choice: RungChoice) -> Self {
         Self(vec![choice])
     }
 
-    /// Returns the setting with several ladders on other rungs; the last rung of a ladder counts.
+    /// Returns the setting with these rungs; of several rungs of a ladder the last counts.
     pub fn of(choices: &[RungChoice]) -> Self {
         choices
             .iter()
             .fold(Self::default(), |setting, &choice| setting.with(choice))
     }
 
-    /// Returns the rungs, in the order of their ladders.
+    /// Returns the changed rungs, in the order of their ladders.
     pub fn choices(&self) -> &[RungChoice] {
         &self.0
     }
 
-    /// Returns the setting with one ladder on another rung.
+    /// Returns the setting with this rung added, or exchanged for the rung of the same ladder.
     #[must_use]
     pub fn with(&self, choice: RungChoice) -> Self {
         let others = self
@@ -41,7 +42,7 @@ impl Setting {
         Self(all)
     }
 
-    /// Returns the setting with one ladder on the scene's own rung.
+    /// Returns the setting with this ladder on the scene's own rung.
     #[must_use]
     pub fn without(&self, ladder: Ladder) -> Self {
         Self(
@@ -53,7 +54,7 @@ impl Setting {
         )
     }
 
-    /// Returns the rung of a ladder, or `None` for the scene's own.
+    /// Returns the changed rung of a ladder, or `None` if the ladder has the scene's own rung.
     pub fn rung(&self, ladder: Ladder) -> Option<RungChoice> {
         self.0
             .iter()
@@ -61,7 +62,7 @@ impl Setting {
             .find(|choice| choice.ladder() == ladder)
     }
 
-    /// Applies the setting to a scene and its settings.
+    /// Returns a scene and its settings with the changed rungs.
     pub fn applied(&self, scene: &Scene, settings: &Settings) -> (Scene, Settings) {
         let (mut scene, mut settings) = (scene.clone(), settings.clone());
         self.0
@@ -77,7 +78,7 @@ impl Setting {
             .all(|choice| choice.ladder().is_free_of_bias())
     }
 
-    /// Returns the setting's flags, one per ladder.
+    /// Returns the command-line flags of the changed rungs, such as `--rung samples=16`.
     pub fn flags(&self) -> Vec<String> {
         self.0
             .iter()
@@ -100,8 +101,8 @@ impl fmt::Display for Setting {
     }
 }
 
-/// Returns scene and settings of the reference: on the given rungs, in f64, with this number of
-/// samples of the general sampler and random numbers that no measured render uses.
+/// Returns scene and settings of the reference: the rungs of `exact`, f64 throughout, this number
+/// of samples per pixel, no denoising, and random numbers that no measured render uses.
 pub(super) fn reference(
     exact: &Setting,
     scene: &Scene,

@@ -1,29 +1,31 @@
-//! Sampling of the picture: tiles drawn with known probabilities, and estimates for the whole.
+//! Sampling of a picture by tiles drawn with known probabilities, and estimates for the whole
+//! picture.
 //!
-//! A tile's inclusion probability grows with its noise in the first look, and is at least a quarter
-//! of the uniform one. Tiles are ordered once, by a key divided by that probability (sequential
-//! Poisson sampling: Ohlsson, "Sequential Poisson Sampling", 1998). So the first n tiles are a
-//! sample for every n, and more time adds tiles. The keys are multiples of the golden ratio along
-//! rows in alternating direction, which spreads a sample evenly over the picture.
+//! The inclusion probability of a tile grows with its noise in the pilot pass, and is at least a
+//! quarter of the uniform probability. Tiles are ordered once, by a key divided by the probability
+//! (sequential Poisson sampling: Ohlsson, "Sequential Poisson Sampling", 1998). So the first n
+//! tiles are a sample for every n, and more time adds tiles. The keys are multiples of the golden
+//! ratio along rows in alternating direction, which spreads a sample evenly over the picture.
 
 use super::estimate::ConfidenceInterval;
 use crate::hash::mix;
 use crate::metrics::student_95;
 use crate::settings::Crop;
 
-/// Fractional parts of its multiples are evenly spread.
+/// Golden ratio minus one; the fractional parts of its multiples are evenly spread.
 const GOLDEN_RATIO: f64 = 0.618_033_988_749_894_9;
 
-/// Share of the inclusion probability distributed by area.
+/// Share of the inclusion probability that is distributed by area, 0 to 1; the remainder is
+/// distributed by noise.
 const EVEN: f64 = 0.25;
 
-/// Division of the picture into tiles, row by row, in the film's numbering.
+/// Division of a picture into square tiles, numbered row by row as in the film.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct TileGrid {
     pub size: [u32; 2],
     /// Edge of a tile in pixels.
     pub edge: u32,
-    /// Seed of the sample.
+    /// Seed of the order in which tiles are drawn.
     pub seed: u64,
 }
 
@@ -54,7 +56,8 @@ impl TileGrid {
         f64::from(width) * f64::from(height)
     }
 
-    /// Returns a tile with a margin in pixels, clipped to the picture.
+    /// Returns the rectangle of a tile with a margin in pixels on each side, clipped to the
+    /// picture.
     pub fn around(&self, index: u32, margin: u32) -> Crop {
         let Crop {
             x,
@@ -72,7 +75,8 @@ impl TileGrid {
         }
     }
 
-    /// Returns the keys of all tiles: evenly spread from 0 to 1 in every neighbourhood.
+    /// Returns the sorting key of every tile, 0 to 1, evenly spread in every neighbourhood of
+    /// tiles.
     fn keys(&self) -> Vec<f64> {
         let start = mix(self.seed) as f64 / 2_f64.powi(64);
         let place = |index: u32| {
@@ -89,7 +93,8 @@ impl TileGrid {
             .collect()
     }
 
-    /// Returns all tiles in an order of which every prefix is spread evenly.
+    /// Returns the indices of all tiles in an order whose every prefix is spread evenly over the
+    /// picture.
     pub fn spread_order(&self) -> Vec<u32> {
         let keys = self.keys();
         let mut all: Vec<u32> = (0..self.count() as u32).collect();
@@ -98,28 +103,28 @@ impl TileGrid {
     }
 }
 
-/// Result of the first look at a tile.
+/// Time and noise of a tile in the pilot pass, which renders tiles with few samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct PilotPass {
     pub tile: u32,
-    /// Seconds of all threads.
+    /// Render time in seconds summed over all threads.
     pub seconds: f64,
-    /// Sum of its pixels' relative variances.
+    /// Sum over pixels of the relative variance of the mean.
     pub noise: f64,
 }
 
-/// Order in which tiles are drawn.
+/// Tiles in the order in which they are drawn, with their probabilities.
 #[derive(Clone, Debug)]
 pub(super) struct TileSample {
     pub grid: TileGrid,
-    /// Looks in the order of drawing.
+    /// Results of the pilot pass, in the order in which the tiles are drawn.
     pub order: Vec<PilotPass>,
-    /// Probability of each tile per draw, in the same order; the sum is one.
+    /// Probability of each tile per draw, in the order of drawing; the sum is one.
     share: Vec<f64>,
 }
 
 impl TileSample {
-    /// Orders the tiles of the first look, which are the first ones of [`TileGrid::spread_order`].
+    /// Orders the tiles of the pilot pass, which are the first tiles of [`TileGrid::spread_order`].
     pub fn new(grid: TileGrid, looks: &[PilotPass]) -> Self {
         let keys = grid.keys();
         let area = |pilot_pass: &PilotPass| grid.pixels(pilot_pass.tile);
@@ -142,14 +147,14 @@ impl TileSample {
         Self { grid, order, share }
     }
 
-    /// Returns the number of tiles that can be drawn.
+    /// Returns the number of tiles that can be drawn: those of the pilot pass.
     pub fn most(&self) -> usize {
         self.order.len()
     }
 
-    /// Returns the pixels that a tile represents: all pixels of the picture times the tile's
-    /// probability. Errors grow with noise, so errors per represented pixel differ less between
-    /// tiles than errors per pixel.
+    /// Returns the number of pixels that a tile represents: the pixels of all tiles times the
+    /// tile's probability. Errors grow with noise, so the error per represented pixel differs less
+    /// between tiles than the error per pixel.
     pub fn weight(&self, position: usize) -> f64 {
         self.share[position]
             * self
@@ -159,7 +164,7 @@ impl TileSample {
                 .sum::<f64>()
     }
 
-    /// Whether this number of tiles covers the whole picture.
+    /// Whether this number of tiles is the whole picture.
     pub fn is_whole(&self, count: usize) -> bool {
         count >= self.grid.count()
     }
@@ -171,8 +176,8 @@ impl TileSample {
         if count == self.most() {
             return vec![looked; count];
         }
-        // Where a multiple of a share exceeds one, the tile is certain, and the others get larger
-        // shares of the rest.
+        // A tile is certain if its multiplied probability exceeds one; the other tiles then get
+        // larger probabilities.
         let (mut certain, mut factor) = (vec![false; self.most()], count as f64);
         loop {
             let (mut left, mut rest) = (count as f64, 0.0);
@@ -206,8 +211,8 @@ impl TileSample {
     }
 }
 
-/// Contribution of a tile to numerator and denominator of a ratio, in independent pieces, and its
-/// inclusion probability.
+/// Contribution of a tile to a ratio of two totals: the inclusion probability, and the terms of
+/// numerator and denominator, in independent pieces.
 #[derive(Clone, Debug)]
 pub(super) struct TileShare<'a> {
     pub chance: f64,
@@ -218,7 +223,7 @@ pub(super) struct TileShare<'a> {
 }
 
 impl TileShare<'_> {
-    /// Returns the numerator less `ratio` times the denominator, and the variance estimated from
+    /// Returns the numerator minus `ratio` times the denominator, and its variance, estimated from
     /// the pieces.
     fn residual(&self, ratio: f64) -> (f64, f64) {
         let sum = |values: &[f64]| values.iter().sum::<f64>();
@@ -236,8 +241,8 @@ impl TileShare<'_> {
     }
 }
 
-/// Returns the variance of the sum of at least two pieces, estimated from the differences of
-/// neighbours.
+/// Returns the variance of a sum of at least two pieces, estimated from the differences of
+/// neighbouring pieces.
 pub(super) fn spread_of_pieces(pieces: &[f64]) -> f64 {
     let steps: f64 = pieces
         .windows(2)
@@ -248,8 +253,9 @@ pub(super) fn spread_of_pieces(pieces: &[f64]) -> f64 {
 }
 
 /// Estimates the ratio of two totals over the whole picture (Hájek, "Comment on a Paper by D.
-/// Basu", 1971), with its standard error and Student's factor. The error combines the choice of
-/// tiles and the noise within the drawn tiles. `None` for a denominator of zero.
+/// Basu", 1971). Returns the ratio, its standard error and Student's factor. The standard error
+/// combines the choice of tiles and the noise within the drawn tiles. `None` for a denominator of
+/// zero.
 pub(super) fn estimate(shares: &[TileShare<'_>]) -> Option<(f64, f64, f64)> {
     let total = |of: fn(&TileShare<'_>) -> f64| {
         shares
@@ -283,7 +289,8 @@ pub(super) fn estimate(shares: &[TileShare<'_>]) -> Option<(f64, f64, f64)> {
         && shares.len() > 1
         && shares.iter().all(|share| share.above.len() == 1)
     {
-        // All tiles, of one piece each: their differences bound the noise from above.
+        // All tiles are drawn, and each is a single piece: the differences between tiles bound the
+        // noise from above.
         within = spread_of_pieces(
             &shares
                 .iter()
@@ -291,7 +298,7 @@ pub(super) fn estimate(shares: &[TileShare<'_>]) -> Option<(f64, f64, f64)> {
                 .collect::<Vec<_>>(),
         );
     }
-    // Where few tiles hold most of the spread, the degrees of freedom are few.
+    // The degrees of freedom are few if few tiles hold most of the variance.
     let (freedom, correction) = match count {
         0 => (f64::INFINITY, 0.0),
         n => (
@@ -310,8 +317,8 @@ pub(super) fn estimate(shares: &[TileShare<'_>]) -> Option<(f64, f64, f64)> {
     Some((ratio, error, student_95((freedom.min(1e6) as u32).max(1))))
 }
 
-/// Returns the same estimate as an interval, which starts at zero where the value is within the
-/// reference's noise.
+/// Returns the estimated ratio of two totals with its confidence interval. The interval starts at
+/// zero if the ratio is within the reference's noise.
 pub(super) fn ratio(shares: &[TileShare<'_>]) -> ConfidenceInterval {
     let Some((value, error, factor)) = estimate(shares) else {
         return ConfidenceInterval {

@@ -8,10 +8,11 @@ use super::super::tiles::{TileShare, ratio};
 use super::{Measurements, SettingFigures, TileFigures};
 use crate::ladder::Ladder;
 
-/// Largest share of the bias of the scene's own rungs in a squared error estimated from the pilots.
+/// Largest ratio of the bias of the scene's own rungs to a squared error estimated from the pilots.
+/// The pilots do not see that bias.
 const MOST_BIAS: f64 = 0.1;
 
-/// Ratios of two settings in their common tiles.
+/// Ratios of time and error of two settings, from the tiles on which both were measured.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in super::super) struct RelativeCost {
     /// Ratio of the times.
@@ -21,7 +22,9 @@ pub(in super::super) struct RelativeCost {
 }
 
 impl Measurements<'_> {
-    /// Estimates a ratio of two totals over the whole picture from the first tiles.
+    /// Estimates the ratio of two totals over the whole picture from the first `count` tiles.
+    /// `value_of` returns the terms of numerator and denominator of a tile. `doubtful` is whether
+    /// the reference's noise affects the numerator.
     fn total<'b>(
         &'b self,
         count: usize,
@@ -51,12 +54,14 @@ impl Measurements<'_> {
         )
     }
 
-    /// Estimates a mean over pixels from tile sums, with one number per tile or one per block.
+    /// Estimates a mean over all pixels of the picture from sums over tiles. `value_of` returns one
+    /// sum per tile, or one per block of a tile.
     fn mean(&self, count: usize, value_of: impl Fn(usize) -> Vec<f64>) -> ConfidenceInterval {
         self.weighted(count, false, value_of, |_| 1.0)
     }
 
-    /// Estimates the mean of an error over pixels; errors grow with the noise of a tile.
+    /// Estimates the mean of an error over all pixels of the picture. The denominator counts the
+    /// pixels that a tile represents, because errors grow with the noise by which tiles are drawn.
     fn error(&self, count: usize, value_of: impl Fn(usize) -> Vec<f64>) -> ConfidenceInterval {
         let weight = |position: usize| {
             self.sample.weight(position) / self.sample.grid.pixels(self.sample.order[position].tile)
@@ -64,7 +69,8 @@ impl Measurements<'_> {
         self.weighted(count, true, value_of, weight)
     }
 
-    /// Estimates a weighted mean over pixels.
+    /// Estimates a mean over all pixels of the picture, in which `weight` multiplies the pixels of
+    /// a tile in the denominator.
     fn weighted(
         &self,
         count: usize,
@@ -87,8 +93,8 @@ impl Measurements<'_> {
         })
     }
 
-    /// Returns time, error, and the ratio of its time to that of another setting; `None` without a
-    /// measurement.
+    /// Returns time and error of a setting, and the ratio of its time to the time of the setting
+    /// `beside`; `None` if the setting was not measured.
     pub fn measured(&self, setting: &Setting, beside: &Setting) -> Option<MeasuredSetting> {
         let figures = self.figures(setting)?;
         let count = figures.tiles.len();
@@ -101,8 +107,8 @@ impl Measurements<'_> {
             .map(|pilot_pass| pilot_pass.seconds)
             .sum::<f64>()
             * self.sample.grid.count() as f64;
-        // The time of the first look is divided evenly over the rounds, so that the spread of the
-        // rounds stays visible.
+        // The time of the pilot pass is divided evenly among the rounds, so that the variance
+        // between rounds remains.
         let rounds = figures.tiles.first().map_or(1, |tile| tile.seconds.len());
         let looks: Vec<Vec<f64>> = self
             .sample
@@ -141,8 +147,9 @@ impl Measurements<'_> {
         })
     }
 
-    /// Returns the mean squared errors, relative and absolute: estimated from tiles, or from the
-    /// pilots where these are more precise and the bias of the scene's rungs is negligible.
+    /// Returns the relative and the absolute mean squared error. They are estimated from tiles, or
+    /// from the pilots if that estimate is more precise and the bias of the scene's own rungs is
+    /// negligible.
     fn errors(&self, figures: &SettingFigures) -> [ConfidenceInterval; 2] {
         let count = figures.tiles.len();
         let by_tiles = [
@@ -159,8 +166,9 @@ impl Measurements<'_> {
         }
     }
 
-    /// Returns the errors estimated from the pilots, which share the bias of the scene's own rungs;
-    /// `None` where that bias is more than a tenth of the error, or without pilots.
+    /// Returns the relative and the absolute mean squared error as estimated from the pilots. The
+    /// pilots have the bias of the scene's own rungs. `None` if that bias is more than a tenth of
+    /// the error, or without pilots.
     fn by_pilots(&self, figures: &SettingFigures) -> Option<[ConfidenceInterval; 2]> {
         let whole = figures.whole_errors.as_ref()?;
         let noisy = self
@@ -176,8 +184,8 @@ impl Measurements<'_> {
         (!has_bias).then(|| [relmse, whole.mse()])
     }
 
-    /// Returns the ratio of the light to the reference's. Where only denoising may have changed the
-    /// light, the ratio is to the noisy picture's.
+    /// Returns the ratio of the picture's summed radiance to the reference's. If denoising is the
+    /// only biased choice of the setting, the noisy picture takes the place of the reference.
     pub fn light(&self, setting: &Setting) -> Option<ConfidenceInterval> {
         let figures = self.figures(setting)?;
         let is_alone =
@@ -205,8 +213,8 @@ impl Measurements<'_> {
         }))
     }
 
-    /// Returns the ratios of time and error to those of another setting, from their common tiles;
-    /// `None` without common tiles.
+    /// Returns the ratios of time and error of a setting to those of the setting `beside`, from the
+    /// tiles on which both were measured; `None` if one of them was not measured.
     pub fn relative(&self, setting: &Setting, beside: &Setting) -> Option<RelativeCost> {
         let (each_figures, other) = (self.figures(setting)?, self.figures(beside)?);
         if setting == beside {
@@ -248,8 +256,9 @@ impl Measurements<'_> {
         Some(RelativeCost { time, error })
     }
 
-    /// Returns the change by a single choice: root mean squared difference to the pictures of the
-    /// other setting, and mean squared relative difference.
+    /// Returns the difference that a single rung makes: the root mean squared difference to the
+    /// pictures of the compared setting with the same random numbers, and the relative mean squared
+    /// difference.
     pub fn alone(&self, setting: &Setting) -> Option<[ConfidenceInterval; 2]> {
         let figures = self.figures(setting)?;
         let sum = |i: usize| {
@@ -260,7 +269,8 @@ impl Measurements<'_> {
         Some([sum(0).map(f64::sqrt), sum(1)])
     }
 
-    /// Returns the standard error of the reference, as a root mean square.
+    /// Returns the root mean square over the picture of the reference's standard errors, in linear
+    /// radiance.
     pub fn standard_error(&self) -> f64 {
         self.mean(self.known_tiles(), |position| {
             vec![self.truths[position].variance()]

@@ -1,4 +1,4 @@
-//! Cost of rungs that do not change the picture.
+//! Time and memory of rungs that do not change the picture, such as the build quality of the tree.
 
 use std::time::{Duration, Instant};
 
@@ -10,17 +10,17 @@ use crate::bench::Spread;
 use crate::prepare::PrepareError;
 use crate::settings::Crop;
 
-/// Rounds and tiles in which a rung without error is timed.
+/// Number of rounds and of tiles in which a rung that does not change the picture is timed.
 const PRICE_ROUNDS: u64 = 3;
 const PRICE_TILES: usize = 4;
-/// Time limit of such a rung: a multiple of the time of the scene's own setting, and a least
-/// duration.
+/// Time limit of a rung in a round: this multiple of the time of the scene's own setting, and at
+/// least this duration.
 const PATIENCE: f64 = 20.0;
 const LEAST_PATIENCE: Duration = Duration::from_secs(1);
 
 impl Measurements<'_> {
-    /// Measures time and memory of a setting that gives the same picture as another one, in the
-    /// same rounds on the first tiles; `None` where the setting takes too long.
+    /// Measures time and memory of a setting whose picture equals the picture of `beside`. Both are
+    /// rendered on the first tiles in the same rounds. `None` if the setting takes too long.
     pub fn rung_cost(
         &self,
         setting: &Setting,

@@ -1,5 +1,6 @@
-//! Times measured again, in turns. A machine's speed changes within a minute, so a ratio of two
-//! times is reliable only where both settings were rendered side by side.
+//! Timing in turns: settings are rendered one after the other, repeatedly. A machine's speed
+//! changes within a minute, so a ratio of two times is reliable only if both settings are rendered
+//! within a short time.
 
 use std::time::Instant;
 
@@ -10,22 +11,23 @@ use super::{Measurements, SettingFigures};
 use crate::prepare::PrepareError;
 use crate::settings::Crop;
 
-/// Most turns, and fewest turns that give an estimate.
+/// Largest number of turns, and least number that gives an estimate. A turn renders each setting
+/// once.
 const MOST_TURNS: usize = 5;
 const FEWEST_TURNS: usize = 3;
 /// Half width of the 95 % interval over half the range of three, four and five turns,
 /// approximately: Student's factor for their mean, with the standard deviation estimated from the
 /// range.
 const WIDENING: [f64; 3] = [2.9, 1.54, 1.07];
-/// Uncertainty factor of a time that was not measured in turns for lack of time.
+/// Factor by which a time may be wrong if it was not measured in turns for lack of time.
 const UNSURE: f64 = 1.5;
 
 impl Measurements<'_> {
-    /// Times settings again, one after the other and repeatedly, with the random numbers of their
-    /// first round: on their first tiles, or on the whole picture where they were rendered whole.
-    /// The other settings are compared with the first one. Where the first one was timed in turns
-    /// before, the new times are scaled to the earlier ones. Without time for three turns, the
-    /// times are only marked as uncertain.
+    /// Times settings in turns, with the random numbers of the first round. A setting is rendered
+    /// on its first tiles, or as a whole picture if it was measured as a whole. All settings are
+    /// compared with the first setting. If the first setting was timed in turns before, the new
+    /// times are scaled to its earlier times. Without time for three turns, the times are only
+    /// marked as uncertain.
     pub fn time_in_turns(
         &mut self,
         settings: &[Setting],
@@ -55,8 +57,8 @@ impl Measurements<'_> {
         );
         let mut scale = 1.0;
         if has_more && earlier.is_empty() {
-            // The times of a few tiles were derived from their rays. The time of all tiles together
-            // was measured.
+            // The times of single tiles were derived from their numbers of rays. Only the time of
+            // all tiles together was measured.
             let all = self
                 .drift(&settings[0], first.tiles.len(), end)?
                 .unwrap_or(1.0);
@@ -88,14 +90,14 @@ impl Measurements<'_> {
             .is_some_and(|figures| !figures.turns.is_empty())
     }
 
-    /// Whether a setting was rendered whole.
+    /// Whether a setting was rendered as a whole picture, not in tiles.
     pub fn is_rendered_whole(&self, setting: &Setting) -> bool {
         self.figures(setting)
             .is_some_and(|figures| figures.whole_seconds.is_some())
     }
 
-    /// Returns the ratio of a setting's time to that of its first round on the same part of the
-    /// picture; `None` where time is out.
+    /// Renders a setting again on its first tiles and returns the ratio of the new time to the time
+    /// of its first round; `None` if the time runs out.
     fn drift(
         &self,
         setting: &Setting,
@@ -136,7 +138,8 @@ impl Measurements<'_> {
         Ok((before > 0.0 && after > 0.0).then(|| after / before))
     }
 
-    /// Returns the correction factor of the ratio of two settings' times.
+    /// Returns the factor that corrects the ratio of two settings' times for changes of the
+    /// machine's speed.
     pub(super) fn relative_drift(
         &self,
         figures: &SettingFigures,
@@ -161,8 +164,8 @@ impl Measurements<'_> {
         }
     }
 
-    /// Returns the correction factor of a setting's time. A setting that was not timed again has
-    /// drifted as the setting in use did.
+    /// Returns the factor that corrects a setting's time for changes of the machine's speed. A
+    /// setting that was not timed in turns gets the factor of the scene's own setting.
     pub(super) fn own_drift(&self, figures: &SettingFigures) -> ConfidenceInterval {
         if !figures.turns.is_empty() {
             return spread_of(figures.turns.clone());
@@ -185,7 +188,8 @@ impl Measurements<'_> {
     }
 }
 
-/// Returns the median of at least three turns, with an interval that fits their number.
+/// Returns the median of the ratios of at least three turns, with a confidence interval that fits
+/// the number of turns.
 fn spread_of(mut turns: Vec<f64>) -> ConfidenceInterval {
     turns.sort_by(f64::total_cmp);
     let (middle, last) = (turns.len() / 2, turns.len() - 1);
@@ -203,8 +207,8 @@ fn spread_of(mut turns: Vec<f64>) -> ConfidenceInterval {
     }
 }
 
-/// Returns the correction factor of a setting that was not timed again, where the compared setting
-/// drifted. The true factor lies between no drift and the same drift.
+/// Returns the correction factor of the ratio of two times, of which only one was measured in
+/// turns. The true factor lies between 1 and the median of these turns.
 fn unknown(turns: impl Iterator<Item = f64>) -> ConfidenceInterval {
     let drift = spread_of(turns.collect()).value;
     ConfidenceInterval {

@@ -1,5 +1,5 @@
-//! First look of a measurement: speed and noise of the picture by place, and the feasible rungs of
-//! the reference.
+//! Start of a measurement: the pilot pass finds time and noise of the tiles, and a trial finds the
+//! most exact rungs that the reference can use in the time.
 
 use std::time::Duration;
 
@@ -10,21 +10,23 @@ use super::{LOOK, MeasurementSession, REACH};
 use crate::ladder::{Ladder, RungChoice};
 use crate::prepare::PrepareError;
 
-/// Time limit of a rung in a tile: a multiple of the scene's own time, and a least duration.
+/// Time limit of a rung on the trial tile: this multiple of the time of the scene's own setting,
+/// and at least this duration.
 const PATIENCE: f64 = 20.0;
 const LEAST_PATIENCE: Duration = Duration::from_secs(2);
 
-/// Edges of tiles: the longest edge for which the time suffices for enough tiles, or the last.
+/// Tile edges in pixels: the longest with which the time suffices for enough tiles is used, or the
+/// last.
 const EDGES: [u32; 2] = [32, 16];
 const ENOUGH_TILES: usize = 24;
-/// Tiles from which the time of a tile is estimated.
+/// Number of tiles from which the time of a tile is first estimated.
 const FIRST_LOOK: usize = 8;
 /// Least number of tiles of a picture, down to an edge of eight pixels.
 const FEWEST_TILES: f64 = 48.0;
 
 impl MeasurementSession<'_> {
-    /// Divides the picture into tiles, by the time of a tile; `edge` is given by an existing
-    /// reference.
+    /// Divides the picture into tiles, so small that enough of them can be measured. `edge` is the
+    /// tile edge in pixels of a reused reference.
     pub(super) fn grid(
         &mut self,
         renderer: &Renderer<'_>,
@@ -41,7 +43,8 @@ impl MeasurementSession<'_> {
             seed: self.settings.seed,
         };
         let grid = value_of(edge.unwrap_or(fitting.min(EDGES[0])));
-        // The first picture of a scene also takes the time of preparation and memory allocation.
+        // The first render of a scene also includes preparation and memory allocation, so the
+        // second is timed.
         let order = grid.spread_order();
         let tiles = &order[..FIRST_LOOK.min(order.len())];
         renderer
@@ -68,7 +71,8 @@ impl MeasurementSession<'_> {
         })
     }
 
-    /// Looks at more and more tiles while time remains.
+    /// Renders tiles with few samples, in growing numbers while time remains, and returns time and
+    /// noise of each.
     pub fn look(
         &mut self,
         renderer: &Renderer<'_>,
@@ -96,9 +100,11 @@ impl MeasurementSession<'_> {
         Ok(looks)
     }
 
-    /// Returns the most exact feasible rung of each ladder but samples, tested on the slowest tile.
-    /// Paths that divide at glass and mirrors double their number of ends with each segment. Rungs
-    /// not tested within the time stay as they are. The ratio of the times of a sample is stored.
+    /// Returns the most exact rung of each ladder but samples that renders the slowest tile within
+    /// its time limit. The limit matters for Whitted paths, which divide at glass and mirrors, so
+    /// that their number doubles with each segment. A ladder that is not tested in time keeps the
+    /// scene's rung. Stores the ratio of the times of a reference sample and a sample of the
+    /// scene's own setting.
     pub fn within_reach(
         &mut self,
         renderer: &Renderer<'_>,
@@ -137,8 +143,8 @@ impl MeasurementSession<'_> {
                     0,
                     end,
                 ))? {
-                    // Ladders without bias keep their rung: slower rungs gain less than more
-                    // samples.
+                    // A ladder without bias keeps the scene's rung, because a slower rung gains
+                    // less than more samples.
                     Some(_) if ladder.is_free_of_bias() => break,
                     Some(_) => {
                         exact = exact.with(choice);

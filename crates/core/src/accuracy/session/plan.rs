@@ -1,9 +1,9 @@
-//! Plan of a measurement, decided once from the speed of the first look: the number of samples of
-//! the reference, and the number of tiles on which all settings are measured before any setting
-//! gets more.
+//! Plan of a measurement, made once from the speed of the pilot pass: the number of samples of the
+//! reference, and the number of tiles on which each setting is measured before any setting gets
+//! more tiles.
 //!
-//! Every plan has the same settings in the same order, and reserves twice their expected time, so
-//! that a machine that becomes slower drops none. The remaining time goes to more tiles for
+//! Every plan has the same settings in the same order. It reserves twice their expected time, so
+//! that none is dropped when the machine becomes slower. The remaining time goes to more tiles for
 //! promising settings.
 
 use super::super::ProgressListener;
@@ -16,46 +16,46 @@ use super::{HALVES, MeasurementSession, PILOTS, REFERENCE, RUNGS, samples_of};
 use crate::ladder::{Ladder, RungChoice};
 use crate::prepare::PrepareError;
 
-/// Multiple of the samples in use for the reference, its least number and its greatest number of
-/// samples.
+/// Number of samples of the reference: this multiple of the scene's own number, with the least and
+/// the greatest number.
 const BETTER: u32 = 4;
 const LEAST_REFERENCE: u32 = 64;
 const MOST_REFERENCE: u32 = 16_384;
-/// Fewest tiles of a measurement, where the picture has as many.
+/// Least number of tiles of a setting, if the picture has as many.
 const FEWEST: usize = 6;
-/// Share of the time for rungs that their expected time may fill.
+/// Share of the time for rungs that the plan fills by expected times.
 const CAREFUL: f64 = 0.5;
-/// Share of all time for a reference with more samples than necessary.
+/// Largest share of the time budget for a reference with more samples than necessary.
 const SPARE: f64 = 0.1;
-/// Share of the remaining time that a single setting may take.
+/// Largest share of the remaining time that a single setting may take.
 const MOST_OF_REST: f64 = 0.35;
-/// Rounds of most settings. A single round does not separate bias from noise.
+/// Number of rounds of most settings. A single round does not separate bias from noise.
 pub(super) const ROUNDS: u64 = 2;
-/// Share of the tiles for less common rungs, where time is short.
+/// Share of the tiles on which less important ladders are measured if the time is short.
 const REST: f64 = 1.0 / 3.0;
-/// Share of all time for one denoised picture of the whole.
+/// Largest share of the time budget for one denoised picture of the whole.
 const WHOLE: f64 = 0.1;
-/// Share of all time for both pilots.
+/// Largest share of the time budget for both pilots.
 const BOTH_PILOTS: f64 = 0.16;
-/// The ladders that most users change.
+/// Ladders that most users change.
 const NUMBERS: [Ladder; 2] = [Ladder::Samples, Ladder::Reconstruction];
-/// Ratio of the times of a denoised and a noisy picture.
+/// Assumed ratio of the time of a denoised picture to the time of a noisy picture.
 const FILTER: f64 = 1.3;
 
-/// Plan of a measurement.
+/// Plan of a measurement: samples of the reference, and numbers of tiles and settings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct MeasurementPlan {
     pub reference_samples: u32,
-    /// Tiles of the most important settings, except those that take long.
+    /// Number of tiles of the most important settings; slow settings get fewer.
     pub tiles: usize,
-    /// Tiles of all other settings.
+    /// Number of tiles of all other settings.
     rest: usize,
-    /// Number of settings on these tiles.
+    /// Number of planned settings.
     settings: usize,
 }
 
 impl MeasurementPlan {
-    /// Describes the plan in words.
+    /// Returns the description of the plan that the progress listener gets.
     pub(super) fn told(&self, sample: &TileSample) -> String {
         let Self {
             reference_samples,
@@ -76,8 +76,8 @@ impl MeasurementPlan {
     }
 }
 
-/// A setting, the setting to which it is compared, and whether its pictures are kept for
-/// comparisons.
+/// Setting to be measured, with its ladder, the setting whose pictures it is compared with, and
+/// whether its own pictures are kept for comparisons.
 struct PlannedSetting {
     setting: Setting,
     ladder: Ladder,
@@ -86,7 +86,8 @@ struct PlannedSetting {
 }
 
 impl PlannedSetting {
-    /// Whether the ladder is among the most important.
+    /// Whether the setting belongs to one of the most important ladders, which are measured on more
+    /// tiles.
     fn is_telling(&self) -> bool {
         matches!(
             self.ladder,
@@ -101,7 +102,7 @@ impl MeasurementSession<'_> {
         let (tile_sample, budget) = (self.tile_sample(grid), self.effort.budget.as_secs_f64());
         let mut reference_samples = self.least_reference();
         let fitting = self.fitting(grid, 1.0);
-        // Leaving out only a few of the tiles is not worthwhile.
+        // If nearly all tiles fit, all are measured.
         let is_all = fitting + fitting / 4 >= sample.most();
         let enough = |tiles: usize| tiles.max(FEWEST).min(sample.most());
         let tiles = if is_all {
@@ -130,8 +131,8 @@ impl MeasurementSession<'_> {
         }
     }
 
-    /// Renders the pilots with as many samples as the time allows, where a setting is denoised and
-    /// not all of the picture is measured.
+    /// Renders the pilots with as many samples as their share of the time allows. They are needed
+    /// if a setting is denoised and not all tiles are measured.
     pub(super) fn pilots(
         &self,
         plan: &MeasurementPlan,
@@ -167,19 +168,20 @@ impl MeasurementSession<'_> {
         Ok(())
     }
 
-    /// Returns the expected wall-clock seconds of a denoised picture of the whole.
+    /// Returns the expected wall-clock seconds of a denoised picture of the whole with this number
+    /// of samples per pixel.
     fn whole_cost(&self, samples: u32) -> f64 {
         let [width, height] = self.settings.size.map(f64::from);
         self.pace * width * height * f64::from(samples) * FILTER
     }
 
-    /// Returns the most samples with which denoised pictures are rendered whole.
+    /// Returns the largest number of samples with which a denoised setting is rendered as a whole
+    /// picture.
     fn whole_samples(&self) -> u32 {
         (WHOLE * self.effort.budget.as_secs_f64() / self.whole_cost(1).max(1e-12)) as u32
     }
 
-    /// Whether a setting is denoised and rendered whole, although not all of the picture is
-    /// measured.
+    /// Whether a setting is denoised and has so few samples that it is rendered as a whole picture.
     fn is_by_the_whole(&self, setting: &Setting) -> bool {
         let (_, settings) = setting.applied(self.scene, &self.settings);
         settings.denoise && settings.sampling.count() <= self.whole_samples()
@@ -193,13 +195,13 @@ impl MeasurementSession<'_> {
             .clamp(LEAST_REFERENCE, u32::from(u16::MAX) * 4)
     }
 
-    /// Returns the wall-clock seconds of a sample of all pixels of a tile.
+    /// Returns the expected wall-clock seconds of one sample for each pixel of a tile.
     fn tile_sample(&self, grid: &TileGrid) -> f64 {
         self.pace * f64::from(grid.size[0]) * f64::from(grid.size[1]) / grid.count() as f64
     }
 
-    /// Returns the number of tiles for which time suffices, where all but the most important
-    /// settings are measured on a share of them.
+    /// Returns the number of tiles for which the time suffices, if less important settings are
+    /// measured on the share `rest` of the tiles.
     pub(super) fn fitting(&self, grid: &TileGrid, rest: f64) -> usize {
         let (items, maximum) = (self.items(), self.most(grid));
         let cost = |item: &PlannedSetting| {
@@ -218,8 +220,8 @@ impl MeasurementSession<'_> {
         (time / a_tile.max(1e-12)) as usize
     }
 
-    /// Returns the samples of a setting on a tile in all its rounds, the denoiser's margin
-    /// included; zero where the whole picture is rendered.
+    /// Returns the cost of a setting on a tile, in samples per pixel of the tile: samples times
+    /// rounds, with the denoiser's margin. Zero for a setting that is rendered as a whole picture.
     pub(super) fn cost(&self, setting: &Setting, grid: &TileGrid) -> f64 {
         if self.is_by_the_whole(setting) {
             return 0.0;
@@ -234,8 +236,9 @@ impl MeasurementSession<'_> {
         self.rounds(setting) as f64 * f64::from(self.samples(setting)) * wide * wide
     }
 
-    /// Returns the number of rounds. Settings with more samples are rendered once, because they
-    /// share the bias of those with fewer. So are long denoised pictures of the whole.
+    /// Returns the number of rounds of a setting. A setting with more samples than the scene's is
+    /// rendered once, because its bias is that of the settings with fewer samples. A denoised
+    /// picture of the whole is rendered once if it takes long.
     pub(super) fn rounds(&self, setting: &Setting) -> u64 {
         let samples = self.samples(setting);
         let is_long =
@@ -247,7 +250,8 @@ impl MeasurementSession<'_> {
         }
     }
 
-    /// Returns the expected wall-clock seconds of a setting.
+    /// Returns the expected wall-clock seconds of a setting on this number of tiles, in all its
+    /// rounds.
     pub(super) fn expected(&self, setting: &Setting, tiles: usize, grid: &TileGrid) -> f64 {
         match self.is_by_the_whole(setting) {
             true => self.rounds(setting) as f64 * self.whole_cost(self.samples(setting)),
@@ -255,20 +259,21 @@ impl MeasurementSession<'_> {
         }
     }
 
-    /// Returns the cost, in samples per tile, above which a setting is measured on fewer tiles than
-    /// the others.
+    /// Returns the cost, in samples per pixel of a tile, above which a setting is measured on fewer
+    /// tiles.
     fn most(&self, grid: &TileGrid) -> f64 {
         2.0 * self.cost(&Setting::default(), grid)
     }
 
-    /// Returns the number of tiles of a setting where most settings have `tiles`.
+    /// Returns the number of tiles on which a setting is measured: `tiles`, or fewer for a slow
+    /// setting.
     pub(super) fn tiles_of(&self, setting: &Setting, tiles: usize, sample: &TileSample) -> usize {
         let share = (self.most(&sample.grid) / self.cost(setting, &sample.grid)).min(1.0);
         ((tiles as f64 * share) as usize).max(FEWEST.min(tiles))
     }
 
-    /// Returns the sample counts up to those that halve the error, with the cheap ones also
-    /// denoised.
+    /// Returns the settings that change samples or denoising alone, with sample counts up to those
+    /// that halve the error. Denoised settings are included if they are rendered as whole pictures.
     pub(super) fn numbers_of_samples(&self) -> Vec<Setting> {
         let is_near = |setting: &Setting| {
             self.samples(setting) <= HALVES.saturating_mul(self.settings.sampling.count())
@@ -287,10 +292,9 @@ impl MeasurementSession<'_> {
             .collect()
     }
 
-    /// Returns every setting of the plan in order of importance: the scene's own; sample counts
-    /// that may be worthwhile, with and without denoising; the setting on which the other rungs are
-    /// measured; these rungs, each ladder's most exact first; and larger sample counts than most
-    /// users need.
+    /// Returns every setting of the plan in order of importance: the scene's own setting and the
+    /// baseline; sample counts up to those that halve the error, with and without denoising; the
+    /// rungs of all other ladders, each ladder's most exact rung first; and larger sample counts.
     fn items(&self) -> Vec<PlannedSetting> {
         let item = |setting: Setting, ladder: Ladder| PlannedSetting {
             setting,
@@ -366,8 +370,8 @@ impl MeasurementSession<'_> {
         all
     }
 
-    /// Measures every setting of the plan in turn. Returns the compared settings, with their
-    /// ladders.
+    /// Measures every setting of the plan. Returns the settings that were compared with another
+    /// setting under the same random numbers, with their ladders.
     pub(super) fn rungs(
         &mut self,
         plan: &MeasurementPlan,
@@ -376,7 +380,8 @@ impl MeasurementSession<'_> {
     ) -> Result<Vec<(Setting, Ladder)>, PrepareError> {
         let mut pairs = Vec::new();
         if measurements.sample.is_whole(plan.tiles) {
-            // The first picture of a size also takes the time of its memory allocation.
+            // The first picture of a size also includes the time of memory allocation, so it is not
+            // measured.
             let first = measurements.renderer.render_setting(
                 &Setting::default(),
                 &[],
@@ -401,7 +406,7 @@ impl MeasurementSession<'_> {
             let left = self.left(RUNGS);
             let expected = self.expected(&setting, tiles, &measurements.sample.grid);
             if i > 0 && expected > MOST_OF_REST * left {
-                // It would take the time of many others, and perhaps not finish.
+                // This setting would take the time of many others, and perhaps not finish.
                 self.cut_short = true;
                 continue;
             }

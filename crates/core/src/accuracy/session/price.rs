@@ -1,4 +1,5 @@
-//! Costs in time and memory: rungs that do not change pictures, and the effects of the scene.
+//! Costs of rungs that do not change pictures, in time and memory, and costs of the scene's
+//! effects.
 
 use super::super::ProgressListener;
 use super::super::effects::{EffectBench, EffectCosts};
@@ -7,7 +8,8 @@ use super::super::report::{PriceReport, RungPrice};
 use super::{COSTS, MeasurementSession, PRICES};
 use crate::prepare::PrepareError;
 
-/// Maps the progress of a part to its range of the whole.
+/// Progress listener that maps the progress of a stage, 0 to 1, to its range of the whole
+/// measurement.
 struct ProgressRange<'a> {
     listener: &'a mut dyn ProgressListener,
     from: f64,
@@ -53,7 +55,8 @@ impl MeasurementSession<'_> {
         Ok(reports)
     }
 
-    /// Measures the cost of each effect; `None` without time for any.
+    /// Measures the cost of each effect of the scene; `None` if the time does not suffice for one
+    /// effect.
     pub fn costs(
         &mut self,
         listener: &mut dyn ProgressListener,

@@ -1,4 +1,4 @@
-//! Rows of the report: ladders, combinations, and pictures for comparison.
+//! Rows of the report: the rungs of a ladder, combinations of rungs, and pictures for comparison.
 
 use super::super::ConfidenceInterval;
 use super::super::measurements::Measurements;
@@ -23,8 +23,8 @@ impl MeasurementSession<'_> {
         let rung = |choice: RungChoice| {
             let setting = self.setting(choice);
             let is_in_use = setting == beside;
-            // The most exact rung was compared with the one in use, and the others with the most
-            // exact one.
+            // The most exact rung was compared with the rung in use, and every other rung with the
+            // most exact rung.
             let pair = if is_in_use { &exact } else { &setting };
             let is_paired = own_errors.contains(&(pair.clone(), ladder));
             let own_error = match setting == exact {
@@ -52,8 +52,8 @@ impl MeasurementSession<'_> {
         }
     }
 
-    /// Returns the setting on which rungs other than sample counts were measured, where it is not
-    /// the scene's own.
+    /// Returns time and error of the baseline, the scene with fewer samples; `None` if the baseline
+    /// is the scene's own setting.
     pub(super) fn base_report(&self, measurements: &Measurements<'_>) -> Option<BaselineReport> {
         self.base.rung(Ladder::Samples)?;
         Some(BaselineReport {
@@ -62,7 +62,7 @@ impl MeasurementSession<'_> {
         })
     }
 
-    /// Returns the settings of several rungs that are not rows of a ladder.
+    /// Returns the measured settings with several changed rungs, which are not rows of a ladder.
     pub(super) fn combinations(
         &self,
         settings: &[Setting],
@@ -96,8 +96,9 @@ impl MeasurementSession<'_> {
         })
     }
 
-    /// Returns the pictures of the first tile, or of the whole picture where the whole was
-    /// measured: the reference, and the settings measured on it.
+    /// Returns the pictures for the report: of the first tile, or of the whole picture if all tiles
+    /// were measured. They are the reference and the first render of each setting with a single
+    /// changed rung.
     pub(super) fn pictures(
         &self,
         measurements: &Measurements<'_>,

@@ -1,4 +1,4 @@
-//! Times of the settings in the report's first sentences, measured in turns.
+//! Timing in turns of the recommended settings and of their closest competitors.
 
 use std::time::{Duration, Instant};
 
@@ -8,19 +8,19 @@ use super::super::setting::Setting;
 use super::{MeasurementSession, TURNS};
 use crate::prepare::PrepareError;
 
-/// Most settings timed in turns besides the named ones. The best of many settings is partly the one
-/// timed at the best moment.
+/// Largest number of settings timed in turns besides the recommended ones. Some settings look fast
+/// only because they were timed at a good moment.
 const MOST: usize = 6;
-/// Turns for which time is planned.
+/// Number of turns for which time is planned.
 const PLANNED: f64 = 4.0;
 
-/// Shares of the time for turns at which each pass ends; a pass may change the named setting.
+/// Shares of the time for turns at which each pass ends. A pass may change the recommended setting,
+/// which the next pass then times.
 const PASSES: [f64; 3] = [0.5, 0.7, 1.0];
 
 impl MeasurementSession<'_> {
-    /// Measures in turns the time of the setting in use, of the recommended settings and of their
-    /// closest competitors. If the recommendation changes, the newly recommended settings are
-    /// measured too.
+    /// Times in turns the scene's own setting, the recommended settings and their closest
+    /// competitors. If the recommendation changes, the newly recommended settings are timed too.
     pub(super) fn turns(
         &self,
         settings: &[Setting],
@@ -45,8 +45,8 @@ impl MeasurementSession<'_> {
         Ok(())
     }
 
-    /// Times as many of these settings in turns as time allows, the first ones first, on as many
-    /// tiles as fit.
+    /// Times the first of these settings in turns, as many settings and tiles as the time until
+    /// `end` allows.
     fn turns_until(
         &self,
         end: Instant,
@@ -88,7 +88,7 @@ impl MeasurementSession<'_> {
         measurements.time_in_turns(&chosen_settings, tiles, end)
     }
 
-    /// Returns the settings named beside the setting in use, and some of the Pareto front.
+    /// Returns the recommended settings and the first `maximum` settings of the Pareto front.
     fn contestants(
         &self,
         settings: &[Setting],

@@ -1,5 +1,5 @@
-//! Combinations of rungs that are worth their time: found by steps from the base setting, then
-//! measured on more tiles.
+//! Measurement of combinations of rungs: a greedy walk from the scene's own setting and from the
+//! baseline finds them, and promising settings are then measured on more tiles.
 
 use super::super::ProgressListener;
 use super::super::frontier::{FrontierPoint, LadderSteps, Surveyor, WalkDirection, pareto, walk};
@@ -13,14 +13,14 @@ use super::{AGAIN, HALVES, MeasurementSession, RUNGS, WALKS};
 use crate::ladder::{Ladder, RungChoice};
 use crate::prepare::PrepareError;
 
-/// Expected growth of the time per step when more tiles are added.
+/// Factor by which the number of tiles, and the expected time, grows per step.
 const GROWTH: f64 = 1.3;
-/// Most settings measured on more tiles, by their promise.
+/// Largest number of promising settings that are measured on more tiles.
 const MOST_AGAIN: usize = 6;
-/// Most settings in all that walks and pairs may measure.
+/// Largest number of measured settings up to which walks and pairs add settings.
 const MOST_SETTINGS: usize = 56;
 
-/// A walk through a session's measurements.
+/// Measurement of the settings of a walk by a session.
 struct SettingSurvey<'s, 'a, 'm> {
     session: &'s MeasurementSession<'a>,
     plan: &'s MeasurementPlan,
@@ -76,7 +76,7 @@ impl Surveyor for SettingSurvey<'_, '_, '_> {
 }
 
 impl MeasurementSession<'_> {
-    /// Returns every measured setting, including the results of walks.
+    /// Measures combinations of rungs by walks and pairs, and returns every measured setting.
     pub(super) fn walks(
         &mut self,
         plan: &MeasurementPlan,
@@ -107,7 +107,7 @@ impl MeasurementSession<'_> {
                 break;
             }
         }
-        // Where the walks end early, the remaining time goes to more tiles.
+        // If the walks end early, the remaining time goes to more tiles.
         let end = self
             .instant_at(WALKS)
             .min((self.now)() + self.effort.budget.mul_f64(WALKS - RUNGS));
@@ -131,9 +131,9 @@ impl MeasurementSession<'_> {
         failed.map_or_else(|| Ok(measurements.settings()), Err)
     }
 
-    /// Returns pairs of a sample count and another rung that no walk measured, the sound ones
-    /// first, up to a total number of settings. The end of a walk depends on noise; the number of
-    /// measured settings must not.
+    /// Returns pairs of a sample count and another rung that no walk measured, recommendable rungs
+    /// first, up to the largest number of settings. The length of a walk depends on noise; with the
+    /// pairs, the number of measured settings does not.
     fn sweep(&self, measurements: &Measurements<'_>) -> Vec<Setting> {
         let settings = measurements.settings();
         let is_paired =
@@ -166,7 +166,8 @@ impl MeasurementSession<'_> {
         pairs
     }
 
-    /// Returns the steps of a walk that starts at a setting.
+    /// Returns the steps of a walk with the rungs of `start` as its starting rungs. Ladders without
+    /// that rung are left out.
     fn from(&self, start: &Setting, steps: &[LadderSteps]) -> Vec<LadderSteps> {
         let at = |steps: &LadderSteps| {
             let rung_choice = start.rung(steps.ladder);
@@ -182,12 +183,12 @@ impl MeasurementSession<'_> {
         steps.iter().filter_map(at).collect()
     }
 
-    /// Returns the measured, sound rungs of a ladder; `None` where the scene's own rung is not
-    /// among them.
+    /// Returns the measured, recommendable rungs of a ladder with time and error; `None` if the
+    /// scene's own rung was not measured.
     ///
     /// The error of a rung is its difference to the ladder's most exact rung with the same random
-    /// numbers. Against the noise of few samples this error would be invisible, and yet it decides
-    /// the value of many samples.
+    /// numbers. The noise of few samples would hide this error, but with many samples the error
+    /// dominates.
     fn steps(&self, ladder: Ladder, measurements: &Measurements<'_>) -> Option<LadderSteps> {
         let in_use = ladder.in_use(self.scene, &self.settings);
         let (exact, beside) = (self.most_exact(ladder), self.beside(ladder));
@@ -255,8 +256,8 @@ impl MeasurementSession<'_> {
             .is_some_and(|(measured, own_measured)| is_sound(setting, &measured, &own_measured))
     }
 
-    /// Measures promising settings on more tiles, chunk by chunk, or with more random numbers where
-    /// all tiles were measured. The best of many settings is partly the luckiest.
+    /// Measures promising settings on more tiles, chunk by chunk, or in more rounds if all tiles
+    /// were measured. Some settings look good only by chance, which more tiles reveal.
     pub(super) fn again(
         &mut self,
         settings: &[Setting],
@@ -298,7 +299,7 @@ impl MeasurementSession<'_> {
             if sample.is_whole(tiles) {
                 return self.all_again(&chosen_settings, measurements, listener);
             }
-            // The next chunk takes longer in proportion to its size.
+            // The time of the next chunk grows with its size.
             if (self.now)() + ((self.now)() - before).mul_f64(GROWTH) > end {
                 break;
             }
@@ -306,8 +307,8 @@ impl MeasurementSession<'_> {
         Ok(())
     }
 
-    /// Returns the setting in use, common sample counts, the settings named so far, and others by
-    /// their promise.
+    /// Returns the settings to be measured on more tiles: the scene's own, common sample counts,
+    /// the settings recommended so far, and others of the Pareto front.
     fn promising(&self, settings: &[Setting], measurements: &Measurements<'_>) -> Vec<Setting> {
         let own_setting = Setting::default();
         let recommendations = self.recommend(settings, measurements);
@@ -335,7 +336,7 @@ impl MeasurementSession<'_> {
         chosen_settings
     }
 
-    /// Measures settings on all tiles that they lack, since slow settings have fewer, and then in
+    /// Measures settings on the tiles that they lack, because slow settings have fewer, and then in
     /// more rounds.
     fn all_again(
         &self,
@@ -376,7 +377,7 @@ impl MeasurementSession<'_> {
         Ok(())
     }
 
-    /// Returns the settings on the Pareto front, and the report's first sentences.
+    /// Returns the settings on the Pareto front with time and error, and the recommended settings.
     pub(super) fn frontier(
         &self,
         settings: &[Setting],
@@ -414,8 +415,8 @@ impl MeasurementSession<'_> {
         )
     }
 
-    /// Returns the measured, sound settings on the Pareto front; of two of equal value, the simpler
-    /// one.
+    /// Returns the measured, recommendable settings on the Pareto front. Of settings with equal
+    /// time and error, the one with the fewest changed rungs is returned.
     pub(super) fn unbeaten(
         &self,
         known_settings: &[Setting],
