@@ -1,6 +1,7 @@
-//! Early exits, before a run has any result to keep: the first Ctrl-C, the end of the time budget,
-//! and the memory limit. Loading and preparation run in parsers, decoders and builders that need no
-//! cancellation checks and hold no file open for writing.
+//! Early stage of a run: loading and preparation, before a result exists that could be kept. The
+//! first Ctrl-C, the end of the time budget and the memory limit end the program in this stage at
+//! once, because parsers, decoders and builders check for no cancellation and hold no file open for
+//! writing.
 
 use std::ffi::OsStr;
 use std::io::{self, IsTerminal, Write};
@@ -19,35 +20,35 @@ use crate::failure::{Exit, Failure};
 use crate::preparation::NOTHING_KEPT;
 use crate::threads;
 
-/// Whether a run is still in its early stage. The thread that clears the flag ends that stage, and
-/// perhaps the program.
+/// Whether a run is in its early stage. The thread that clears the flag ends the stage or the
+/// program, so that two threads never do both.
 static IS_UNDER_WAY: AtomicBool = AtomicBool::new(false);
 
-/// Whether the program was asked to stop. A request may arrive before the early stage begins, when
-/// the flag of that stage is still clear.
+/// Whether a request to stop has arrived. Such a request may arrive before the early stage begins,
+/// and then ends the program when the stage begins.
 static IS_INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
-/// Name of the input and its memory limit, in words, for the message of a refused allocation.
+/// Name of the input and its memory limit as text, for the message about a refused allocation.
 static SUBJECT: Mutex<Option<[String; 2]>> = Mutex::new(None);
 
-/// Memory of the program itself without any scene: threads, tables and texts.
+/// Memory of the program itself without any scene, in bytes: threads, tables and texts.
 const OWN_BYTES: u64 = 16 << 20;
 
-/// Advice for too little memory or time.
+/// Advice in messages about too little memory or time.
 const RAISE: &str = "raise the limit with --max-memory, or ";
 const LESS: &str = "show fewer objects, coarser meshes and smaller images";
 
-/// Least time for loading and preparation, whatever the budget: a busy machine needs a part of this
-/// second to start.
+/// Least time for loading and preparation, whatever the budget. A busy machine needs a part of this
+/// second to start the program.
 const LEAST_TIME: Duration = Duration::from_secs(1);
 
-/// Guard of a run's early stage, which ends when the guard is dropped.
+/// Guard of a run's early stage; the stage ends when the guard is dropped.
 #[must_use]
 pub struct Beginning(());
 
 impl Beginning {
-    /// Begins a run over the input `name` with a limit in bytes and, where given, a start and a
-    /// time budget.
+    /// Starts the early stage of a run that loads `name`, with a memory limit in bytes and, where
+    /// given, the start of the run and its time budget.
     pub fn of(
         name: &OsStr,
         memory: u64,
@@ -89,7 +90,8 @@ impl Drop for Beginning {
     }
 }
 
-/// Ends the program if the run is in its early stage: for the first Ctrl-C.
+/// Ends the program if the run is in its early stage. The handler of Ctrl-C calls this function
+/// first.
 pub fn interrupt() {
     IS_INTERRUPTED.store(true, Ordering::SeqCst);
     end(Exit::Interrupted, || {
@@ -97,8 +99,8 @@ pub fn interrupt() {
     });
 }
 
-/// Sets the handler of refused allocations: a message and the exit code of limits, for memory that
-/// no limit check covered beforehand.
+/// Installs the handler of refused allocations. The handler prints a message and ends the program
+/// with the exit code of limits, where no check of a limit foresaw the allocation.
 pub fn watch_memory() {
     on_heap_refusal(refuse);
 }
@@ -122,19 +124,21 @@ fn late(name: &str, budget: Duration) -> Failure {
     .with_hint(format_args!("give it a larger --budget, or {LESS}"))
 }
 
-/// Reports on standard error, without allocating, that memory has run out, and ends the program.
+/// Reports on standard error that memory has run out, and ends the program. The report allocates no
+/// memory.
 fn refuse(refusal: Refusal) -> ! {
     static ONCE: AtomicBool = AtomicBool::new(false);
     if ONCE.swap(true, Ordering::SeqCst) {
         park();
     }
-    // A thread that swaps the flag after this store finds the early stage over.
+    // After this store, another thread that swaps the flag finds the early stage over and does not
+    // end the program too.
     IS_UNDER_WAY.store(false, Ordering::SeqCst);
     clear_line();
     let mut out = io::stderr().lock();
     let subject = SUBJECT.try_lock().ok();
     let subject = subject.as_deref().and_then(Option::as_ref);
-    // A failed write to standard error cannot be reported anywhere.
+    // A failed write to standard error can be reported nowhere.
     let _ = match (refusal, subject) {
         (Refusal::Limit, Some([name, limit])) => {
             writeln!(
@@ -156,7 +160,7 @@ fn refuse(refusal: Refusal) -> ! {
     exit(Exit::Limit as i32)
 }
 
-/// Erases a progress bar from the terminal.
+/// Erases the line of a progress bar, if standard error is a terminal.
 fn clear_line() {
     let mut out = io::stderr().lock();
     if out.is_terminal() {
@@ -164,7 +168,7 @@ fn clear_line() {
     }
 }
 
-/// Waits for another thread to end the program.
+/// Blocks the calling thread until another thread ends the program.
 fn park() -> ! {
     loop {
         thread::park();
@@ -172,7 +176,7 @@ fn park() -> ! {
 }
 
 fn set_subject(subject: Option<[String; 2]>) {
-    // The old value is dropped after the lock is released, because the drop frees memory.
+    // The drop of the old value frees memory, so that it comes after the release of the lock.
     let _before = SUBJECT
         .lock()
         .map(|mut current| core::mem::replace(&mut *current, subject));

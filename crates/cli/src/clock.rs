@@ -5,7 +5,7 @@ use std::time::Instant;
 use raywright_core::bench::clock::process_seconds;
 use serde::Serialize;
 
-/// Seconds of each stage.
+/// Wall-clock seconds of each stage of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Seconds {
     /// Load and validation of the scene.
@@ -16,14 +16,14 @@ pub struct Seconds {
     pub render: f64,
     /// Writing of pictures.
     pub write: f64,
-    /// From the start of the program to the end of the last finished stage.
+    /// Seconds from the start of the program to the end of the last finished stage.
     pub total: f64,
     /// CPU seconds of all threads during ray tracing, independent of other programs; wall-clock
     /// seconds where the system reports no CPU time.
     pub render_cpu: f64,
 }
 
-/// Clock of successive stages.
+/// Stopwatch of the successive stages of a run.
 #[derive(Clone, Copy, Debug)]
 pub struct Clock {
     start: Instant,
@@ -32,7 +32,7 @@ pub struct Clock {
 }
 
 impl Clock {
-    /// Starts the first stage.
+    /// Starts the stopwatch at the begin of the first stage.
     pub fn start() -> Self {
         let now = Instant::now();
         Self {
@@ -42,12 +42,13 @@ impl Clock {
         }
     }
 
-    /// Returns the seconds since the end of the last stage, and starts the next.
+    /// Ends a stage: returns its wall-clock seconds, and starts the next stage.
     pub fn lap(&mut self) -> f64 {
         self.lap_with_cpu()[0]
     }
 
-    /// The same with the CPU seconds of all threads in that stage.
+    /// Ends a stage: returns its wall-clock seconds and the CPU seconds of all threads, and starts
+    /// the next stage.
     pub fn lap_with_cpu(&mut self) -> [f64; 2] {
         let (now, cpu) = (Instant::now(), process_seconds());
         let seconds = now
@@ -56,18 +57,19 @@ impl Clock {
         [seconds, cpu - std::mem::replace(&mut self.last_cpu, cpu)]
     }
 
-    /// Time of the start.
+    /// Returns the time at which the first stage started.
     pub fn began(&self) -> Instant {
         self.start
     }
 
-    /// Seconds since the start.
+    /// Returns the wall-clock seconds since the first stage started.
     pub fn total(&self) -> f64 {
         self.start.elapsed().as_secs_f64()
     }
 }
 
-/// Formats a duration: `35 ms`, `1.24 s`, `75.0 s`, `12 min 5 s`.
+/// Formats seconds with about three digits in the unit that fits: `35 ms`, `1.24 s`, `75.0 s`, `12
+/// min 5 s`.
 pub fn format_duration(seconds: f64) -> String {
     match seconds {
         s if s < 0.9995 => format!("{:.0} ms", s * 1e3),

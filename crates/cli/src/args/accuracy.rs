@@ -32,7 +32,7 @@ pub struct AccuracyArgs {
     #[command(flatten)]
     pub changes: SceneArgs,
 
-    /// The settings that others are compared with.
+    /// Settings that all other settings are compared with.
     #[command(flatten)]
     pub choices: ChoiceArgs,
 
@@ -40,7 +40,7 @@ pub struct AccuracyArgs {
     #[arg(long, value_name = "NAME", value_parser = names::variants::<Integrator>())]
     pub integrator: Option<Integrator>,
 
-    /// Total time, such as 90s or 5min; renders end when it is over
+    /// Total time, such as 90s or 5min; renders end when the time is over
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, default_value = "60s", value_parser = values::duration)]
     pub budget: Duration,
 
@@ -48,16 +48,16 @@ pub struct AccuracyArgs {
     #[arg(long, value_name = "WxH", allow_hyphen_values = true, value_parser = values::size)]
     pub size: Option<[u32; 2]>,
 
-    /// Number of renders, each with other random numbers, of every setting worth naming, where the
-    /// whole picture is measured; fewer where time runs out
+    /// Renders of each candidate setting, each with other random numbers, where all tiles of the
+    /// picture are measured; fewer where time runs out
     #[arg(long, value_name = "K", allow_hyphen_values = true, default_value_t = 5, value_parser = clap::value_parser!(u32).range(2..=1000))]
     pub rounds: u32,
 
-    /// Keep the reference picture in this file, or compare with the one in it
+    /// Keep the reference picture in this file or, if the file exists, compare with its picture
     #[arg(long, value_name = "FILE")]
     pub reference: Option<PathBuf>,
 
-    /// Threads [default: one for each processor]
+    /// Number of threads [default: one for each processor]
     #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = clap::value_parser!(u32).range(1..=1024))]
     pub threads: Option<u32>,
 

@@ -72,7 +72,7 @@ pub struct BenchArgs {
     pub plot: Option<PathBuf>,
 }
 
-/// Parses a rung of the build ladder.
+/// Parses a rung of the ladder `build`, such as `high`.
 fn build(text: &str) -> Result<BuildQuality, String> {
     let names = || {
         Ladder::Build
@@ -85,7 +85,7 @@ fn build(text: &str) -> Result<BuildQuality, String> {
     build_quality(text).ok_or_else(|| format!("expected one of {}", names()))
 }
 
-/// Parses a measuring time in seconds.
+/// Parses a measuring time in seconds, from 0.001 to 86400.
 fn seconds(text: &str) -> Result<f64, String> {
     match values::number(text)? {
         seconds if (0.001..=86_400.0).contains(&seconds) => Ok(seconds),
@@ -106,7 +106,7 @@ pub enum Shapes {
 }
 
 impl Shapes {
-    /// The kinds of primitives to measure.
+    /// Returns the kinds of generated primitives to measure: one kind, or both.
     pub fn kinds(self) -> Vec<GeneratedKind> {
         match self {
             Self::Spheres => vec![GeneratedKind::Spheres],

@@ -49,9 +49,9 @@ pub struct CompareArgs {
     #[arg(long, value_name = "DB", allow_hyphen_values = true, value_parser = values::number, help_heading = "Thresholds")]
     pub min_psnr: Option<f64>,
 
-    /// Fail if the pictures differ by more than their noise, read from the layer stderr of an .exr
-    /// or from a .film; a picture without either counts as noiseless. Blocks of all sizes are
-    /// tested, from 16 pixels to the whole
+    /// Fail if the pictures differ by more than their noise. The noise is read from the layer
+    /// stderr of an .exr or from a .film; a picture without either counts as noiseless. Blocks of
+    /// all sizes are tested, from 16 pixels wide to the whole picture
     #[arg(long, help_heading = "Thresholds")]
     pub noise: bool,
 
@@ -69,12 +69,13 @@ pub struct CompareArgs {
     #[arg(long, value_name = "STOPS", value_parser = values::number, allow_hyphen_values = true, help_heading = "Display of .exr")]
     pub exposure: Option<f64>,
 
-    /// Tone map of .exr pictures in that comparison [default: as their files say, or
+    /// Tone map of .exr pictures in the perceptual comparison [default: as their files say, or
     /// khronos-neutral]
     #[arg(long, value_name = "NAME", value_parser = names::variants::<ToneMap>(), help_heading = "Display of .exr")]
     pub tonemap: Option<ToneMap>,
 
-    /// Transfer curve of .exr pictures in that comparison [default: as their files say, or srgb]
+    /// Transfer curve of .exr pictures in the perceptual comparison [default: as their files say,
+    /// or srgb]
     #[arg(long, value_name = "CURVE", value_parser = names::variants::<TransferCurve>(), help_heading = "Display of .exr")]
     pub gamma: Option<TransferCurve>,
 
@@ -84,7 +85,7 @@ pub struct CompareArgs {
 }
 
 impl CompareArgs {
-    /// Whether any threshold is given.
+    /// Whether any threshold on a measure is given; `--noise` is none.
     pub fn has_threshold(&self) -> bool {
         [
             self.max_rmse,

@@ -39,7 +39,7 @@ use clap_complete::Shell;
 
 use crate::console::{ColorChoice, Verbosity};
 
-/// Name of the preset that is rendered by default. No other preset's name is known to the program.
+/// Name of the default preset, the only preset name that the program's code contains.
 pub const DEFAULT_PRESET: &str = "whitted";
 
 fn examples() -> String {
@@ -104,7 +104,7 @@ pub struct MessageArgs {
 }
 
 impl MessageArgs {
-    /// Amount of messages.
+    /// Returns the amount of messages that `--quiet` and `--verbose` select.
     pub fn verbosity(self) -> Verbosity {
         match (self.quiet, self.verbose) {
             (true, _) => Verbosity::Quiet,

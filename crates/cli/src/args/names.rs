@@ -1,5 +1,5 @@
-//! Flags whose values are the variants of a data type. The names come from the type's own serde
-//! names, so that scene files and the command line cannot diverge and no table is kept by hand.
+//! Parsers of flags whose values are the variants of an enum. The accepted names are the enum's
+//! serde names, which scene files use too; no second table is kept by hand.
 
 use std::fmt;
 
@@ -7,15 +7,15 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use raywright_core::settings::Aov;
 use serde::de::{DeserializeOwned, IntoDeserializer};
 
-/// A clap parser for the unit variants of `T`; clap lists them in the help and suggests the nearest
-/// one.
+/// Returns a clap parser that accepts the serde names of the unit variants of `T`. Clap lists the
+/// names in the help and suggests the nearest name for a misspelled word.
 pub fn variants<T: DeserializeOwned + Clone + Send + Sync + 'static>()
 -> impl TypedValueParser<Value = T> {
     PossibleValuesParser::new(names::<T>())
         .try_map(|name| parse::<T>(&name).map_err(|RefusedVariant(_)| UnknownName(name)))
 }
 
-/// A clap parser for the layers of an EXR picture.
+/// Returns a clap parser for the names of layers of an EXR picture.
 pub fn aov() -> impl TypedValueParser<Value = Aov> {
     let find = |name: String| {
         Aov::ALL
@@ -27,7 +27,7 @@ pub fn aov() -> impl TypedValueParser<Value = Aov> {
     PossibleValuesParser::new(Aov::ALL.map(|(name, _)| name)).try_map(find)
 }
 
-/// Serde's error for an unknown variant: the known variants.
+/// Error for a name that is no variant of an enum. The field holds the names of all variants.
 #[derive(Debug)]
 pub(crate) struct RefusedVariant(&'static [&'static str]);
 
@@ -48,7 +48,7 @@ impl serde::de::Error for RefusedVariant {
     }
 }
 
-/// A name accepted by the list of possible values and then refused by the type.
+/// Error for a name in clap's list of values that the enum refuses. The field holds the name.
 #[derive(Debug)]
 struct UnknownName(String);
 
@@ -60,12 +60,12 @@ impl fmt::Display for UnknownName {
 
 impl std::error::Error for UnknownName {}
 
-/// Parses the name of a variant.
+/// Parses a variant of `T` by its serde name.
 pub(crate) fn parse<T: DeserializeOwned>(name: &str) -> Result<T, RefusedVariant> {
     T::deserialize(IntoDeserializer::<RefusedVariant>::into_deserializer(name))
 }
 
-/// Names of all variants, in the order of the type.
+/// Returns the serde names of all variants of `T`, in the order of their declaration.
 fn names<T: DeserializeOwned>() -> &'static [&'static str] {
     parse::<T>("")
         .err()

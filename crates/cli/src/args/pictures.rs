@@ -1,4 +1,4 @@
-//! Requested pictures: limits of samples, views, times and shares.
+//! Values of flags that select the pictures of a run: samples, views, times and shares.
 
 use raywright_core::Settings;
 use raywright_core::framing::View;
@@ -11,67 +11,67 @@ pub const MOST_SAMPLES: u32 = Settings::MOST_SAMPLES;
 pub enum Exposure {
     /// A number of stops.
     Stops(f64),
-    /// The exposure that suits the picture.
+    /// Whole stops, chosen from the rendered picture.
     Auto,
 }
 
-/// Value of pixels whose rays hit nothing.
+/// Value of pixels whose rays hit nothing, from `--background`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum BackgroundChoice {
-    /// The sky, or a studio's backdrop.
+    /// The radiance of the sky, or of a studio's backdrop.
     Environment,
     /// No background: coverage is kept.
     Transparent,
-    /// A colour by its sRGB-encoded values in 0..1, which are the values of its codes.
+    /// A colour with these sRGB-encoded values in 0..1: its 8-bit codes over 255.
     Colour([f64; 3]),
 }
 
-/// Views with their names.
+/// Views of `--views` with their names, in the order of the flag.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Views(pub Vec<(String, View)>);
 
-/// Times of a film, in seconds: from `from` up to `to` at a rate per second. An infinite `to`
+/// Times of `--frames` in seconds: from `from` up to `to` at a rate per second. An infinite `to`
 /// stands for the end of the animation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frames {
-    /// First time.
+    /// First time, in seconds.
     pub from: f64,
-    /// End of the times, exclusive.
+    /// End of the times in seconds, exclusive.
     pub to: f64,
     /// Pictures per second.
     pub rate: f64,
 }
 
 impl Frames {
-    /// Largest number of times.
+    /// Largest number of times in a run.
     pub const MOST: f64 = 1e5;
 
-    /// All times in order.
+    /// Returns all times in seconds, in ascending order; at least one.
     pub fn times(self) -> impl Iterator<Item = f64> {
         let count = ((self.to - self.from) * self.rate - 1e-9).ceil().max(1.0) as u32;
         (0..count).map(move |i| self.from + f64::from(i) / self.rate)
     }
 }
 
-/// Address of tev.
+/// Network address of tev, an image viewer.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TevAddress {
-    /// Host name or address.
+    /// Host name or IP address.
     pub host: String,
-    /// Port.
+    /// TCP port.
     pub port: u16,
 }
 
 impl TevAddress {
-    /// Default port of tev.
+    /// Default TCP port of tev.
     pub const PORT: u16 = 14158;
 }
 
-/// One of several shares of a picture.
+/// A share of a picture, from `--part K/N`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PictureShare {
     /// Number of the share, counted from one.
     pub number: u32,
-    /// Number of shares.
+    /// Number of shares of the picture.
     pub of: u32,
 }

@@ -55,8 +55,8 @@ pub struct RenderArgs {
     #[arg(short, long = "output", value_name = "OUT", action = ArgAction::Append)]
     pub outputs: Vec<PathBuf>,
 
-    /// Write all pictures side by side into one, .png, each with its name below; without -o no
-    /// other picture is written
+    /// Write all pictures side by side into one .png, each with its name below. Without -o no other
+    /// picture is written
     #[arg(long, value_name = "FILE")]
     pub sheet: Option<PathBuf>,
 
@@ -64,14 +64,13 @@ pub struct RenderArgs {
     #[arg(long)]
     pub allow_empty: bool,
 
-    /// Leave out the origin of pictures, so that equal pixels are equal files. Without -o, a
-    /// picture without origin is not replaced
+    /// Leave the picture's origin out of its metadata: equal pixels then give equal files. A later
+    /// run without -o does not replace such a file
     #[arg(long)]
     pub no_metadata: bool,
 
-    /// Layers to add to an .exr output, separated by commas: albedo, normal, position, emission
-    /// (lamps and sky as seen), depth, object, material, samples (how many), stderr (standard
-    /// error)
+    /// Layers to add to an .exr output, separated by commas: albedo, normal, position, emission (of
+    /// lamps and sky), depth, object, material, samples (their number), stderr (standard error)
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = names::aov(), hide_possible_values = true)]
     pub aov: Vec<Aov>,
 
@@ -87,7 +86,7 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub light: LightArgs,
 
-    /// Rungs and switches.
+    /// Chosen rungs and switched-off effects.
     #[command(flatten)]
     pub choices: ChoiceArgs,
 
@@ -123,30 +122,30 @@ pub struct ViewArgs {
 
     /// Show the whole scene from a direction: front, back, left, right, top, bottom, iso, or
     /// azimuth and elevation in degrees (0,0 is the front, on the +z side, 90,0 the right)
-    /// [default: the scene's camera; without one slightly above and to the side, flat things and
-    /// open rooms from their front]
+    /// [default: the scene's camera; without a camera from slightly above and to the side, flat
+    /// things and open rooms from their front]
     #[arg(long, value_name = "VIEW|AZ,EL", value_parser = values::view, allow_hyphen_values = true,
         conflicts_with_all = ["camera", "eye", "target"])]
     pub view: Option<View>,
 
-    /// One picture from each of these views, separated by commas; named SCENE-VIEW.png, or numbered
-    /// where %04d is in the name
+    /// One picture from each of these views, separated by commas. The files are named
+    /// SCENE-VIEW.png, or numbered where the name of -o contains %04d
     #[arg(long, value_name = "LIST", value_parser = values::views, allow_hyphen_values = true,
         conflicts_with_all = ["view", "camera", "eye", "target", "turntable", "frames"])]
     pub views: Option<Views>,
 
-    /// N pictures once around the whole scene, at the height of the current view
+    /// N pictures from a full circle around the whole scene, at the elevation of the current view
     #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = clap::value_parser!(u32).range(1..=3600),
         conflicts_with_all = ["camera", "eye", "target", "frames"])]
     pub turntable: Option<u32>,
 
-    /// One picture for each time from A up to, but not at, B seconds, at this rate per second, such
-    /// as 0..2:25; all:25 is the whole length of a model's animation. Each picture equals that of
-    /// --at
+    /// One picture for each time from A up to, but not at, B seconds, at FPS pictures per second,
+    /// such as 0..2:25; all:25 is the whole length of a model's animation. Each picture equals the
+    /// picture of --at with the same time
     #[arg(long, value_name = "A..B:FPS|all:FPS", value_parser = values::frames, allow_hyphen_values = true, conflicts_with = "at")]
     pub frames: Option<Frames>,
 
-    /// Enlarge the middle of the picture
+    /// Enlarge the middle of the picture by this factor
     #[arg(long, value_name = "X", allow_hyphen_values = true, value_parser = values::zoom)]
     pub zoom: Option<f64>,
 
@@ -162,29 +161,29 @@ pub struct ViewArgs {
     #[arg(skip)]
     pub up: Option<[f64; 3]>,
 
-    /// Vertical field of view in degrees; a view of the whole scene still shows all of it
+    /// Vertical field of view in degrees; --view still shows the whole scene
     #[arg(long, value_name = "DEG", allow_hyphen_values = true, value_parser = values::field_of_view)]
     pub fov: Option<f64>,
 
-    /// Fit of a picture whose shape differs from the camera's: all of the camera's view and more at
-    /// two sides (contain), or a part of it (cover) [default: of glTF cameras contain; otherwise
-    /// the height is kept, or what the scene's `fit` says]
+    /// Fit of a picture whose aspect ratio differs from the camera's: contain shows the camera's
+    /// whole view and more at two sides, cover shows a part of the view [default: contain for glTF
+    /// cameras; for others the scene's `fit`, or the vertical field of view is kept]
     #[arg(long, value_name = "contain|cover", value_parser = values::fit, conflicts_with_all = ["view", "views", "turntable", "fov"])]
     pub fit: Option<Fit>,
 
-    /// Render only these pixels, counted from the top left; their values are those of the whole
-    /// picture
+    /// Render only this rectangle of pixels, counted from the top left; the pixels have the same
+    /// values as in the whole picture
     #[arg(long, value_name = "X,Y,W,H", allow_hyphen_values = true, value_parser = values::crop)]
     pub crop: Option<Crop>,
 
-    /// Draw the edges of the model's own triangles, a pixel wide, on the first surface the camera
-    /// sees; finer on triangles of a few pixels. Spheres and other shapes have no such edges. With
-    /// --material clay to judge shapes
+    /// Draw the edges of the model's own triangles, a pixel wide, on the first surface that the
+    /// camera sees; finer on triangles of a few pixels. Spheres and other shapes have no such
+    /// edges. Useful with --material clay to judge shapes
     #[arg(long)]
     pub wireframe: bool,
 
     /// Background where rays hit nothing: env (the sky), transparent, or a colour such as white,
-    /// #e6b219 or rgb(230,178,25), which .png, .jpg and .webp show with exactly these codes,
+    /// #e6b219 or rgb(230,178,25). .png, .jpg and .webp show the colour with exactly these codes,
     /// whatever exposure and tone map are; .exr has its linear value. R,G,B are linear, from 0 to
     /// 1. The shadow on a studio's ground stays: under transparent as alpha [default: env]
     #[arg(long, value_name = "env|transparent|COLOUR", allow_hyphen_values = true, value_parser = values::background)]
@@ -195,13 +194,14 @@ pub struct ViewArgs {
 #[derive(Clone, Debug, Default, Args)]
 #[command(next_help_heading = "Light")]
 pub struct LightArgs {
-    /// Integrator; auto takes the one that suits the scene [default: the scene's; models auto]
+    /// Integrator; auto takes the integrator that suits the scene [default: the scene's; models
+    /// auto]
     #[arg(long, value_name = "NAME", value_parser = names::variants::<Integrator>())]
     pub integrator: Option<Integrator>,
 
-    /// Samples a pixel: time grows with it, noise falls with its square root. The count of the
-    /// scene's fixed pattern keeps the pattern; 1 then is the pixel centre [default: the scene's;
-    /// models 64]
+    /// Samples a pixel: time grows with the number, noise falls with its square root. In a scene
+    /// with a fixed sample pattern, the pattern's own count keeps the pattern, and 1 is the pixel
+    /// centre [default: the scene's; models 64]
     #[arg(long, value_name = "N", value_parser = values::samples, allow_hyphen_values = true)]
     pub spp: Option<u32>,
 
@@ -211,24 +211,24 @@ pub struct LightArgs {
     #[arg(long)]
     pub denoise: bool,
 
-    /// A quick preview: at most 16 samples, denoised, half as wide and as high, at most 640x360,
-    /// unless --size says otherwise. The fixed pattern of a scene stays as it is
+    /// A quick preview: at most 16 samples a pixel, denoised, half as wide and as high, at most
+    /// 640x360, unless --size says otherwise. The fixed sample pattern of a scene stays as it is
     #[arg(long, conflicts_with_all = ["spp", "max_error", "budget", "replay", "resume"])]
     pub quick: bool,
 
-    /// Add samples where the error is largest until the root relMSE is below E, by the upper end of
-    /// its 95 % interval: 0.1 is grainy, 0.02 clean; at most --spp samples a pixel, or the number
-    /// that --budget allows; with --denoise E limits the denoised picture's error [default: every
-    /// pixel takes --spp]
+    /// Add samples where the error is largest, until the upper end of the 95 % interval of the root
+    /// relMSE is below E: 0.1 is grainy, 0.02 clean. A pixel takes at most --spp samples, or the
+    /// number that --budget allows. With --denoise, E limits the error of the denoised picture
+    /// [default: every pixel takes --spp]
     #[arg(long, value_name = "E", allow_hyphen_values = true, value_parser = values::max_error)]
     pub max_error: Option<f64>,
 
-    /// Ray segments of a light path, 1 to 64, or unlimited: only Russian roulette then ends paths;
-    /// 1 is the camera ray alone [default: the scene's; models 8]
+    /// Largest number of ray segments in a light path, 1 to 64, or unlimited, where Russian
+    /// roulette alone ends paths; 1 is the camera ray alone [default: the scene's; models 8]
     #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = depth)]
     pub max_depth: Option<u32>,
 
-    /// Limit on the radiance of a sample; brighter samples are dimmed to it: fewer fireflies, but
+    /// Largest radiance of a sample; brighter samples are dimmed to it. Fireflies become fewer, but
     /// light is lost, and the picture is biased [default: no limit]
     #[arg(long, value_name = "X", allow_hyphen_values = true, value_parser = limit)]
     pub clamp: Option<f64>,
@@ -243,7 +243,7 @@ pub struct LightArgs {
     pub precision: Option<Precision>,
 }
 
-/// A rung of the arithmetic ladder.
+/// A rung of the ladder `precision`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Precision {
     /// Single precision storage with double precision where hits are decided
@@ -265,8 +265,8 @@ impl From<Precision> for PrecisionChoice {
 #[derive(Clone, Debug, Default, Args)]
 #[command(next_help_heading = "Display (PNG)")]
 pub struct DisplayArgs {
-    /// Brighten by stops: 1 doubles, -1 halves; auto takes the whole stops by which at most a tenth
-    /// of the picture is clipped or black, those of the first picture where a scene has several
+    /// Brighten by stops: 1 doubles, -1 halves. auto chooses whole stops with which at most a tenth
+    /// of the picture is clipped or black; all pictures of a scene take the stops of the first
     /// [default: the scene's; for models 0]
     #[arg(long, value_name = "STOPS|auto", value_parser = values::exposure, allow_hyphen_values = true)]
     pub exposure: Option<Exposure>,
@@ -288,7 +288,8 @@ pub struct DisplayArgs {
 #[derive(Clone, Debug, Default, Args)]
 #[command(next_help_heading = "Machine")]
 pub struct MachineArgs {
-    /// Threads; the picture does not depend on it [default: one for each processor]
+    /// Number of threads; the picture does not depend on the number [default: one for each
+    /// processor]
     #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = clap::value_parser!(u32).range(1..=1024))]
     pub threads: Option<u32>,
 
@@ -296,7 +297,7 @@ pub struct MachineArgs {
     #[arg(long, value_name = "BYTES", allow_hyphen_values = true, value_parser = values::bytes)]
     pub max_memory: Option<u64>,
 
-    /// Acceleration structure; the picture does not depend on it [default: bvh]
+    /// Acceleration structure; the picture does not depend on the structure [default: bvh]
     #[arg(long, value_name = "NAME", value_enum)]
     pub accel: Option<Accelerator>,
 }
@@ -306,8 +307,8 @@ pub struct MachineArgs {
 #[command(next_help_heading = "Long renders")]
 pub struct FilmArgs {
     /// Render as many samples as the time allows, counted from the program's start, such as 10s or
-    /// 5min: at least one pass over the picture, unless a second or more are over before the render
-    /// can begin (exit code 5), at most --spp [default: no limit; with it, up to 65536 samples]
+    /// 5min: at least one pass over the picture, at most --spp. Exit code 5 if the time is over
+    /// before the render can begin [default: no limit; with it, up to 65536 samples]
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = values::duration)]
     pub budget: Option<Duration>,
 
@@ -315,18 +316,19 @@ pub struct FilmArgs {
     #[arg(long, value_name = "FILE")]
     pub checkpoint: Option<PathBuf>,
 
-    /// Continue from this file with the same scene and flags; --spp may be larger. The picture has
-    /// the same bits as a single run
+    /// Continue from this film file with the same scene and flags; --spp may be larger. The picture
+    /// has the same bits as a single run
     #[arg(long, value_name = "FILE")]
     pub resume: Option<PathBuf>,
 
-    /// Take the sample counts of this file, tile by tile, with the same scene and flags but
-    /// --budget: the bits of a render that a budget ended, whose file --checkpoint wrote
+    /// Take the sample counts of this film file, tile by tile, with the same scene and flags except
+    /// --budget. The picture has the same bits as the render that --budget ended and --checkpoint
+    /// kept in the file
     #[arg(long, value_name = "FILE", conflicts_with_all = ["budget", "resume", "part"])]
     pub replay: Option<PathBuf>,
 
     /// Render only the Kth of N shares of the picture into the file of --checkpoint; `raywright
-    /// merge` makes one picture of all of them
+    /// merge` makes one picture of all shares
     #[arg(long, value_name = "K/N", allow_hyphen_values = true, value_parser = values::share)]
     pub part: Option<PictureShare>,
 }
@@ -362,12 +364,13 @@ pub struct ReportArgs {
     pub hash: bool,
 
     /// Write the unfinished picture to this file at each doubling of the samples, for an image
-    /// viewer; the file is always complete. At the end it is the picture
+    /// viewer. The file is complete at any time, and at the end holds the finished picture
     #[arg(long, value_name = "FILE.png")]
     pub preview: Option<PathBuf>,
 
-    /// Show the same stages in tev, an image viewer, with their layers: denoised where requested,
-    /// and standard errors [default host and port: 127.0.0.1:14158]
+    /// Show the picture in tev, an image viewer, at each doubling of the samples, with its layers,
+    /// the denoised picture where requested, and standard errors [default host and port:
+    /// 127.0.0.1:14158]
     #[arg(long, value_name = "tev[:HOST:PORT]", value_parser = values::tev)]
     pub display: Option<TevAddress>,
 
@@ -391,7 +394,7 @@ pub enum ProgressStyle {
     None,
 }
 
-/// Parses a number of segments, or `unlimited`.
+/// Parses the largest number of ray segments in a path, or `unlimited`.
 fn depth(text: &str) -> Result<u32, String> {
     if text == "unlimited" {
         return Ok(Settings::UNLIMITED);
@@ -407,7 +410,7 @@ fn depth(text: &str) -> Result<u32, String> {
     }
 }
 
-/// Parses a radiance above zero.
+/// Parses the limit of `--clamp`, a finite radiance above zero.
 fn limit(text: &str) -> Result<f64, String> {
     let number = text
         .parse()

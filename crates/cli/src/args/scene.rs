@@ -10,7 +10,7 @@ use raywright_io::{EnvironmentSource, GroundRule, Section, WarningCode};
 
 use super::values;
 
-/// The scene, and changes to it.
+/// Changes to the scene or model.
 #[derive(Clone, Debug, Default, Args)]
 pub struct SceneArgs {
     /// Time in seconds at which the scene's expressions are evaluated, or a glTF file's animations
@@ -36,20 +36,20 @@ pub struct SceneArgs {
     #[arg(long, value_name = "NAME|INDEX|all")]
     pub animation: Option<String>,
 
-    /// What is up: an axis of a model (y, z, x, -y, -z, -x), which turns the model before studio,
+    /// Up direction: an axis of a model (y, z, x, -y, -z, -x), which turns the model before studio,
     /// views and films are set up; or a direction X,Y,Z, which turns only the camera [default: y;
     /// of STL z]
     #[arg(long, value_name = "AXIS|X,Y,Z", value_parser = values::up, allow_hyphen_values = true)]
     pub up: Option<values::Up>,
 
-    /// What every surface is made of, to judge shapes: clay, a matte neutral grey. Alpha cut-outs
-    /// stay cut out, glass becomes opaque, lamps still emit light
+    /// Material of every surface, to judge shapes: clay, a matte neutral grey. Alpha cut-outs stay
+    /// cut out, glass becomes opaque, lamps still emit light
     #[arg(long, value_name = "clay", value_parser = values::material)]
     pub material: Option<values::MaterialChoice>,
 
-    /// Cut models: x=0.3 keeps the side below 0.3 along x, in units of the file after its up axis
-    /// is turned to y; x=30% measures through the box around everything; -x=0.3 keeps the other
-    /// side. Closed meshes get a cap of their own material, grey where images colour that material;
+    /// Cut models: x=0.3 keeps the side below 0.3 along x, -x=0.3 the side above, in units of the
+    /// file after its up axis is turned to y. x=30% is measured through the box around everything.
+    /// Closed meshes get a cap of their own material, grey where images colour that material;
     /// shapes that are no meshes stay whole
     #[arg(long, value_name = "AXIS=VALUE", value_parser = values::section, allow_hyphen_values = true)]
     pub section: Option<Section>,
@@ -60,9 +60,9 @@ pub struct SceneArgs {
     pub env: Option<EnvironmentSource>,
 
     /// Light the scene by the default studio in place of its own lights and sky. A model without
-    /// lights gets the studio anyway: soft key, fill and rim lights that turn with the camera, a
-    /// backdrop that is dark behind bright models and light behind dark ones, and a ground that
-    /// shows only shadows; --env none leaves all of it out
+    /// lights gets the studio anyway. The studio has soft key, fill and rim lights that turn with
+    /// the camera, a backdrop that is dark behind bright models and light behind dark models, and a
+    /// ground that shows only shadows; --env none leaves out all of these
     #[arg(long, conflicts_with = "env")]
     pub studio: bool,
 
@@ -70,12 +70,13 @@ pub struct SceneArgs {
     #[arg(long, value_name = "auto|none", value_parser = values::ground, default_value = "auto", hide_default_value = true)]
     pub ground: GroundRule,
 
-    /// Backdrop of the studio, for all pictures of a run: dark, light, or auto: dark behind a
-    /// bright first model and light behind a dark one
+    /// Backdrop of the studio, the same for all pictures of a run: dark, light, or auto, which is
+    /// dark behind a bright first model and light behind a dark first model
     #[arg(long, value_name = "auto|dark|light", value_parser = values::backdrop)]
     pub backdrop: Option<values::Backdrop>,
 
-    /// Turn the environment by this many degrees about +y: 90 shows along +z what was along +x
+    /// Turn the environment by this many degrees about +y: 90 shows along +z the part that was
+    /// along +x
     #[arg(long, value_name = "DEG", value_parser = values::number, allow_hyphen_values = true)]
     pub env_rotation: Option<f64>,
 
@@ -83,7 +84,8 @@ pub struct SceneArgs {
     #[arg(long, value_name = "X", value_parser = values::at_least_zero, allow_hyphen_values = true)]
     pub env_strength: Option<f64>,
 
-    /// Read files that the scene names outside its folder, too: by absolute paths, `..` and links
+    /// Read files outside the scene's folder, too, if the scene names them by absolute paths, `..`
+    /// or links
     #[arg(long)]
     pub allow_outside: bool,
 }
@@ -119,7 +121,7 @@ pub struct ExplainArgs {
     #[command(flatten)]
     pub changes: SceneArgs,
 
-    /// Rungs and switches.
+    /// Chosen rungs and switched-off effects.
     #[command(flatten)]
     pub choices: ChoiceArgs,
 

@@ -18,7 +18,7 @@ Examples:
   raywright stability --cases T01,P21         Some of them
   raywright stability --rays all -o page.html All rays, to a page with a plot of the margins too")]
 pub struct StabilityArgs {
-    /// Numbers of the cases to measure, separated by commas; without it, all
+    /// Numbers of the cases to measure, separated by commas [default: all]
     #[arg(long, value_name = "LIST", value_delimiter = ',')]
     pub cases: Vec<String>,
 
@@ -30,8 +30,8 @@ pub struct StabilityArgs {
     #[arg(long)]
     pub json: bool,
 
-    /// Also write a page with plot and table, or by the file's ending: .svg the plot of margins,
-    /// .md the table, .json
+    /// Also write a file, chosen by its ending: .html a page with plot and table, .svg the plot of
+    /// margins, .md the table, .json
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
 }

@@ -31,7 +31,7 @@ pub struct StressArgs {
     #[command(flatten)]
     pub changes: SceneArgs,
 
-    /// Rungs and switches.
+    /// Chosen rungs and switched-off effects.
     #[command(flatten)]
     pub choices: ChoiceArgs,
 
@@ -52,7 +52,7 @@ pub struct StressArgs {
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, default_value = "30s", value_parser = values::duration)]
     pub budget: Duration,
 
-    /// Threads [default: one for each processor]
+    /// Number of threads [default: one for each processor]
     #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = clap::value_parser!(u32).range(1..=1024))]
     pub threads: Option<u32>,
 
@@ -73,13 +73,13 @@ pub struct StressArgs {
     pub output: Option<PathBuf>,
 }
 
-/// Mildest denied finding.
+/// Mildest severity that `--deny` turns into exit code 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum DeniedSeverity {
     /// Findings that make the picture wrong
     #[default]
     PictureWrong,
-    /// Also findings that make it slow or noisy
+    /// Also findings that make the picture slow or noisy
     SlowOrNoisy,
     /// All findings
     Harmless,

@@ -1,7 +1,7 @@
-//! Values of flags that are more than a number or a word: sizes, vectors, rectangles, assignments,
-//! amounts of memory.
+//! Parsers of flags whose values are more than a number or a word: sizes, vectors, rectangles,
+//! assignments, amounts of memory.
 //!
-//! The error of each parser names the expected form; clap adds the flag and the value.
+//! The error of each parser names the expected form; clap adds the flag and its value.
 
 use std::path::{Path, PathBuf};
 
@@ -125,8 +125,7 @@ pub fn number(text: &str) -> Result<f64, String> {
     }
 }
 
-/// Parses a target for the root relMSE. The least target is half a millionth, the error of 65536
-/// samples of well-behaved noise.
+/// Parses a target for the root relMSE, from 1e-6 to 1, as a number or in percent.
 pub fn max_error(text: &str) -> Result<f64, String> {
     let percent = text.trim().strip_suffix('%');
     let value = percent.map_or_else(|| number(text), |percent| Ok(number(percent)? / 100.0))?;
@@ -144,7 +143,7 @@ pub fn at_least_zero(text: &str) -> Result<f64, String> {
     }
 }
 
-/// Parses a small probability above zero.
+/// Parses the probability of a false alarm, from 1e-9 to 0.5.
 pub fn level(text: &str) -> Result<f64, String> {
     match number(text)? {
         value if (1e-9..=0.5).contains(&value) => Ok(value),
@@ -152,7 +151,7 @@ pub fn level(text: &str) -> Result<f64, String> {
     }
 }
 
-/// Parses an opening angle in degrees, above 0 and below 180.
+/// Parses a field of view in degrees, above 0 and below 180.
 pub fn field_of_view(text: &str) -> Result<f64, String> {
     match number(text)? {
         value if value > 0.0 && value < 180.0 => Ok(value),
@@ -173,7 +172,7 @@ pub fn tev(text: &str) -> Result<TevAddress, String> {
         Some(rest) => rest.strip_prefix(':').ok_or(EXPECTED)?,
         None => return Err(EXPECTED.to_owned()),
     };
-    // The colons of an IPv6 address stand in brackets.
+    // An IPv6 address contains colons and is written in brackets.
     let (host, port) = match rest.rsplit_once(':') {
         Some((host, port)) if !port.ends_with(']') => (host, port.parse().map_err(|_| EXPECTED)?),
         _ => (rest, TevAddress::PORT),
@@ -189,7 +188,7 @@ pub fn tev(text: &str) -> Result<TevAddress, String> {
     }
 }
 
-/// Splits at commas into exactly `N` parts that all parse.
+/// Parses exactly `N` values separated by commas; `None` for any other text.
 fn list<T: FromStr, const N: usize>(text: &str) -> Option<[T; N]> {
     let parts: Vec<T> = text
         .split(',')
@@ -198,7 +197,7 @@ fn list<T: FromStr, const N: usize>(text: &str) -> Option<[T; N]> {
     parts.try_into().ok()
 }
 
-/// Parses a point or direction, `x,y,z`.
+/// Parses a point or direction, `x,y,z`, of finite numbers.
 pub fn triple(text: &str) -> Result<[f64; 3], String> {
     match list::<f64, 3>(text) {
         Some(triple) if triple.iter().all(|v| v.is_finite()) => Ok(triple),
@@ -206,7 +205,7 @@ pub fn triple(text: &str) -> Result<[f64; 3], String> {
     }
 }
 
-/// The up direction: an axis of a model or a direction of the camera.
+/// Up direction: an axis of a model or a direction of the camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Up {
     /// The axis of a model that is turned to +y.
@@ -215,7 +214,7 @@ pub enum Up {
     Direction([f64; 3]),
 }
 
-/// Parses an axis or three numbers.
+/// Parses an up direction: an axis of a model, such as `-z`, or three numbers.
 pub fn up(text: &str) -> Result<Up, String> {
     match (text.parse::<UpAxis>(), triple(text)) {
         (Ok(axis), _) => Ok(Up::Axis(axis)),
@@ -224,7 +223,7 @@ pub fn up(text: &str) -> Result<Up, String> {
     }
 }
 
-/// Parses a rectangle of pixels, `x,y,w,h`.
+/// Parses a rectangle of pixels, `x,y,width,height`, with at least one pixel.
 pub fn crop(text: &str) -> Result<Crop, String> {
     match list::<u32, 4>(text) {
         Some([x, y, width, height]) if width > 0 && height > 0 => Ok(Crop {
@@ -270,10 +269,10 @@ pub fn bytes(text: &str) -> Result<u64, String> {
     }
 }
 
-/// Parses a background: `env`, `transparent` or a colour. A colour given as codes keeps exactly
-/// those codes.
+/// Parses a background: `env`, `transparent` or a colour. A colour given by its 8-bit codes keeps
+/// exactly those codes.
 pub fn background(text: &str) -> Result<BackgroundChoice, String> {
-    // Codes of white stay white; the rounding of the curve would give a value slightly below.
+    // Linear 1 becomes exactly 1; the rounding of the curve would give a value slightly below.
     let encoded = |linear: [f64; 3]| {
         linear.map(|value| {
             if value == 1.0 {
@@ -295,7 +294,7 @@ pub fn background(text: &str) -> Result<BackgroundChoice, String> {
     }
 }
 
-/// Parses an environment: `none`, `default` or a file with any name.
+/// Returns a clap parser of environments: `none`, `default`, or a file with any other name.
 pub fn environment() -> impl TypedValueParser<Value = EnvironmentSource> {
     OsStringValueParser::new().try_map(|text| match text.to_str() {
         Some("none") => Ok(EnvironmentSource::None),
@@ -303,7 +302,7 @@ pub fn environment() -> impl TypedValueParser<Value = EnvironmentSource> {
         Some("studio") if !Path::new(&text).exists() => {
             Err("the studio has a flag of its own: --studio")
         }
-        // Without such a file, a plain word is more likely a misspelled name.
+        // A word without dot and slash that is no existing file is probably a misspelled name.
         Some(word) if !word.contains(['.', '/']) && !Path::new(&text).exists() => {
             Err("expected none, default or an equirectangular picture (.hdr, .exr, .png, .jpg)")
         }
@@ -311,7 +310,7 @@ pub fn environment() -> impl TypedValueParser<Value = EnvironmentSource> {
     })
 }
 
-/// Parses the samples per pixel.
+/// Parses the number of samples per pixel, from 1 to [`MOST_SAMPLES`].
 pub fn samples(text: &str) -> Result<u32, String> {
     let number = text
         .trim()
@@ -323,7 +322,7 @@ pub fn samples(text: &str) -> Result<u32, String> {
     })
 }
 
-/// Parses the ground of a studio.
+/// Parses the ground of a studio, `auto` or `none`.
 pub fn ground(text: &str) -> Result<GroundRule, String> {
     match text {
         "auto" => Ok(GroundRule::Auto),
@@ -332,7 +331,7 @@ pub fn ground(text: &str) -> Result<GroundRule, String> {
     }
 }
 
-/// Material of every surface.
+/// Material that replaces the material of every surface, from `--material`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MaterialChoice {
     /// A matte neutral grey.
@@ -348,19 +347,20 @@ pub fn material(text: &str) -> Result<MaterialChoice, String> {
     }
 }
 
-/// Parses a cut across an axis.
+/// Parses a cut across an axis, such as `x=0.3` or `-x=30%`.
 pub fn section(text: &str) -> Result<Section, String> {
     text.parse()
 }
 
-/// Backdrop of a studio.
+/// Backdrop of a studio, from `--backdrop`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Backdrop {
-    /// The backdrop that contrasts with the first model of a run, unless its file sets it.
+    /// Dark behind a bright first model of the run, light behind a dark first model, unless the
+    /// file sets the backdrop.
     Auto,
-    /// The backdrop behind bright models.
+    /// The dark backdrop, which suits bright models.
     Dark,
-    /// The backdrop behind dark models.
+    /// The light backdrop, which suits dark models.
     Light,
 }
 
@@ -372,7 +372,7 @@ impl Backdrop {
         ("light", Self::Light),
     ];
 
-    /// Name of the backdrop.
+    /// Returns the backdrop's name on the command line.
     pub fn name(self) -> &'static str {
         Self::NAMED
             .iter()
@@ -380,7 +380,7 @@ impl Backdrop {
             .map_or("auto", |(name, _)| name)
     }
 
-    /// Radiance of the backdrop; `None` for `auto`.
+    /// Returns the radiance of the backdrop; `None` for `auto`.
     pub fn radiance(self) -> Option<f64> {
         match self {
             Self::Auto => None,
@@ -420,7 +420,7 @@ pub fn view(text: &str) -> Result<View, String> {
     }
 }
 
-/// Parses views separated by commas: names, or pairs of degrees.
+/// Parses views separated by commas: names such as `front`, or pairs of degrees `AZ,EL`.
 pub fn views(text: &str) -> Result<Views, String> {
     let mut parts = text.split(',');
     let mut views = Vec::new();
@@ -437,7 +437,7 @@ pub fn views(text: &str) -> Result<Views, String> {
     Ok(Views(views))
 }
 
-/// Parses the times of a film, `A..B:FPS`, at most 100,000.
+/// Parses the times of a film, `A..B:FPS` with at most 100,000 pictures, or `all:FPS`.
 pub fn frames(text: &str) -> Result<Frames, String> {
     let expected = || {
         "expected A..B:FPS, such as 0..2:25 for two seconds of 25 pictures each, or all:25 for all of a model's animation"
@@ -475,7 +475,7 @@ pub fn frames(text: &str) -> Result<Frames, String> {
     }
 }
 
-/// Parses a factor above zero.
+/// Parses a zoom factor from 0.001 to 1000.
 pub fn zoom(text: &str) -> Result<f64, String> {
     match number(text)? {
         value if (1e-3..=1e3).contains(&value) => Ok(value),
@@ -483,7 +483,7 @@ pub fn zoom(text: &str) -> Result<f64, String> {
     }
 }
 
-/// Parses an effect that can be switched off, with hyphens for blanks.
+/// Parses the name of an effect that can be switched off, with hyphens in place of blanks.
 pub fn effect(text: &str) -> Result<Effect, String> {
     if let Some(effect) = Effect::from_name(&text.replace('-', " ")) {
         return if SWITCHABLE.has(effect) {
@@ -499,7 +499,8 @@ pub fn effect(text: &str) -> Result<Effect, String> {
     })
 }
 
-/// Names of all effects that can be switched off, as on the command line.
+/// Returns the names of all effects that can be switched off, as on the command line: separated by
+/// commas, with hyphens in place of blanks.
 pub fn effects() -> String {
     SWITCHABLE
         .iter()

@@ -21,7 +21,7 @@ pub struct ViewerArgs {
     #[command(flatten)]
     pub render: RenderArgs,
 
-    /// Render again when the scene, an image or a mesh changes on disk, with the camera where it is
+    /// Render again when the scene, an image or a mesh changes on disk, and keep the camera
     #[arg(long, help_heading = "Viewer")]
     pub watch: bool,
 

@@ -1,5 +1,5 @@
-//! `check`: whether files can be rendered, and every problem that prevents it. The check uses the
-//! default precision, so that coordinates lost in that precision are problems here too.
+//! `check`: whether files can be rendered, and every problem that prevents a picture. The check
+//! uses the default precision, so that coordinates that this precision loses are problems too.
 
 use raywright_core::{Settings, collapsed};
 use raywright_io::{Loaded, Severity, Warning, WarningCode};
@@ -14,27 +14,28 @@ use crate::{plan, scene_input};
 /// Version of the layout of [`CheckedFile`].
 const FORMAT: u32 = 2;
 
-/// Results for all files.
+/// Report of `check`: the results for all files.
 #[derive(Serialize)]
 struct CheckReport {
     format: u32,
     files: Vec<CheckedFile>,
 }
 
-/// Result for a file.
+/// Result of the check of a file.
 #[derive(Serialize)]
 struct CheckedFile {
     file: String,
     /// Whether the file can be rendered and, where warnings count as errors, has none.
     ok: bool,
-    /// Exit code of a check of this file alone.
+    /// Exit code that a check of this file alone has.
     code: u8,
-    /// Problem that prevents a picture.
+    /// Message of the problem that prevents a picture, if any.
     error: Option<String>,
     warnings: Vec<Warning>,
 }
 
-/// Loads and validates each file; the exit code is that of the first file with a problem.
+/// Runs `check`: loads and validates each file. The exit code is the code of the first file with a
+/// problem.
 pub fn run(args: &CheckArgs, verbosity: Verbosity) -> Result<(), Failure> {
     let mut report = CheckReport {
         format: FORMAT,
@@ -72,7 +73,8 @@ pub fn run(args: &CheckArgs, verbosity: Verbosity) -> Result<(), Failure> {
     }
 }
 
-/// Returns the scene unless the default precision loses a part of it.
+/// Refuses a scene of which the default precision loses a part, such as triangles far from the
+/// origin.
 fn right(loaded: Loaded) -> Result<Loaded, Failure> {
     let lost = collapsed(&loaded.scene, Settings::from_scene(&loaded.scene).precision);
     if lost.is_empty() {
@@ -82,7 +84,8 @@ fn right(loaded: Loaded) -> Result<Loaded, Failure> {
     }
 }
 
-/// Returns the result for a file, and the failure of a check of that file alone.
+/// Converts the outcome of a load to the result for a file, and to the failure that a check of this
+/// file alone has.
 fn judged(
     file: String,
     loaded: Result<Loaded, Failure>,
@@ -123,7 +126,7 @@ fn judged(
         ));
     }
     warnings.sort_by_key(|warning| std::cmp::Reverse(warning.severity()));
-    // Notes on automatic choices are no problem of the picture.
+    // Notes report automatic choices, which `--deny-warnings` does not deny.
     let is_denied = |warning: &&Warning| {
         warning.severity() > Severity::Note && !args.allow.contains(&warning.code)
     };
@@ -163,8 +166,8 @@ fn counted(n: usize, label: &str) -> String {
     }
 }
 
-/// Prints a line on standard output for a file without problems, and everything else on standard
-/// error; the errors of several files are printed one by one.
+/// Prints the result for a file: a line on standard output for a file without problems, warnings on
+/// standard error, and the failure, if given, on standard error too.
 fn tell(
     checked: &CheckedFile,
     failure: Option<&Failure>,

@@ -6,7 +6,7 @@ use crate::args::{Arguments, CompletionsArgs};
 use crate::console;
 use crate::failure::Failure;
 
-/// Prints the completion script of a shell.
+/// Runs `completions`: prints the completion script of a shell.
 pub fn run(args: &CompletionsArgs) -> Result<(), Failure> {
     let mut command = Arguments::command();
     let mut script = Vec::new();

@@ -1,4 +1,4 @@
-//! `denoise`: the picture of a film, denoised.
+//! `denoise`: filters the noise out of the picture of a film file.
 
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
@@ -22,7 +22,7 @@ use crate::threads::Threads;
 use crate::watch::{Deadlines, Watch};
 use crate::{interrupt, origin, plan};
 
-/// Reads a film, denoises it and writes the requested files.
+/// Runs `denoise`: reads a film file, denoises its picture and writes the requested files.
 pub fn run(args: &DenoiseArgs, verbosity: Verbosity) -> Result<(), Failure> {
     let clock = Clock::start();
     let (mut outputs, mut inputs) = (
@@ -79,7 +79,8 @@ fn refused(film: &str, error: &DenoiseError) -> Failure {
     }
 }
 
-/// Renders a film's picture, denoised where requested, with a progress display.
+/// Computes the picture of a rendered film, denoised if the film's settings request it, with a
+/// progress display. Called by `render` after its last sample.
 pub fn rendered(
     film: &Film,
     (style, verbosity): (ProgressStyle, Verbosity),
@@ -109,5 +110,5 @@ pub fn rendered(
     rendered
 }
 
-/// Pictures with fewer pixels are denoised before a progress display would be noticed.
+/// Number of pixels below which denoising ends before a progress display would be noticed.
 const SMALL: u64 = 1 << 18;

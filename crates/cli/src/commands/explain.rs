@@ -1,5 +1,5 @@
-//! `explain`: the effects of a scene that a render would simulate, those that are absent, and those
-//! left out; and the current rung of each ladder.
+//! `explain`: the effects that a render of a scene would simulate, the effects that the scene
+//! lacks, and those left out; also the current rung of each ladder.
 
 use raywright_core::accuracy::{EffectCosts, measure_effects};
 use raywright_core::effects::{EffectFinding, EffectReport, EffectStatus, detect};
@@ -21,7 +21,7 @@ use crate::threads::Threads;
 use crate::watch::Watch;
 use crate::{interrupt, scene_input};
 
-/// Prints the report as a table or as JSON.
+/// Runs `explain`: prints the report as a table or as JSON.
 pub fn run(args: &ExplainArgs, verbosity: Verbosity) -> Result<(), Failure> {
     let mut notes = Notes::new(verbosity);
     let mut loaded =
@@ -47,7 +47,7 @@ pub fn run(args: &ExplainArgs, verbosity: Verbosity) -> Result<(), Failure> {
     })
 }
 
-/// Returns the report as JSON, for a scene in memory, on the caller's thread pool.
+/// Returns the JSON of `explain` for a loaded scene. The work runs on the caller's thread pool.
 pub fn embedded(
     args: &ExplainArgs,
     mut loaded: Loaded,
@@ -83,7 +83,8 @@ impl EffectUse {
     }
 }
 
-/// Measures the cost of each effect by renders.
+/// Measures the cost of each effect by renders with and without the effect, with a progress
+/// display.
 fn measured(
     args: &ExplainArgs,
     loaded: &Loaded,
@@ -113,7 +114,7 @@ fn measured_by(
     costs.map_err(|error| failed(&loaded.source, error))
 }
 
-/// Formats the costs as a table, most expensive first.
+/// Formats the costs of effects as a table, the most expensive effect first.
 pub fn dear(costs: &EffectCosts) -> String {
     let [width, height] = costs.size;
     let percent = |ratio: f64| format!("{:+.0} %", 100.0 * (ratio - 1.0));
@@ -149,7 +150,7 @@ pub fn dear(costs: &EffectCosts) -> String {
     format!("\n{}\n{}{late}", paragraph(&title), lay_out(&rows))
 }
 
-/// Version of this JSON layout.
+/// Version of the layout of [`Explanation`].
 const FORMAT: u32 = 1;
 
 #[derive(Serialize)]
@@ -160,7 +161,7 @@ struct Explanation<'a> {
     #[serde(flatten)]
     report: &'a EffectReport,
     ladders: &'a [CurrentRung],
-    /// Costs of the effects, where measured.
+    /// Costs of the effects, where `--measure` requests them.
     #[serde(skip_serializing_if = "Option::is_none")]
     costs: Option<&'a EffectCosts>,
 }
@@ -182,8 +183,8 @@ fn json(
     })
 }
 
-/// Lists the simulated effects, then those left out, then the absent ones: their names alone, or
-/// with their reasons.
+/// Formats the effects of a scene: first the simulated, then the left out, then the absent effects.
+/// Absent effects are listed by name, or with their reasons if `in_full`.
 pub fn text(source: &SourceInfo, report: &EffectReport, in_full: bool) -> String {
     let mut text = format!(
         "{}\n{}\n",
@@ -229,11 +230,11 @@ pub fn text(source: &SourceInfo, report: &EffectReport, in_full: bool) -> String
     text
 }
 
-/// Label of effects that take neither time nor memory.
+/// Label of absent effects, which take neither time nor memory.
 const ABSENT: &str = "absent, and nothing is spent on it";
 
-/// Lists the ladders that affect the scene: the current rung with its description, and the other
-/// rungs.
+/// Formats the ladders that affect the scene: the current rung with its description, and the names
+/// of the other rungs.
 fn rungs(ladders: &[CurrentRung]) -> String {
     let row = |current_rung: &CurrentRung| {
         let own = current_rung
@@ -267,7 +268,8 @@ fn rungs(ladders: &[CurrentRung]) -> String {
     text
 }
 
-/// Formats an effect with its reason and, below it, the place in the file and advice.
+/// Formats an effect with its reason and, in lines below, its place in the scene file and advice.
+/// Names are padded to `width` characters.
 fn lines(finding: &EffectFinding, source: &SourceInfo, width: usize) -> String {
     let from = finding.source.as_ref().map(|path| match source.text {
         Some(_) => format!("from {path}, {}", source.locate(path)),

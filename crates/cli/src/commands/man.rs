@@ -1,4 +1,4 @@
-//! `man`: manual pages, generated from the descriptions of the help texts.
+//! `man`: manual pages, generated from the help texts.
 
 use clap::CommandFactory;
 
@@ -7,7 +7,7 @@ use crate::console;
 use crate::failure::Failure;
 use crate::suggest;
 
-/// Prints the manual page of the program or of a command, as roff.
+/// Runs `man`: prints the manual page of the program or of a command, as roff.
 pub fn run(args: &ManArgs) -> Result<(), Failure> {
     let mut program = Arguments::command();
     program.build();

@@ -1,4 +1,4 @@
-//! `merge`: parts of a picture are joined to the picture of a single run.
+//! `merge`: joins the parts of a picture, rendered separately, to the picture of a single run.
 
 use std::path::{Path, PathBuf};
 
@@ -17,7 +17,7 @@ use crate::notes::Notes;
 use crate::targets::{self, OutputFiles};
 use crate::{origin, plan};
 
-/// Reads the parts, joins them and writes the requested files.
+/// Runs `merge`: reads the parts, joins them and writes the requested files.
 pub fn run(args: &MergeArgs, verbosity: Verbosity) -> Result<(), Failure> {
     let clock = Clock::start();
     let (mut outputs, mut inputs) = (
@@ -36,7 +36,7 @@ pub fn run(args: &MergeArgs, verbosity: Verbosity) -> Result<(), Failure> {
     if missing > 0 && !targets.is_empty() && !args.unfinished {
         return Err(incomplete(&kept_film.film, missing));
     }
-    // If the film cannot be written, the picture is still worth writing.
+    // The picture is worth writing even if the film file cannot be written.
     let filmed = args
         .checkpoint
         .as_ref()
@@ -79,7 +79,8 @@ pub fn run(args: &MergeArgs, verbosity: Verbosity) -> Result<(), Failure> {
     Ok(filmed?)
 }
 
-/// Joins all parts, read in turn. Memory holds the union so far, one part, and the merged result.
+/// Reads the film files of all parts in turn and joins them. Memory holds the union so far, a
+/// single part, and the merged result.
 fn joined(paths: &[PathBuf], limits: &Limits) -> Result<KeptFilm, Failure> {
     let mut all: Option<KeptFilm> = None;
     for path in paths {
@@ -116,7 +117,8 @@ fn refused(path: &Path, first: &Path, error: PartError) -> Failure {
     }
 }
 
-/// Failure for missing samples: their number is known, the missing share is not.
+/// Creates the failure for missing samples. The message states how many tiles and pixels lack
+/// samples; which share they belong to is unknown.
 fn incomplete(film: &Film, missing: u64) -> Failure {
     let whole = film.whole_part();
     let tiles = film.lacking(&whole);

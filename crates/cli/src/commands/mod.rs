@@ -1,5 +1,5 @@
-//! One module for each command: each resolves its arguments, calls the libraries and prints the
-//! results.
+//! Commands of the program, a module for each. A module resolves the arguments of its command,
+//! calls the libraries and prints the results.
 
 pub mod accuracy;
 mod bench;
@@ -24,11 +24,11 @@ use crate::failure::Failure;
 use crate::plan::RenderTask;
 use crate::threads::Threads;
 
-/// Runs a command; `None`: renders the default preset.
+/// Runs a command; `None` renders the default preset.
 pub fn run(command: Option<Command>, verbosity: Verbosity) -> Result<(), Failure> {
     let command = command.unwrap_or_else(|| Command::Render(Box::default()));
-    // These commands have no flag for threads. Rayon panics where it starts its pool implicitly and
-    // the system refuses a thread.
+    // Commands without a flag for threads use rayon's global pool, which is built here: rayon
+    // panics if it has to start the pool implicitly and the system refuses a thread.
     if matches!(
         command,
         Command::Merge(_)

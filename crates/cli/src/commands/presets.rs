@@ -1,4 +1,4 @@
-//! `presets`: the built-in scenes.
+//! `presets`: list and text of the built-in scenes.
 
 use raywright_io::presets;
 
@@ -7,7 +7,7 @@ use crate::console;
 use crate::failure::Failure;
 use crate::table::lay_out;
 
-/// Prints a table of names and titles, or the text of one preset.
+/// Runs `presets`: prints a table of names and titles, or the text of a preset.
 pub fn run(args: &PresetsArgs) -> Result<(), Failure> {
     match &args.name {
         Some(name) => {

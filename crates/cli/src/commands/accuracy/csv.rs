@@ -1,5 +1,5 @@
-//! A measurement as a table of comma-separated values, for spreadsheets and scripts: a line for
-//! each rung, effect and combination. Columns that do not apply to a kind of line are empty.
+//! Report of `accuracy` as comma-separated values, for spreadsheets and scripts: a line for each
+//! rung, effect and combination. Columns that do not apply to a kind of line are empty.
 
 use raywright_core::accuracy::{
     AccuracyReport, ConfidenceInterval, EffectCost, FrontierCandidate, MeasuredSetting,
@@ -9,7 +9,7 @@ use raywright_core::bench::Spread;
 
 use crate::table::{Align, Table, TableRow};
 
-/// Names of the columns.
+/// Names of the columns, in their order.
 const COLUMNS: [&str; 33] = [
     "ladder",
     "rung",
@@ -46,7 +46,7 @@ const COLUMNS: [&str; 33] = [
     "clipped",
 ];
 
-/// One line.
+/// A line of the file: the text of each column, empty where the column does not apply.
 struct CsvLine([String; COLUMNS.len()]);
 
 impl CsvLine {
@@ -57,7 +57,7 @@ impl CsvLine {
             .with_column("in_use", in_use)
     }
 
-    /// Sets a column.
+    /// Sets the column of this name.
     fn with_column(mut self, column: &str, value: impl ToString) -> Self {
         let position = COLUMNS
             .iter()
@@ -67,7 +67,7 @@ impl CsvLine {
         self
     }
 
-    /// Sets the columns of median and quartiles.
+    /// Sets the three columns of the time: its median and its quartiles in seconds.
     fn seconds(self, spread: &Spread) -> Self {
         self.with_column("seconds", spread.median)
             .with_column("seconds_low", spread.lower_quartile)
@@ -127,7 +127,8 @@ impl CsvLine {
         output.seconds.iter().fold(line, Self::seconds)
     }
 
-    /// Line of an effect: the time without the effect, and the ratio of the time with it.
+    /// Creates the line of an effect: the time without the effect, and the ratio of the time with
+    /// the effect to it.
     fn of_effect(effect_cost: &EffectCost) -> Self {
         let line =
             Self::new("effect", effect_cost.effect, true).seconds(&effect_cost.seconds_without);
@@ -137,9 +138,9 @@ impl CsvLine {
     }
 }
 
-/// Returns the table: the scene's own setting, each rung of each ladder, settings of several rungs
-/// (`together`), those on the frontier (`frontier`), file contents (`output`), and effects
-/// (`effect`).
+/// Formats the file: a line for the scene's own setting, for each rung of each ladder, for settings
+/// of several rungs (`together`), for settings on the Pareto frontier (`frontier`), for file
+/// contents (`output`), and for effects (`effect`).
 pub fn csv(report: &AccuracyReport) -> String {
     let mut lines = vec![CsvLine::new("own", "", true).measured(&report.own)];
     for ladder in &report.ladders {

@@ -1,4 +1,5 @@
-//! Measurement files: JSON and CSV, with everything needed to judge and to repeat the measurement.
+//! Files of `accuracy`: JSON, CSV, a page or a plot, with everything needed to judge and to repeat
+//! the measurement.
 
 use std::path::Path;
 
@@ -20,25 +21,26 @@ use crate::machine::processor;
 use crate::origin::command_line;
 use crate::table::format_significant;
 
-/// Version of [`AccuracyDocument`]. 3: all figures apply to the picture at its own size, estimated
-/// from tiles, with intervals.
+/// Version of the layout of [`AccuracyDocument`]. In version 3, all figures apply to the picture at
+/// its own size, and are estimated from tiles, with intervals.
 const FORMAT: u32 = 3;
 
-/// Content of a file, by its extension.
+/// Content of an output file of `accuracy`, selected by the file's extension.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AccuracyFileKind {
-    /// The whole report.
+    /// The whole report as JSON.
     Json,
-    /// A line for each rung, effect and combination.
+    /// Comma-separated values: a line for each rung, effect and combination.
     Csv,
-    /// A page with plot, tables and pictures.
+    /// An HTML page with plot, tables and pictures.
     Html,
-    /// The plot.
+    /// The plot of error against time.
     Svg,
 }
 
 impl AccuracyFileKind {
-    /// Selects the content by the extension of a file name.
+    /// Selects the content by the extension of a file name. Fails with a usage error for an unknown
+    /// extension.
     pub fn of(path: &Path) -> Result<Self, Failure> {
         let ending = path
             .extension()
@@ -58,14 +60,14 @@ impl AccuracyFileKind {
     }
 }
 
-/// Report with scene and machine.
+/// Report of a measurement, with its scene, its machine and its commands.
 #[derive(Debug, Serialize)]
 pub struct AccuracyDocument<'a> {
     /// Version of this structure.
     format: u32,
-    /// Program version.
+    /// Version of the program.
     version: &'static str,
-    /// Name of the file or preset.
+    /// Name of the scene's file or preset.
     pub scene: &'a str,
     scene_hash: String,
     /// Command line of the measurement.
@@ -74,33 +76,33 @@ pub struct AccuracyDocument<'a> {
     pub processor: Option<String>,
     /// Number of render threads.
     pub threads: usize,
-    /// Clock of the times.
+    /// Name of the clock that measured the times.
     pub clock: &'static str,
-    /// Conditions of the measurement, in sentences.
+    /// Conditions of the measurement, in sentences for the reader of the report.
     #[serde(skip)]
     pub circumstances: Vec<String>,
-    /// Command for each setting on the frontier.
+    /// Command that renders with each setting on the Pareto frontier.
     pub commands: Vec<String>,
-    /// Summary in sentences, for the first lines of the report.
+    /// Recommended settings in sentences, for the first lines of the report.
     #[serde(skip)]
     pub recommendation: String,
-    /// Command for the scene as it is, without the rungs of the command line.
+    /// Command that renders the scene as it is, without the rungs of the command line.
     #[serde(skip)]
     pub own_command: String,
-    /// Flags that each setting on the frontier adds to that command.
+    /// Flags that each setting on the Pareto frontier adds to `own_command`.
     #[serde(skip)]
     pub flags: Vec<String>,
     #[serde(skip)]
     effects: EffectReport,
     #[serde(skip)]
     display: Display,
-    /// The measured figures.
+    /// The measured errors and times.
     #[serde(flatten)]
     pub report: &'a AccuracyReport,
 }
 
 impl<'a> AccuracyDocument<'a> {
-    /// Adds scene and machine to a report.
+    /// Combines a report with the scene, the flags of the measurement and the machine.
     pub fn new(
         loaded: &'a Loaded,
         requested: &[String],
@@ -180,7 +182,7 @@ impl<'a> AccuracyDocument<'a> {
         }
     }
 
-    /// Returns the text of a file of this kind.
+    /// Formats the report as the content of a file of this kind.
     pub fn text(&self, kind: AccuracyFileKind) -> String {
         match kind {
             AccuracyFileKind::Json => console::json(self),
@@ -193,7 +195,8 @@ impl<'a> AccuracyDocument<'a> {
     }
 }
 
-/// Describes the conditions: the machine, the size, the reference, and missing measurements.
+/// Describes the conditions of the measurement in sentences: the size, the machine, the reference,
+/// and the measurements that had no time.
 fn circumstances(
     processor: Option<&str>,
     threads: usize,

@@ -31,7 +31,7 @@ use crate::watch::Watch;
 use crate::{interrupt, origin, scene_input};
 use file::{AccuracyDocument, AccuracyFileKind};
 
-/// Measures, writes the requested files, and prints a table or JSON.
+/// Runs `accuracy`: measures, writes the requested files, and prints a table or JSON.
 pub fn run(args: &AccuracyArgs, verbosity: Verbosity) -> Result<(), Failure> {
     let mut outputs = OutputFiles::default();
     let mut files = Vec::new();
@@ -68,7 +68,7 @@ pub fn run(args: &AccuracyArgs, verbosity: Verbosity) -> Result<(), Failure> {
     let (report, reference) =
         threads.run(|| measured(args, (&loaded, &settings), start, &watch, &mut steps))?;
     drop(steps);
-    // If the reference cannot be written, the measurement is still worth reporting.
+    // The measurement is worth reporting even if the reference cannot be written.
     let requested = args
         .reference
         .as_deref()
@@ -110,7 +110,8 @@ pub fn run(args: &AccuracyArgs, verbosity: Verbosity) -> Result<(), Failure> {
     referred
 }
 
-/// Returns the report as JSON, for a scene in memory, on the caller's thread pool.
+/// Returns the JSON of `accuracy` for a loaded scene. The work runs on the caller's thread pool;
+/// nothing is printed or written.
 pub fn embedded(
     args: &AccuracyArgs,
     mut loaded: Loaded,
@@ -149,7 +150,8 @@ pub fn embedded(
     Ok(console::json(&document))
 }
 
-/// Settings that all others are compared with.
+/// Resolves the scene's own settings as changed by the flags. All other settings are compared with
+/// these.
 fn settled(
     args: &AccuracyArgs,
     loaded: &mut Loaded,
@@ -188,7 +190,7 @@ fn measured(
     })
 }
 
-/// Flags that define the measurement, as `render` accepts them.
+/// Formats the flags that define the measurement, as `render` accepts them.
 fn asked(args: &AccuracyArgs) -> Vec<String> {
     let SceneArgs {
         at,

@@ -1,4 +1,5 @@
-//! Summary of a measurement: cost and error of the scene as it is, and recommended settings.
+//! Summary of `accuracy` in sentences: time and error of the scene as it is, and recommended
+//! settings.
 
 use raywright_core::accuracy::{AccuracyReport, Advice, MeasuredSetting};
 use raywright_io::report::format_uncertain;
@@ -7,16 +8,16 @@ use crate::clock::format_duration;
 use crate::origin::quoted;
 use crate::table::format_significant;
 
-/// Command that renders a scene, in two parts: the part common to all settings, and the flags of
-/// each setting.
+/// Command line of `render` for a scene, in two parts: the part common to all settings, and the
+/// flags of a setting.
 pub struct RenderCommand {
-    /// Command with all flags of the measurement except rungs.
+    /// Command with all flags of the measurement except its rungs.
     pub own: String,
-    /// Rungs among the flags of the measurement.
+    /// Rungs among the flags of the measurement, as `LADDER=RUNG`.
     rungs: Vec<String>,
 }
 
-/// Extracts the rung from a `--rung` flag.
+/// Returns the text `LADDER=RUNG` of a `--rung` flag; `None` for any other flag.
 fn rung(flag: &str) -> Option<&str> {
     flag.strip_prefix("--rung ")
 }
@@ -26,7 +27,8 @@ fn ladder(rung: &str) -> Option<&str> {
 }
 
 impl RenderCommand {
-    /// Creates the command for a scene and the flags of its measurement.
+    /// Splits the flags of a measurement into rungs and all others, and adds the others to the
+    /// command for `scene`.
     pub fn new(scene: &str, requested: &[String]) -> Self {
         let others = requested
             .iter()
@@ -46,8 +48,9 @@ impl RenderCommand {
         }
     }
 
-    /// Returns the flags of a setting, whose rungs replace those of the measurement on the same
-    /// ladder. Each rung has a flag of its own, so that the line can be broken between flags.
+    /// Formats the rungs of the measurement and of a setting as flags of `render`. A rung of the
+    /// setting replaces the measurement's rung of the same ladder. Each rung has a flag of its own,
+    /// so that the line can be broken between flags.
     pub fn flags(&self, setting: &[String]) -> String {
         let chosen: Vec<&str> = setting.iter().filter_map(|flag| rung(flag)).collect();
         let stays = |requested: &&str| {
@@ -79,8 +82,9 @@ impl RenderCommand {
     }
 }
 
-/// Returns `In use: error 0.18, 11 s. Half of it: ...`, with the measured figures of each named
-/// setting.
+/// Formats the summary: error and time of the scene as it is, then the setting with half the error
+/// and the setting with the same error in less time, such as `In use: error 0.18, 11 s of CPU time.
+/// Half of it: ...`.
 pub fn recommendation_text(report: &AccuracyReport, command: &RenderCommand) -> String {
     let measured = &report.own;
     let time = format!(
@@ -148,7 +152,8 @@ pub fn recommendation_text(report: &AccuracyReport, command: &RenderCommand) -> 
     format!("In use: error {}, {time}. {half} {same}", about(measured))
 }
 
-/// Formats a budget for the flag, rounded up to a memorable value.
+/// Formats seconds as a value of `--budget`, rounded up to tens of seconds, or to minutes from one
+/// minute on.
 fn budget(seconds: f64) -> String {
     let step = if seconds < 60.0 { 10.0 } else { 60.0 };
     let rounded = (seconds / step).ceil() * step;
@@ -159,8 +164,8 @@ fn budget(seconds: f64) -> String {
     }
 }
 
-/// Returns four times the current samples, which halve an error that is noise, where such a setting
-/// had no time.
+/// Returns four times the current number of samples, which halve an error that is pure noise;
+/// `None` if a setting with as many samples was measured.
 fn more_samples(report: &AccuracyReport) -> Option<u32> {
     let samples = report
         .ladders

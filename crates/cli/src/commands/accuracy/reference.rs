@@ -1,4 +1,5 @@
-//! The reference of a measurement as a file: a film whose settings name the rungs of its render.
+//! File of the reference that `accuracy` compares with: a film file whose settings text lists the
+//! rungs of the reference's render.
 
 use std::path::Path;
 
@@ -13,10 +14,10 @@ use crate::commands::render::film::refuse_other_program;
 use crate::failure::Failure;
 use crate::origin::{SOFTWARE, command_line};
 
-/// First word of the settings in such a film.
+/// First word of the settings text in the film file of a reference.
 const MARK: &str = "reference";
 
-/// Reads a reference file; `None` where no file exists yet.
+/// Reads the reference of `--reference`; `None` if the file does not exist.
 pub fn read(path: &Path, limits: &Limits) -> Result<Option<KeptReference>, Failure> {
     if !path.exists() {
         return Ok(None);
@@ -39,7 +40,7 @@ pub fn read(path: &Path, limits: &Limits) -> Result<Option<KeptReference>, Failu
     Ok(Some(KeptReference { rungs, film }))
 }
 
-/// Writes a reference file.
+/// Writes the reference with its rungs to the file of `--reference`.
 pub fn write(path: &Path, reference: KeptReference, loaded: &Loaded) -> Result<(), Failure> {
     let words = [MARK.to_owned()]
         .into_iter()
@@ -62,7 +63,7 @@ pub fn write(path: &Path, reference: KeptReference, loaded: &Loaded) -> Result<(
     )?)
 }
 
-/// Failure for a reference that belongs to another scene.
+/// Creates the failure for a reference file of another scene or of other settings.
 pub fn foreign(path: &Path, error: &PartError) -> Failure {
     let label = match error {
         PartError::Foreign { label, .. } => {

@@ -1,4 +1,4 @@
-//! Measurement tables for the terminal, with a small plot of the frontier.
+//! Report of `accuracy` as tables for the terminal, with a small plot of the Pareto frontier.
 
 use raywright_core::accuracy::{
     AccuracyReport, ConfidenceInterval, FrontierCandidate, LadderReport, MeasuredSetting,
@@ -17,7 +17,8 @@ use crate::table::{Align, format_significant, lay_out_aligned, paragraph};
 const RIGHT: Align = Align::Right;
 const COLUMNS: [Align; 8] = [Align::Left, RIGHT, RIGHT, RIGHT, RIGHT, RIGHT, RIGHT, RIGHT];
 
-/// Formats the whole report, summary first.
+/// Formats the whole report: the recommendation, the Pareto frontier, the conditions, and the
+/// tables of rungs, prices, files and effects.
 pub fn table(document: &AccuracyDocument<'_>) -> String {
     let report = document.report;
     let mut text = format!(
@@ -42,7 +43,7 @@ pub fn table(document: &AccuracyDocument<'_>) -> String {
     text
 }
 
-/// Formats a line of names; empty without names.
+/// Formats names as a paragraph after a label; empty without names.
 fn listed<T: AsRef<str>>(words: &str, names: impl Iterator<Item = T>) -> String {
     let names: Vec<T> = names.collect();
     let names: Vec<&str> = names.iter().map(AsRef::as_ref).collect();
@@ -56,8 +57,9 @@ fn listed<T: AsRef<str>>(words: &str, names: impl Iterator<Item = T>) -> String 
     }
 }
 
-/// Lists every rung under its ladder, except rungs that are slower and worse than the current one,
-/// and rungs that had no time.
+/// Formats the table of errors: each ladder with its rungs, without rungs that are slower and worse
+/// than the current rung and without rungs that had no time. The names of both follow below the
+/// table.
 fn rungs(report: &AccuracyReport) -> String {
     let heads = [
         "", "time", "x in use", "error", "bias", "light", "FLIP", "alone",
@@ -109,8 +111,8 @@ fn rungs(report: &AccuracyReport) -> String {
     text + &together(&report.combinations)
 }
 
-/// Lists the rungs of a ladder that had no time: the ladder's name alone where all of them lacked
-/// it.
+/// Formats the names of a ladder's rungs that had no time to be measured; only the ladder's name if
+/// no rung had time, `None` if all had. Each rung comes with whether it lacks a measurement.
 fn late<'a>(ladder: &str, rungs: impl Iterator<Item = (&'a str, bool)>) -> Option<String> {
     let (late, there): (Vec<_>, Vec<_>) = rungs.partition(|(_, is_late)| *is_late);
     let names: Vec<String> = late
@@ -124,8 +126,8 @@ fn late<'a>(ladder: &str, rungs: impl Iterator<Item = (&'a str, bool)>) -> Optio
     }
 }
 
-/// Lists settings of several rungs beside the scene's own; their flags, which may be long, come
-/// last.
+/// Formats a table of settings that change several rungs of the scene's own setting. Their flags
+/// may be long, so that they fill the last column.
 fn together(all: &[FrontierCandidate]) -> String {
     if all.is_empty() {
         return String::new();
@@ -157,7 +159,8 @@ fn together(all: &[FrontierCandidate]) -> String {
     )
 }
 
-/// Formats a ladder's title and its rungs, unless only the current rung was measured.
+/// Builds the rows of a ladder: its title and its measured rungs. Empty if only the current rung
+/// was measured.
 fn rows_of(ladder: &LadderReport) -> Vec<[String; 8]> {
     let rung_reports: Vec<&RungReport> = ladder
         .rungs
@@ -184,7 +187,7 @@ fn rows_of(ladder: &LadderReport) -> Vec<[String; 8]> {
     [title_row(title)].into_iter().chain(rows).collect()
 }
 
-/// Builds a row with text in its first cell only.
+/// Builds a row of `N` cells with text in its first cell only.
 fn title_row<const N: usize>(title: String) -> [String; N] {
     let mut row = std::array::from_fn(|_| String::new());
     row[0] = title;
@@ -213,7 +216,8 @@ fn short(interval: &ConfidenceInterval) -> String {
     format_uncertain(interval, |value| format_significant(value, 2))
 }
 
-/// Formats a time with three digits if shorter than a second.
+/// Formats a time in seconds: below a second with three digits in milliseconds, otherwise like
+/// [`format_duration`].
 fn spoken_finely(seconds: f64) -> String {
     if seconds < 0.9995 {
         format!("{} ms", format_significant(seconds * 1e3, 3))
@@ -226,7 +230,7 @@ fn spread(spread: &Spread) -> String {
     format!("±{:.0} %", 100.0 * spread.relative())
 }
 
-/// Table of the ladders that change no picture.
+/// Formats the table of ladders that change time or memory but no picture.
 fn prices(report: &AccuracyReport) -> String {
     let mut rows = vec![
         [
@@ -294,7 +298,8 @@ fn price(of: &RungPrice) -> Option<[String; 6]> {
     ])
 }
 
-/// Table of the picture data that each file format keeps.
+/// Formats the table of output formats: size and coding time of a file, and error of its pixel
+/// values.
 fn files(report: &AccuracyReport) -> String {
     let heads = [
         "what a file keeps",
@@ -335,7 +340,8 @@ fn files(report: &AccuracyReport) -> String {
     format!("\n{}{}\n", lay_out_aligned(columns, &rows), paragraph(note))
 }
 
-/// Lists the settings on the frontier, as commands and as a plot.
+/// Formats the settings on the Pareto frontier of error and time, as flags in a table and as points
+/// of a plot.
 fn frontier(document: &AccuracyDocument<'_>) -> String {
     let points: Vec<&MeasuredSetting> = document
         .report
@@ -384,7 +390,7 @@ fn frontier(document: &AccuracyDocument<'_>) -> String {
     )
 }
 
-/// Formats the square root of a mean square and of its interval.
+/// Formats the square root of a mean square error, and of the ends of its confidence interval.
 fn root(interval: &ConfidenceInterval) -> String {
     short(&interval.map(f64::sqrt))
 }

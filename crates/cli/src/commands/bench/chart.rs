@@ -1,4 +1,5 @@
-//! Plot of `bench`: time per ray against N, scan and tree, and the crossover of both.
+//! Plot of `bench`: time per ray against the number N of primitives, for scan and tree, and the N
+//! of their crossover.
 
 use raywright_core::bench::{Crossover, GeneratedKind, PowerLaw, QueryCost, Series, SeriesRow};
 
@@ -6,7 +7,7 @@ use super::report::BenchReport;
 use super::text::rounded;
 use raywright_io::report::{Axis, Plot, PlotLine, PlotMark, PlotPoint, ThemeColour};
 
-/// Draws all series in one plot.
+/// Draws the lines of all series in a plot and returns its SVG text.
 pub fn draw(series: &[Series], report: &BenchReport) -> String {
     let scans = series
         .iter()
@@ -83,7 +84,7 @@ fn mark(series: &Series) -> Option<PlotMark> {
     }
 }
 
-/// Label of a power of ten on the axis of counts: 1, 10, 100, 1 000 …
+/// Formats 10 to the power `exponent` as a label on the axis of counts: 1, 10, 100, 1 000 …
 fn count(exponent: i32) -> String {
     let zeros = exponent.max(0) as usize;
     let digits: Vec<char> = format!("1{}", "0".repeat(zeros)).chars().collect();
@@ -95,7 +96,7 @@ fn count(exponent: i32) -> String {
     groups.join("\u{2009}")
 }
 
-/// Label of a power of ten in nanoseconds, in the unit that fits.
+/// Formats 10 to the power `exponent`, in nanoseconds, as a label in the unit that fits.
 fn duration(exponent: i32) -> String {
     let (unit, name) = match exponent {
         ..3 => (0, "ns"),

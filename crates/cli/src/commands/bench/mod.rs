@@ -1,5 +1,5 @@
-//! `bench`: time per ray with a linear scan of primitives or of their boxes, time with a tree, and
-//! the growth of each with N.
+//! `bench`: time per ray with a linear scan of primitives or of their boxes, time per ray with a
+//! tree, and the growth of both with the number N of primitives.
 
 mod chart;
 mod report;
@@ -21,19 +21,19 @@ use crate::threads::Threads;
 use crate::{plan, scene_input};
 use report::{BenchFigures, BenchReport, THREADS};
 
-/// Longest useful sample in seconds: beyond it, the spread has other causes than the sample's
-/// length.
+/// Longest useful timing sample in seconds: in longer samples, the spread has other causes than the
+/// sample's length.
 const LONGEST_SAMPLE: f64 = 0.05;
-/// Rows of a given scene: camera rays and bounces.
+/// Number of rows in the table of a given scene: camera rays and bounces.
 const GIVEN_ROWS: usize = 2;
 
-/// Measures, and prints a table or JSON.
+/// Runs `bench`: measures, and prints a table or JSON.
 pub fn run(args: &BenchArgs, verbosity: Verbosity) -> Result<(), Failure> {
     if let Some(path) = &args.plot {
         refuse_other_formats(path)?;
         OutputFiles::default().add(path, "-o")?;
     }
-    // Builds are timed too, independent of the machine's other processors.
+    // One thread: builds are timed too, independent of the machine's other processors.
     let report = Threads::new(Some(THREADS))?.run(|| match &args.scene {
         Some(_) => of_scene(args, verbosity),
         None => of_generated(args, verbosity),
@@ -64,7 +64,8 @@ fn refuse_other_formats(path: &Path) -> Result<(), Failure> {
     .into())
 }
 
-/// Sample length at which `rows` rows, each of two scans and the tree, fit the requested time.
+/// Chooses the length of a timing sample with which `rows` rows, each of two scans and the tree,
+/// fit the requested time.
 fn bench_options(args: &BenchArgs, rows: usize) -> BenchOptions {
     let samples = f64::from(args.repeats) * 3.0 * rows as f64;
     BenchOptions {

@@ -1,4 +1,5 @@
-//! Figures, subject and conditions of a measurement: the single source of table, JSON and plot.
+//! Report of `bench`: figures, scene and conditions of a measurement, the single source of table,
+//! JSON and plot.
 
 use std::thread::available_parallelism;
 
@@ -12,26 +13,26 @@ use crate::machine::processor;
 /// Number of threads in every measurement.
 pub const THREADS: u32 = 1;
 
-/// Everything needed to judge the figures.
+/// Figures of a measurement, with everything needed to judge them.
 #[derive(Debug, Serialize)]
 pub struct BenchReport {
     /// Version of this structure.
     format: u32,
-    /// Program version.
+    /// Version of the program.
     version: &'static str,
     /// Name of the processor; `None` where the system does not report it.
     pub processor: Option<String>,
-    /// Processors of the machine, of which a single one was used.
+    /// Number of processors in the machine. The measurement uses a single processor.
     processors: usize,
     threads: u32,
-    /// Clock of the times.
+    /// Name of the clock that measured the times.
     pub clock: &'static str,
     precision: &'static str,
-    /// Builder preset of the tree.
+    /// Build quality of the tree, by its rung.
     builder: &'static str,
-    /// Interleaved repeats.
+    /// Number of interleaved repeats of each measurement.
     pub repeats: usize,
-    /// Target length of a sample in seconds.
+    /// Target length of a timing sample in seconds.
     pub sample_seconds: f64,
     /// The measured figures.
     #[serde(flatten)]
@@ -44,20 +45,20 @@ pub struct BenchReport {
 pub enum BenchFigures {
     /// Time against the number of primitives.
     Generated(Vec<Series>),
-    /// Time on a given scene.
+    /// Time on a given scene, for camera rays and for bounces.
     Given {
-        /// Name of the file or preset.
+        /// Name of the scene's file or preset.
         scene: String,
         /// Hash of the scene.
         hash: String,
-        /// Rows of the table.
+        /// Comparison of scan and tree for each kind of ray.
         #[serde(flatten)]
         rows: Box<SceneComparison>,
     },
 }
 
 impl BenchReport {
-    /// Adds the description of the machine.
+    /// Combines figures with the options of the measurement and the machine.
     pub fn new(options: BenchOptions, measured: BenchFigures) -> Self {
         Self {
             format: 1,
@@ -74,7 +75,7 @@ impl BenchReport {
         }
     }
 
-    /// Describes the measurement in sentences.
+    /// Describes the rays, the query and the machine in sentences, for the lines above the table.
     pub fn preamble(&self) -> Vec<String> {
         let label = match &self.measured {
             BenchFigures::Generated(_) => {

@@ -45,7 +45,7 @@ fn sheets(report: &BenchReport) -> Vec<TextSheet> {
     }
 }
 
-/// Headings of the time columns.
+/// Headings of the columns with times of scan and tree, and with their ratio.
 const TIMES: [&str; 3] = ["scan, ns/ray", "tree, ns/ray", "scan : tree"];
 
 fn of_series(series: &Series, report: &BenchReport) -> TextSheet {
@@ -100,7 +100,7 @@ fn lead(crossover: Option<Crossover>) -> String {
     }
 }
 
-/// Table of build times and memory.
+/// Builds the table of build times and memory of a series.
 fn upkeep_of_series(series: &Series) -> TextSheet {
     let names = [
         "N",
@@ -194,7 +194,7 @@ fn upkeep_of_given(comparison: &SceneComparison) -> TextSheet {
     }
 }
 
-/// Cells of the columns [`TIMES`].
+/// Formats the cells below the headings [`TIMES`].
 fn times(row: &SeriesRow) -> [String; 3] {
     let time = |cost: Option<QueryCost>| {
         cost.map_or_else(
@@ -217,7 +217,8 @@ fn times(row: &SeriesRow) -> [String; 3] {
     [time(row.scan), time(Some(row.tree)), ratio(row.ratio)]
 }
 
-/// Cells for the share of rays that hit, and the tree's visits per ray.
+/// Formats the cells for the share of rays that hit, and for the nodes and primitive tests of the
+/// tree per ray.
 fn visits(row: &SeriesRow) -> [String; 3] {
     [
         format!("{:.1} %", row.hit_share * 100.0),
@@ -226,7 +227,7 @@ fn visits(row: &SeriesRow) -> [String; 3] {
     ]
 }
 
-/// Cells for build time with its spread, and memory.
+/// Formats the cells for the build time with its spread, and for the memory.
 fn upkeep(cost: Option<QueryCost>, memory: impl Fn(usize) -> String) -> [String; 2] {
     cost.map_or_else(
         || ["not run".to_owned(), "-".to_owned()],
@@ -259,12 +260,12 @@ fn left_out<'a>(
     })
 }
 
-/// Formats half the interquartile range in percent.
+/// Formats half the interquartile range in percent of the median.
 fn spread(spread: &Spread) -> String {
     format!(" ±{:>4.1} %", spread.relative() * 100.0)
 }
 
-/// Rounds to three significant digits.
+/// Formats a number with three significant digits; `-` for infinity and NaN.
 pub fn rounded(x: f64) -> String {
     if !x.is_finite() {
         return "-".to_owned();

@@ -1,5 +1,5 @@
-//! Display of linear pictures in `compare`, for metrics of display values: from flags, otherwise
-//! from the pictures' own files.
+//! Display settings in `compare`, which convert linear pictures to display values for FLIP. The
+//! settings come from flags, otherwise from the files of the pictures.
 
 use raywright_core::display::Display;
 use raywright_core::picture::Encoding;
@@ -8,28 +8,28 @@ use serde::Serialize;
 use super::noise::JudgedPicture;
 use crate::origin;
 
-/// The display of linear pictures.
+/// The display settings for linear pictures, and their source.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ChosenDisplay {
     pub display: Display,
     pub source: DisplaySource,
 }
 
-/// Source of the display settings that no flag gives.
+/// Source of those display settings that no flag gives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum DisplaySource {
-    /// Flags give all settings.
+    /// No source: flags give all settings.
     Flags,
-    /// The first picture's file.
+    /// Metadata of the first picture's file.
     Picture,
-    /// The second picture's file.
+    /// Metadata of the second picture's file.
     Reference,
-    /// Neither file: the default display.
+    /// The default display, because neither file records a display.
     Default,
 }
 
-/// A [`ChosenDisplay`] in a report.
+/// A [`ChosenDisplay`] in the JSON report.
 #[derive(Serialize)]
 pub struct DisplayReport {
     tone_map: String,
@@ -39,9 +39,10 @@ pub struct DisplayReport {
 }
 
 impl ChosenDisplay {
-    /// Chooses the display for two pictures; `None` where both hold display values already. If one
-    /// of them does, the display recorded in its file takes precedence. `with_flags` replaces
-    /// settings by those of the flags; `all_given` says that the flags give all of them.
+    /// Chooses the display for two pictures; `None` if both hold display values already. If one
+    /// picture holds display values, the display recorded in its file takes precedence.
+    /// `with_flags` replaces settings by the flags' settings; `all_given` states that the flags
+    /// give all settings.
     pub fn of(
         (with_flags, all_given): (impl FnOnce(Display) -> Display, bool),
         picture: &JudgedPicture,
@@ -84,7 +85,7 @@ impl ChosenDisplay {
         })
     }
 
-    /// Formats the display as a row of the table.
+    /// Formats the display as text for the table, with the name of its source.
     pub fn described(&self, [picture, reference]: [&str; 2]) -> String {
         let DisplayReport {
             tone_map,
@@ -101,7 +102,7 @@ impl ChosenDisplay {
         format!("tone map {tone_map}, gamma {gamma}, exposure {exposure}{from}")
     }
 
-    /// Returns the display for the JSON report.
+    /// Converts the display to the form of the JSON report.
     pub fn report(&self) -> DisplayReport {
         let Display {
             tone_map,

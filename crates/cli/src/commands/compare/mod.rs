@@ -1,5 +1,5 @@
-//! `compare`: differences of two pictures, judged by thresholds or by their noise, with a picture
-//! of the differences.
+//! `compare`: measures of the difference of two pictures, judged by thresholds or by the pictures'
+//! noise, with a picture of the differences.
 
 mod display;
 mod noise;
@@ -24,7 +24,8 @@ use crate::table::{format_short, lay_out};
 use crate::targets::OutputFiles;
 use crate::{origin, plan};
 
-/// Compares two pictures, prints the result, and applies the thresholds.
+/// Runs `compare`: reads two pictures, prints the measures of their difference, and fails if a
+/// measure exceeds a threshold.
 pub fn run(args: &CompareArgs) -> Result<(), Failure> {
     if let Some(path) = &args.diff {
         check_difference_target(path, args)?;
@@ -53,8 +54,8 @@ pub fn run(args: &CompareArgs) -> Result<(), Failure> {
     }
 }
 
-/// Returns the comparison as JSON, for pictures in memory with these names. A value beyond a
-/// threshold is reported there and is no failure.
+/// Returns the JSON of `compare` for two pictures in memory with these names. A measure beyond a
+/// threshold is listed in the JSON and is no failure.
 pub fn embedded(
     args: &CompareArgs,
     [picture, reference]: [PathBuf; 2],
@@ -74,12 +75,12 @@ pub fn embedded(
     Ok(Judgement::of(&args, pair)?.json(pair))
 }
 
-/// Result of a comparison.
+/// Measures of the difference of two pictures, and their judgement.
 struct Judgement {
     comparison: Comparison,
     shown: Option<ChosenDisplay>,
     verdict: Option<NoiseVerdict>,
-    /// Descriptions of the values beyond their thresholds.
+    /// Descriptions of the measures that exceed their thresholds.
     beyond: Vec<String>,
 }
 
@@ -181,7 +182,7 @@ fn check_difference_target(path: &Path, args: &CompareArgs) -> Result<(), Failur
     outputs.keep_clear_of(&inputs)
 }
 
-/// Refuses crops from different places of a picture, whose pixels do not correspond.
+/// Refuses crops with different data windows, whose pixels do not correspond.
 fn refuse_other_places(
     picture: &Picture,
     reference: &Picture,
@@ -202,7 +203,7 @@ fn refuse_other_places(
     Err(error.with_hint("compare pictures of one --crop").into())
 }
 
-/// Describes the windows of the pictures in larger ones, if either has a window.
+/// Describes the data windows of two pictures; `None` if neither picture has a window.
 fn place(windows: [Option<DataWindow>; 2]) -> Option<String> {
     match windows {
         [None, None] => None,
@@ -234,7 +235,8 @@ fn side(stored_picture: &StoredPicture) -> ComparedPicture<'_> {
     }
 }
 
-/// Writes FLIP by pixel, from black (alike) to pale yellow (largest difference).
+/// Writes the picture of `--diff`: the FLIP error of each pixel, from black (alike) to pale yellow
+/// (largest difference).
 fn write_difference(path: &Path, comparison: &Comparison) -> Result<(), Failure> {
     let picture = heat_map(
         comparison.width,
@@ -250,7 +252,8 @@ fn write_difference(path: &Path, comparison: &Comparison) -> Result<(), Failure>
     Ok(write_png(path, &picture, Display::PLAIN, &metadata)?)
 }
 
-/// Describes the values beyond the given thresholds. NaN is beyond any threshold.
+/// Describes the measures of colour and coverage that exceed the given thresholds. NaN exceeds any
+/// threshold.
 fn beyond(args: &CompareArgs, comparison: &Comparison) -> Vec<String> {
     let PictureErrors {
         non_finite,
@@ -278,7 +281,8 @@ fn beyond(args: &CompareArgs, comparison: &Comparison) -> Vec<String> {
         .collect()
 }
 
-/// The same for colour or coverage, named by `of`.
+/// Describes the measures that exceed the given thresholds, for colour or for coverage. `of` is put
+/// before the name of each measure.
 fn beyond_in(args: &CompareArgs, of: &str, figures: &CoverageErrors) -> Vec<String> {
     let above = [
         ("RMSE", figures.rmse, args.max_rmse),
@@ -305,7 +309,7 @@ fn beyond_in(args: &CompareArgs, of: &str, figures: &CoverageErrors) -> Vec<Stri
     above.chain(below).chain(lost).collect()
 }
 
-/// Version of this JSON layout.
+/// Version of the layout of [`ComparisonReport`].
 const FORMAT: u32 = 1;
 
 #[derive(Serialize)]
@@ -313,14 +317,15 @@ struct ComparisonReport<'a> {
     format: u32,
     #[serde(flatten)]
     comparison: &'a Comparison,
-    /// Display of linear pictures; null without linear pictures.
+    /// Display settings of linear pictures; null if neither picture is linear.
     display: Option<DisplayReport>,
-    /// Window of each picture in a larger one; null for a whole picture or without that metadata.
+    /// Data window of each picture in a larger picture; null for a whole picture and for a file
+    /// without this metadata.
     windows: [Option<DataWindow>; 2],
-    /// Whether the difference exceeds the noise, where requested.
+    /// Result of the test for noise, where `--noise` requests it.
     #[serde(skip_serializing_if = "Option::is_none")]
     noise: Option<&'a NoiseVerdict>,
-    /// Descriptions of the values beyond their thresholds.
+    /// Descriptions of the measures that exceed their thresholds.
     beyond_thresholds: &'a [String],
 }
 

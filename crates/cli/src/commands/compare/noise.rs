@@ -1,4 +1,5 @@
-//! `compare --noise`: pictures with their standard errors, and the verdict in words.
+//! `compare --noise`: pictures with their standard errors, and the result of the test for noise as
+//! text.
 
 use std::path::Path;
 
@@ -12,21 +13,22 @@ use crate::args::names;
 use crate::failure::Failure;
 use crate::table::{format_short, format_significant};
 
-/// A picture with its standard errors.
+/// A picture of a comparison, with the standard errors of its pixels.
 pub struct JudgedPicture {
-    /// Pixel values.
+    /// The picture, with its layers and metadata.
     pub stored_picture: StoredPicture,
-    /// Display recorded in the picture's file.
+    /// Display settings recorded in the picture's file, if any.
     pub display: Option<Display>,
-    /// Standard errors, with the degrees of freedom of each.
+    /// Standard error of each pixel and channel, with the degrees of freedom of each; `None` for a
+    /// noiseless picture.
     pub errors: Option<(Vec<[f32; 3]>, f64)>,
 }
 
-/// Extension of a film file.
+/// Extension of a film file, in lower case.
 const FILM: &str = "film";
 
-/// Reads a picture, or the picture of a film. Its standard errors come from the film or from the
-/// layer `stderr`.
+/// Reads a picture file or the picture of a film file. The standard errors come from the film or
+/// from the layer `stderr`.
 pub fn read(path: &Path) -> Result<JudgedPicture, Failure> {
     let limits = Limits::default();
     if path
@@ -71,7 +73,8 @@ pub fn read(path: &Path) -> Result<JudgedPicture, Failure> {
     })
 }
 
-/// Standard errors of a picture, with their degrees of freedom.
+/// Returns the standard errors of a picture from its layer `stderr`, with their degrees of freedom;
+/// `None` without this layer.
 fn errors(picture: &Picture, metadata: &Metadata) -> Option<(Vec<[f32; 3]>, f64)> {
     layer(picture).map(|errors| (errors, freedom(metadata)))
 }
@@ -89,9 +92,9 @@ fn layer(picture: &Picture) -> Option<Vec<[f32; 3]>> {
     )
 }
 
-/// Degrees of freedom of a picture's standard errors, derived from its recorded samples: from 64
-/// samples on, and for denoised pictures, four replicates exist, below that two. For another
-/// program's pictures the number is unknown, and the least is assumed.
+/// Derives the degrees of freedom of a picture's standard errors from its metadata: 3 for four
+/// replicates, which exist from 64 samples on and in denoised pictures; 1 for two replicates, and
+/// for pictures of other programs, whose number of replicates is unknown.
 fn freedom(metadata: &Metadata) -> f64 {
     let many = metadata
         .setting("samples")
@@ -104,7 +107,7 @@ fn freedom(metadata: &Metadata) -> f64 {
     }
 }
 
-/// Display recorded in a picture's file.
+/// Returns the display settings recorded in a picture's metadata; `None` if any setting is missing.
 fn told(metadata: &Metadata) -> Option<Display> {
     Some(Display {
         tone_map: names::parse(metadata.setting("tone_map")?).ok()?,
@@ -115,12 +118,12 @@ fn told(metadata: &Metadata) -> Option<Display> {
 }
 
 impl JudgedPicture {
-    /// Reads a file by its name.
+    /// Reads a picture or film file.
     pub fn read(path: &Path) -> Result<Self, Failure> {
         read(path)
     }
 
-    /// Wraps a picture in memory, with the metadata that its file would have.
+    /// Wraps a linear picture in memory, with the metadata that its file would have.
     pub fn of(picture: &Picture, display: Display, metadata: &Metadata) -> Self {
         let stored_picture = StoredPicture {
             notation: "memory",
@@ -154,7 +157,8 @@ impl JudgedPicture {
     }
 }
 
-/// Tests whether two pictures differ by more than their noise.
+/// Tests whether two pictures differ by more than their noise. `level` is the probability of a
+/// false alarm.
 pub fn judge(
     picture: &JudgedPicture,
     reference: &JudgedPicture,
@@ -188,7 +192,7 @@ pub fn judge(
     })?)
 }
 
-/// Formats the verdict as a row.
+/// Formats the result of the test for noise as text for the table.
 pub fn described(verdict: &NoiseVerdict) -> String {
     let NoiseVerdict {
         level,

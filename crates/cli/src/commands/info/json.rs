@@ -1,4 +1,4 @@
-//! `info` as JSON: the content of its table, as numbers and lists for scripts.
+//! `info` as JSON: the content of the table of `info`, as numbers and lists for scripts.
 
 use raywright_core::scene::{Image, Shape};
 use raywright_core::{Scene, SceneLookup, Settings, estimate, extent};
@@ -6,19 +6,19 @@ use raywright_io::Loaded;
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
-/// A file and its contents. Lists are empty where the file has no such items.
+/// Contents of a scene or model file. A list is empty if the file has no item of its kind.
 #[derive(Serialize)]
 pub struct FileInfo {
-    /// Version of this layout.
+    /// Version of the layout of this structure.
     format: u32,
     file: String,
     /// File format.
     notation: &'static str,
     title: String,
-    /// Width and height of a picture without flags.
+    /// Width and height in pixels of a picture rendered without flags.
     size: [u32; 2],
     cameras: Vec<String>,
-    /// Counts by kind, of lights and of objects.
+    /// Number of lights and number of objects, by kind.
     lights: Map<String, Value>,
     objects: Map<String, Value>,
     triangles: TriangleSummary,
@@ -29,25 +29,25 @@ pub struct FileInfo {
     variants: Vec<String>,
     animations: Vec<Value>,
     extensions: Vec<Value>,
-    /// Least and greatest corner of all bounded shapes; null without any.
+    /// Least and greatest corner of the box around all bounded shapes; null without bounded shapes.
     bounds: Option<[[f64; 3]; 2]>,
-    /// Upper bound of a picture's memory in bytes, by part.
+    /// Upper bound of a render's memory in bytes, by part.
     memory: Map<String, Value>,
     hash: String,
 }
 
-/// Numbers of mesh triangles.
+/// Numbers of mesh triangles and of meshes.
 #[derive(Serialize)]
 struct TriangleSummary {
-    /// Triangles of all meshes, each mesh counted once.
+    /// Number of triangles of all meshes, each mesh counted once.
     stored: usize,
-    /// Triangles of all listed objects, instances included.
+    /// Number of triangles of all listed objects, with each instance of a mesh counted.
     shown: usize,
     meshes: usize,
 }
 
 impl FileInfo {
-    /// Collects the facts of a loaded file.
+    /// Collects the contents of a loaded file.
     pub fn of(loaded: &Loaded) -> Self {
         let (scene, contents) = (&loaded.scene, &loaded.contents);
         let settings = Settings::from_scene(scene);

@@ -21,7 +21,7 @@ use crate::plan;
 use crate::scene_input;
 use crate::table::{format_short, lay_out};
 
-/// Prints the table, or the JSON.
+/// Runs `info`: prints the contents of a file as a table or as JSON.
 pub fn run(args: &InfoArgs, verbosity: Verbosity) -> Result<(), Failure> {
     if picture::is_picture(Path::new(&args.scene)) {
         return picture::run(Path::new(&args.scene), args.json);
@@ -98,9 +98,9 @@ fn rows(loaded: &Loaded) -> Vec<[String; 2]> {
         .collect()
 }
 
-/// Bounds of the whole scene, and an upper bound of a picture's memory. Both are computed from the
-/// scene's data without building any accelerator, which would be slow for models of millions of
-/// triangles.
+/// Returns two rows: the bounds of the whole scene, and an upper bound of a render's memory. Both
+/// are computed from the scene's data without building an accelerator, which would be slow for
+/// models of millions of triangles.
 fn whole(scene: &Scene) -> [(&'static str, String); 2] {
     let settings = Settings::from_scene(scene);
     let Extent { bounds, unbounded } = extent(scene, settings.precision);
@@ -151,7 +151,7 @@ fn render_size(scene: &Scene) -> String {
     )
 }
 
-/// Formats a count; empty for zero, so that the row is left out.
+/// Formats a count; empty for zero, because rows without text are left out of the table.
 fn count(n: usize) -> String {
     if n == 0 { String::new() } else { n.to_string() }
 }
@@ -160,7 +160,7 @@ fn listed(items: impl Iterator<Item = String>) -> String {
     items.collect::<Vec<_>>().join(", ")
 }
 
-/// Lists the scenes of a file with several, by index and name.
+/// Formats the scenes of a file by index and name; empty for a file with a single scene.
 fn numbered(names: &[String]) -> String {
     let numbered =
         |(index, name): (usize, &String)| format!("{index} {name}").trim_end().to_owned();
@@ -184,7 +184,7 @@ fn animation(info: &AnimationInfo) -> String {
     )
 }
 
-/// Formats an extension: `KHR_texture_transform`, or `VENDOR_thing (not read)`.
+/// Formats a glTF extension: `KHR_texture_transform`, or `VENDOR_thing (not read)`.
 fn extension(info: &ExtensionInfo) -> String {
     format!(
         "{}{}",
@@ -193,7 +193,7 @@ fn extension(info: &ExtensionInfo) -> String {
     )
 }
 
-/// Formats a count, with the names of the named items.
+/// Formats the number of items and the names of those that have a name: `3: front, side`.
 fn named<'a>(names: impl Iterator<Item = &'a str>) -> String {
     let names: Vec<&str> = names.collect();
     let given = listed(
@@ -209,8 +209,8 @@ fn named<'a>(names: impl Iterator<Item = &'a str>) -> String {
     }
 }
 
-/// Formats the total and the count of each kind: `6: 5 sphere, 1 plane`; `6 sphere` for a single
-/// kind.
+/// Formats the total and the count of each kind of item: `6: 5 sphere, 1 plane`; `6 sphere` for a
+/// single kind.
 fn kinds<'a>(kinds: impl Iterator<Item = &'a str>) -> String {
     let mut counts = BTreeMap::<&str, usize>::new();
     kinds.for_each(|kind| *counts.entry(kind).or_default() += 1);
@@ -252,7 +252,7 @@ fn light_kind(kind: &LightKind) -> &'static str {
     }
 }
 
-/// Kind of the file's own sky; a sky added by the program does not count.
+/// Returns the kind of the file's own sky; empty without a sky, and for a sky added by the program.
 fn sky(loaded: &Loaded) -> String {
     let own = loaded
         .scene
@@ -279,7 +279,7 @@ fn model_kind(model: &Model) -> &'static str {
     }
 }
 
-/// Lists the objects of generators: `1000 sphere`.
+/// Formats the number of objects that generators make, by kind: `1000 sphere`.
 fn generated(scene: &Scene) -> String {
     let mut counts = BTreeMap::<&str, u64>::new();
     for generator in &scene.generators {
@@ -294,8 +294,8 @@ fn generated(scene: &Scene) -> String {
     listed(counts.into_iter().map(|(kind, n)| format!("{n} {kind}")))
 }
 
-/// Formats the number of mesh triangles, with each mesh counted once, and the number with instances
-/// where that differs.
+/// Formats the number of mesh triangles with each mesh counted once, and the number with all
+/// instances where the two differ.
 fn triangles(scene: &Scene) -> String {
     let lookup = SceneLookup::new(scene);
     let value_of = |name: &str| lookup.mesh_data(name).map(|data| data.indices.len());

@@ -1,5 +1,5 @@
-//! Contents of a picture file, and its metadata: the estimated error of the picture, and its
-//! origin.
+//! `info` for a picture file: its size, its layers and its metadata, which state the estimated
+//! error and the origin of the picture.
 
 use std::path::Path;
 
@@ -15,7 +15,7 @@ use crate::table::lay_out;
 /// Version of the layout of [`PictureFacts`].
 const FORMAT: u32 = 1;
 
-/// Facts about a picture file. Entries are null or empty where the file lacks them.
+/// Contents of a picture file. An entry is null or empty if the file lacks it.
 #[derive(Serialize)]
 struct PictureFacts {
     format: u32,
@@ -23,7 +23,7 @@ struct PictureFacts {
     notation: &'static str,
     /// Width and height in pixels.
     size: [u32; 2],
-    /// Offset of the pixels in the larger picture that they were cropped from, and its size.
+    /// Offset and size of the larger picture that the pixels were cropped from.
     window: Option<Value>,
     layers: Vec<String>,
     software: String,
@@ -34,12 +34,12 @@ struct PictureFacts {
     command: String,
 }
 
-/// Whether a file name is that of a picture.
+/// Whether a file name has the extension of a picture format.
 pub fn is_picture(path: &Path) -> bool {
     PictureFormat::from_path(path).is_ok()
 }
 
-/// Prints the facts about a picture file, as a table or as JSON.
+/// Runs `info` for a picture file: prints its contents as a table or as JSON.
 pub fn run(path: &Path, as_json: bool) -> Result<(), Failure> {
     let stored_picture = read_picture(path, &plan::limits(None))?;
     let picture_facts = PictureFacts::of(path, &stored_picture);
@@ -116,7 +116,7 @@ impl PictureFacts {
     }
 }
 
-/// Formats the window: ` at 16, 8 of 320x180`.
+/// Formats a data window, offset and full size: ` at 16, 8 of 320x180`.
 fn place(window: &Value) -> String {
     let number = |list: &str, i: usize| &window[list][i];
     format!(
@@ -128,7 +128,8 @@ fn place(window: &Value) -> String {
     )
 }
 
-/// Error metadata with numbers as numbers; `None` where the file has none.
+/// Converts the error estimate in a file's metadata to JSON, with numbers as numbers; `None` if the
+/// file has no estimate.
 fn error(metadata: &Metadata) -> Option<Value> {
     let number = |name: &str| {
         metadata
@@ -150,7 +151,7 @@ fn error(metadata: &Metadata) -> Option<Value> {
     }))
 }
 
-/// Formats the error in words.
+/// Formats the error estimate of a picture file for the table.
 fn told(error: &Value) -> String {
     let value_of = |name: &str| {
         let estimate = &error[name];

@@ -1,5 +1,5 @@
-//! Film files: renders that are checkpointed, resumed, divided among machines, or limited by a time
-//! budget.
+//! Film files of `render`: renders that are checkpointed, resumed, divided among machines, or
+//! limited by a time budget.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -25,26 +25,27 @@ use crate::progress::Progress;
 use crate::targets::{OutputFiles, OutputTarget};
 use crate::watch::{Deadlines, Watch};
 
-/// Interval of checkpoints; longer where writing takes more than a twentieth of the time.
+/// Least interval between checkpoints. The interval is longer if a checkpoint takes more than a
+/// twentieth of the time.
 const KEEP_EVERY: Duration = Duration::from_secs(60);
 
-/// Interval of JSON progress lines.
+/// Interval between the lines of `--progress json`.
 const TELL_EVERY: Duration = Duration::from_secs(1);
 
-/// Least interval between error estimates, as a multiple of the last estimate's duration: on large
-/// pictures an estimate takes longer than a progress line may cost.
+/// Least interval between error estimates, as a multiple of the duration of the last estimate. On
+/// large pictures an estimate would otherwise take more time than a progress line is worth.
 const ESTIMATE_EVERY: u32 = 50;
 
-/// Latest estimate of a picture's error during the render.
+/// Latest estimate of a picture's error during its render, for progress lines.
 #[derive(Default)]
 struct LatestError {
     error: Option<Uncertainty>,
-    /// Time of the latest estimate, and its duration.
+    /// Time and duration of the latest estimate; `None` before the first.
     made: Option<(Instant, Duration)>,
 }
 
 impl LatestError {
-    /// Returns the current error, from a new estimate where one is due.
+    /// Returns the latest error estimate, after a new estimate if that is due or `is_last`.
     fn update(&mut self, film: &Film, is_last: bool) -> Option<Uncertainty> {
         if is_last
             || self
@@ -59,7 +60,8 @@ impl LatestError {
     }
 }
 
-/// Whether another estimate is due, given the time since the last and its duration.
+/// Whether a new error estimate is due: `passed` is the time since the last estimate, `took` is the
+/// duration of the last estimate.
 fn is_due(passed: Duration, took: Duration) -> bool {
     passed >= took * ESTIMATE_EVERY
 }
@@ -71,22 +73,23 @@ const PASS_FORMAT: u32 = 1;
 #[derive(Serialize)]
 struct ProgressLine {
     format: u32,
-    /// Number of the picture in the run, counted from one, and number of pictures.
+    /// Number of the picture, counted from one, and number of pictures in the run.
     picture: u64,
     pictures: u64,
     /// Least and greatest sample count of a pixel.
     samples: [u32; 2],
-    /// Sample count of the finished picture; null with a time budget or a target error.
+    /// Requested number of samples per pixel; null with a time budget or a target error.
     of: Option<u32>,
-    /// Latest estimate, in the form of the statistics; null without an estimate.
+    /// Latest error estimate, in the form of `--stats`; null without an estimate.
     error: Option<Uncertainty>,
-    /// Seconds since the first picture began, and seconds until the last is finished; null where
-    /// unknown.
+    /// Seconds since the start of the first picture, and estimated seconds until the last picture
+    /// is finished; null where unknown.
     seconds: f64,
     seconds_left: Option<f64>,
 }
 
-/// Finds usage errors before the scene is loaded, and adds the checkpoint to the outputs.
+/// Refuses contradicting flags of film files before the scene is loaded, and adds the checkpoint to
+/// the output files.
 pub fn check(
     task: &RenderTask,
     targets: &[OutputTarget],
@@ -121,7 +124,8 @@ pub fn check(
         return Ok(());
     };
     outputs.add(path, "--checkpoint")?;
-    // The resumed file may be the checkpoint itself, whose samples are all kept.
+    // The resumed file may be the checkpoint file itself, because the new checkpoint contains all
+    // of its samples.
     let mut inputs = InputFiles::default();
     task.resume
         .iter()
@@ -131,21 +135,21 @@ pub fn check(
     outputs.keep_clear_of(&inputs)
 }
 
-/// This run's share of an unfinished picture.
+/// Render of a picture, or of a share of it, with its film, its checkpoints and its previews.
 pub struct FilmSession<'a> {
     kept_film: KeptFilm,
     part: FilmPart,
     task: &'a RenderTask,
-    /// Whether all requested samples were rendered.
+    /// Whether all requested samples were rendered, or all that the budget allowed.
     is_done: bool,
-    /// Error of the last checkpoint, if its file could not be written.
+    /// Error of the last checkpoint if its file could not be written.
     unkept: Option<Error>,
-    /// Live previews.
+    /// Previews that are updated during the render.
     onlookers: Onlookers,
 }
 
 impl<'a> FilmSession<'a> {
-    /// Starts with an empty film or the resumed film.
+    /// Creates the session with an empty film, or with the film of `--resume`.
     pub fn start(
         task: &'a RenderTask,
         ready: &ReadyScene,
@@ -194,13 +198,13 @@ impl<'a> FilmSession<'a> {
         })
     }
 
-    /// Adds live previews.
+    /// Sets the previews that are updated during the render.
     pub fn with_onlookers(self, onlookers: Onlookers) -> Self {
         Self { onlookers, ..self }
     }
 
-    /// Renders the missing samples, with checkpoints during the render and at its end. A failed
-    /// checkpoint does not end the render.
+    /// Renders the samples that the film lacks, with checkpoints, progress lines and previews
+    /// during the render and at its end. A failed checkpoint does not end the render.
     pub fn render(
         &mut self,
         ready: &ReadyScene,
@@ -250,7 +254,8 @@ impl<'a> FilmSession<'a> {
         }
     }
 
-    /// Updates the live previews where due. A failed preview does not end the render.
+    /// Updates the live previews if their next update is due or the render ends. A failed preview
+    /// gives a warning and does not end the render.
     fn show_stage(&mut self, watch: &Watch<'_>, ends: bool) {
         let KeptFilm {
             film,
@@ -281,7 +286,7 @@ impl<'a> FilmSession<'a> {
         }
     }
 
-    /// Formats the progress as a line of JSON.
+    /// Formats the progress as a line of JSON for `--progress json`.
     fn pass(&self, progress: &Progress, error: Option<Uncertainty>) -> String {
         let ([picture, pictures], (seconds, left)) = (progress.pieces(), progress.seconds());
         let samples = self.kept_film.film.samples(&self.part);
@@ -302,7 +307,8 @@ impl<'a> FilmSession<'a> {
         serde_json::to_string(&pass).unwrap_or_default()
     }
 
-    /// Writes the checkpoint. After a failure the next one is tried again: the disk may have room.
+    /// Writes the film to the file of `--checkpoint`. After a failure the next checkpoint is tried
+    /// again, because the disk may have room by then.
     fn keep(&mut self) {
         let Some(path) = &self.task.checkpoint else {
             return;
@@ -322,12 +328,13 @@ impl<'a> FilmSession<'a> {
         self.unkept = failed;
     }
 
-    /// Returns the error of the last checkpoint, at the end of the run.
+    /// Returns the error of the last checkpoint, if its file could not be written.
     pub fn into_unkept(self) -> Option<Error> {
         self.unkept
     }
 
-    /// Adds a note where the budget allowed only the first pass.
+    /// Adds a note if the run took more than 1.1 times its budget: the budget was too small for the
+    /// first pass over the picture.
     pub fn note_slow(&self, clock: &Clock, notes: &mut Notes) {
         if let Some(budget) = self.task.budget.map(|budget| budget.as_secs_f64())
             && clock.total() > 1.1 * budget
@@ -340,22 +347,22 @@ impl<'a> FilmSession<'a> {
         }
     }
 
-    /// Number of tiles in the part that lack samples.
+    /// Returns the number of tiles in this run's share that lack samples.
     fn lacks(&self) -> usize {
         self.kept_film.film.lacking(&self.part)
     }
 
-    /// The film so far.
+    /// Returns the film with the samples so far.
     pub fn film(&self) -> &Film {
         &self.kept_film.film
     }
 
-    /// Sets the display and metadata of the picture.
+    /// Sets the display settings and the metadata that checkpoints and previews have.
     pub fn show(&mut self, display: Display, metadata: Metadata) {
         (self.kept_film.display, self.kept_film.metadata) = (display, metadata);
     }
 
-    /// Metadata of the picture's file.
+    /// Returns the metadata of the picture's file.
     pub fn metadata(&self) -> &Metadata {
         &self.kept_film.metadata
     }
@@ -365,12 +372,12 @@ impl<'a> FilmSession<'a> {
         self.is_done
     }
 
-    /// Samples per pixel, in words.
+    /// Formats the number of samples per pixel so far: `12 to 16 of 64 samples`.
     pub fn samples(&self) -> String {
         samples(&self.kept_film.film, &self.part)
     }
 
-    /// Adds this run's film to the list of written files.
+    /// Adds the checkpoint file, if it was written, to the list of written files.
     pub fn with_own(&self, mut written: Vec<String>) -> Vec<String> {
         let kept = self
             .task
@@ -381,7 +388,8 @@ impl<'a> FilmSession<'a> {
         written
     }
 
-    /// Failure of an interrupted run, with the command to resume where a checkpoint exists.
+    /// Adds a hint to the failure of an interrupted run: the flag that resumes its checkpoint, or
+    /// the reason why no checkpoint exists.
     pub fn explained(&self, failure: Failure) -> Failure {
         match (&self.task.checkpoint, &self.unkept) {
             (Some(_), Some(error)) => failure.with_hint(format_args!(
@@ -416,7 +424,7 @@ pub fn samples(film: &Film, part: &FilmPart) -> String {
     }
 }
 
-/// Refuses a film of another program version, which may use other random numbers.
+/// Refuses a film file of another program version, which may use other random numbers.
 pub fn refuse_other_program(path: &Path, metadata: &Metadata) -> Result<(), Failure> {
     if metadata.software == origin::SOFTWARE {
         return Ok(());
@@ -434,7 +442,7 @@ pub fn refuse_other_program(path: &Path, metadata: &Metadata) -> Result<(), Fail
         .into())
 }
 
-/// Failure for a film that cannot be resumed.
+/// Creates the failure for a film file that cannot be resumed or replayed with these flags.
 fn foreign(path: &Path, error: PartError) -> Failure {
     match error {
         PartError::Foreign { label, .. } => {

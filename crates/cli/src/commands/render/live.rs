@@ -1,4 +1,5 @@
-//! Live previews, updated at each doubling of the sample count: a file, and the image viewer tev.
+//! Live previews of a render, updated at each doubling of the sample count: a PNG file, and the
+//! image viewer tev.
 
 use std::path::PathBuf;
 
@@ -13,19 +14,21 @@ use super::tev::Tev;
 use crate::failure::{Exit, Failure};
 use crate::plan::RenderTask;
 
-/// Live previews of a picture, if any.
+/// Live previews of a picture: a file, a viewer, both or neither.
 #[derive(Default)]
 pub struct Onlookers {
     preview: Option<PathBuf>,
     tev: Option<Tev>,
-    /// Whether the exposure is chosen from the picture.
+    /// Whether the exposure is chosen automatically from the picture.
     is_exposed: bool,
-    /// Sample count over all pixels for the next update; `None` before the first.
+    /// Sample count, summed over all pixels, at which the next update is due; `None` before the
+    /// first update.
     next: Option<u64>,
 }
 
 impl Onlookers {
-    /// Creates the previews that a task requests, for a picture with this name.
+    /// Creates the previews that a task requests and connects to the viewer. `name` is the
+    /// picture's name in the viewer.
     pub fn of(task: &RenderTask, name: &str, is_exposed: bool) -> Result<Self, Failure> {
         let refused = |cause: std::io::Error, host: &str, port: u16| {
             let failure = Failure::new(
@@ -49,15 +52,15 @@ impl Onlookers {
         })
     }
 
-    /// Sample count over all pixels at which the previews are updated, first at one per pixel;
-    /// `None` without previews.
+    /// Returns the sample count, summed over all pixels, at which the next update is due, first at
+    /// one sample per pixel; `None` without previews.
     pub fn next(&self, film: &Film) -> Option<u64> {
         let pixels = || film.size().into_iter().map(u64::from).product();
         (self.preview.is_some() || self.tev.is_some()).then(|| self.next.unwrap_or_else(pixels))
     }
 
-    /// Updates the previews and returns the errors, none of which ends the render. A viewer that
-    /// closed its connection gets no further updates.
+    /// Updates the previews. Returns the message of a failed update, which does not end the render.
+    /// A viewer that closed its connection gets no further updates.
     pub fn show(
         &mut self,
         film: &Film,
@@ -93,7 +96,8 @@ impl Onlookers {
     }
 }
 
-/// Returns the picture with all its layers and the standard errors of its pixels.
+/// Returns the picture with all its layers, and with the standard errors of its pixels as layers
+/// `stderr`.
 fn with_errors(film: &Film, rendered: &RenderOutput) -> Picture {
     let mut picture = rendered.all_layers().into_owned();
     if let Some((errors, _)) = film
