@@ -18,15 +18,15 @@
 //!
 //! # Stages of a render
 //!
-//! | step | what it gives |
+//! | step | result |
 //! |---|---|
 //! | [`load`](prelude::load) | a [`Scene`](prelude::Scene): plain data, checked, with its images and meshes in memory. A model without lights stands in a studio |
-//! | [`Settings::from_scene`](prelude::Settings::from_scene) | size, samples, integrator and so on as the scene asks for, to be changed field by field |
+//! | [`Settings::from_scene`](prelude::Settings::from_scene) | size, samples, integrator and so on as in the scene, to be changed field by field |
 //! | [`prepare`](fn@prelude::prepare) | a [`ReadyScene`](prelude::ReadyScene): the tree, tables and textures for these settings. A scene without camera is framed |
 //! | [`ReadyScene::render`](prelude::ReadyScene::render) | a [`RenderOutput`](prelude::RenderOutput): picture, error, counts. Any number of threads gives the same bits |
 //! | [`write_picture`](prelude::write_picture) | a PNG to look at or an EXR to compute with |
 //!
-//! A scene is shaded by Whitted's integrator if it needs nothing more, and by a path tracer
+//! A scene is rendered by Whitted's integrator if it needs nothing more, and by a path tracer
 //! otherwise. [`ReadyScene::effects`](prelude::ReadyScene::effects) lists which effects are
 //! simulated, absent and left out.
 //!
@@ -57,11 +57,11 @@
 //!
 //! # The crates
 //!
-//! This crate only re-exports. [`bvh`] has rays, shapes and the tree over them; [`core`] scenes,
-//! effects, light and film; [`io`] files; `cli` the program. `default-features = false` omits the
-//! program and the crates that only a command line needs.
+//! This crate only re-exports others: [`bvh`] has rays, shapes and the tree over them, [`core`] has
+//! scenes, effects, light and film, [`io`] has files, and `cli` is the program. Without default
+//! features, the crate omits the program and the crates that only a command line needs.
 //!
-//! Not implemented yet: caustics of lights without size, subsurface scattering, moving lights.
+//! Not implemented: caustics of lights without size, subsurface scattering, moving lights.
 #![forbid(unsafe_code)]
 
 pub use raywright_bvh as bvh;
@@ -72,7 +72,7 @@ pub use raywright_core::stability;
 pub use raywright_core::stress;
 pub use raywright_io as io;
 
-/// The items that most programs need to load, render and write.
+/// Items that most programs need to load, render and write a scene.
 pub mod prelude {
     pub use raywright_core::display::Display;
     pub use raywright_core::effects::{Effect, EffectReport, EffectStatus};

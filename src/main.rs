@@ -1,6 +1,6 @@
-//! The program. Everything is in `raywright_cli`, except the heap, which only a program can choose.
+//! The program. Its code is in `raywright_cli`, except the heap, which only a binary can choose.
 
-/// Counts the memory of the program, so that no scene exceeds its limit.
+/// Heap that counts the memory of the program, so that a scene does not exceed its limit.
 #[global_allocator]
 static HEAP: raywright_bvh::CountingHeap = raywright_bvh::CountingHeap;
 

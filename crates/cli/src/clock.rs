@@ -68,8 +68,7 @@ impl Clock {
     }
 }
 
-/// Formats seconds with about three digits in the unit that fits: `35 ms`, `1.24 s`, `75.0 s`, `12
-/// min 5 s`.
+/// Formats seconds in the unit that fits, with about three digits: `35 ms`, `1.24 s`, `12 min 5 s`.
 pub fn format_duration(seconds: f64) -> String {
     match seconds {
         s if s < 0.9995 => format!("{:.0} ms", s * 1e3),

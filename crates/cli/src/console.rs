@@ -1,5 +1,5 @@
-//! Text output: results on standard output, everything else on standard error. No output contains
-//! terminal control characters.
+//! Text output of the program: results on standard output, everything else on standard error. No
+//! output contains control characters of terminals.
 
 use std::borrow::Cow;
 use std::env;
@@ -14,10 +14,10 @@ use serde::Serialize;
 
 use crate::failure::Failure;
 
-/// When messages are coloured.
+/// Value of `--color`: when messages are coloured.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum ColorChoice {
-    /// In a terminal that supports them, unless a variable says otherwise
+    /// On a terminal, unless an environment variable decides otherwise
     #[default]
     Auto,
     /// Everywhere
@@ -26,12 +26,12 @@ pub enum ColorChoice {
     Never,
 }
 
-/// Whether messages are coloured.
+/// Whether messages on standard error are coloured.
 static COLOURED: AtomicBool = AtomicBool::new(false);
 
-/// Sets the colours of all later messages. A flag takes precedence, then NO_COLOR
+/// Decides whether later messages are coloured. The flag takes precedence, then NO_COLOR
 /// (<https://no-color.org>), then CLICOLOR_FORCE and CLICOLOR (<https://bixense.com/clicolors>),
-/// then the kind of standard error.
+/// then whether standard error is a terminal.
 pub fn set_colour(choice: ColorChoice) {
     let variable = |name| env::var(name).ok().filter(|value| !value.is_empty());
     let coloured = match choice {
@@ -46,7 +46,7 @@ pub fn set_colour(choice: ColorChoice) {
     COLOURED.store(coloured, Ordering::Relaxed);
 }
 
-/// First words of messages and their ANSI colours: red, yellow, cyan, green.
+/// First words of messages, and the ANSI codes of their colours: red, yellow, cyan, green.
 const LABELS: [(&str, u8); 5] = [
     ("error:", 31),
     ("warning:", 33),
@@ -55,7 +55,7 @@ const LABELS: [(&str, u8); 5] = [
     ("tip:", 32),
 ];
 
-/// Returns the text with its labels bold and coloured.
+/// Returns the text with the label at the start of each line bold and coloured.
 fn coloured(text: &str) -> String {
     let line = |line: &str| {
         let indent = line.len() - line.trim_start().len();
@@ -76,8 +76,8 @@ fn coloured(text: &str) -> String {
     text.split('\n').map(line).collect::<Vec<_>>().join("\n")
 }
 
-/// Line width of standard output in characters, from the terminal or COLUMNS. `None` where lines
-/// stay unbroken because a program reads them.
+/// Returns the line width of standard output in characters, from COLUMNS or the terminal. `None`
+/// without either: a program then reads the lines, and they stay unbroken.
 pub fn width() -> Option<usize> {
     let told = env::var("COLUMNS")
         .ok()
@@ -87,11 +87,11 @@ pub fn width() -> Option<usize> {
     told.or_else(own).map(|width| width.max(NARROWEST))
 }
 
-/// Least line width: lines are never broken below this number of characters.
+/// Least line width in characters, for narrower terminals too.
 const NARROWEST: usize = 40;
 
-/// Writes a result to standard output, masked. A reader that closes the pipe early (`raywright
-/// schema | head`) is no failure.
+/// Writes a result to standard output, with control characters masked. A reader that closes the
+/// pipe early (`raywright schema | head`) is no failure.
 pub fn print(text: impl AsRef<str>) -> Result<(), Failure> {
     match write(masked(text.as_ref()).as_bytes()) {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(Failure::stdout(&error)),
@@ -99,8 +99,8 @@ pub fn print(text: impl AsRef<str>) -> Result<(), Failure> {
     }
 }
 
-/// Writes a picture to standard output unchanged. A pipe that closes early is a failure, because
-/// the picture is lost.
+/// Writes the bytes of a picture file to standard output, unchanged. A reader that closes the pipe
+/// early is a failure, because the picture is lost.
 pub fn print_picture(bytes: &[u8]) -> Result<(), Failure> {
     write(bytes).map_err(|error| Failure::stdout(&error))
 }
@@ -110,15 +110,16 @@ fn write(bytes: &[u8]) -> io::Result<()> {
     out.write_all(bytes).and_then(|()| out.flush())
 }
 
-/// Formats a value as indented JSON with a final line break. Control characters are written as
-/// escapes, so that names are read back unchanged and [`print`] finds nothing to mask.
+/// Formats a value as indented JSON with a final line break. Control characters in texts become
+/// JSON escapes, so that a reader gets the texts unchanged and [`print`] finds nothing to mask.
 pub fn json(value: &impl Serialize) -> String {
-    // Serialization fails only on keys that are not text, and no structure here has any.
+    // Serialization fails only for maps with keys that are no text, and no structure in this
+    // program has any.
     let text = serde_json::to_string_pretty(value).unwrap_or_default() + "\n";
     masked_json(&text).into_owned()
 }
 
-/// Writes one message to standard error, masked. A failed write is ignored.
+/// Writes a message to standard error, with control characters masked. A failed write is ignored.
 pub fn print_message(message: impl fmt::Display) {
     let message = message.to_string();
     let shown = masked(&message);
@@ -130,41 +131,41 @@ pub fn print_message(message: impl fmt::Display) {
     let _ = writeln!(io::stderr().lock(), "{shown}");
 }
 
-/// Amount of messages on standard error besides errors.
+/// Amount of messages on standard error in addition to errors.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Verbosity {
-    /// Errors only.
+    /// No message but errors.
     Quiet,
     /// Warnings, and the names of written files.
     #[default]
     Normal,
-    /// Also effects, accelerator, times and ray counts.
+    /// Also notes, effects, accelerator, times and ray counts.
     Verbose,
 }
 
 impl Verbosity {
-    /// Prints a warning about a picture that is still made: one message, perhaps of several lines.
+    /// Prints a warning, which may have several lines.
     pub fn warn(self, message: impl fmt::Display) {
         if self > Self::Quiet {
             print_message(format_args!("warning: {message}"));
         }
     }
 
-    /// Prints a note about a choice among several possibilities.
+    /// Prints a note about an automatic choice of the program.
     pub fn note(self, message: impl fmt::Display) {
         if self > Self::Quiet {
             print_message(format_args!("note: {message}"));
         }
     }
 
-    /// Prints a result of the run.
+    /// Prints a message about the result of the run, such as the names of written files.
     pub fn say(self, message: impl fmt::Display) {
         if self > Self::Quiet {
             print_message(message);
         }
     }
 
-    /// Prints a message for verbose runs only.
+    /// Prints a message, in verbose runs only.
     pub fn detail(self, message: impl fmt::Display) {
         if self == Self::Verbose {
             print_message(message);

@@ -1,5 +1,5 @@
-//! The program embedded in a module of another language. Scenes are given as data; everything else
-//! is given in the words of the command line, with its meaning and its messages. Nothing is
+//! The program as a library for modules of other languages. Scenes are given as data; all other
+//! arguments are flags of the command line, with the same meaning and the same messages. Nothing is
 //! printed, no thread is started and no signal is handled: the work runs on the caller's thread
 //! pool and checks an observer for cancellation.
 //!
@@ -34,19 +34,18 @@ pub use crate::scene_input::load_watched as load;
 pub use crate::threads::refused;
 use crate::{origin, wrong_words};
 
-/// A command with its arguments, without the names of its inputs.
+/// A command of the program with its flags, without the names of its inputs.
 pub struct EmbeddedCommand {
     command: Command,
     words: Vec<OsString>,
 }
 
 impl EmbeddedCommand {
-    /// Parses the arguments of `render`, `explain`, `accuracy` or `compare`.
+    /// Parses the flags of `render`, `explain`, `accuracy` or `compare`.
     ///
-    /// # Errors
-    /// A usage failure whose message does not repeat the command line.
+    /// A usage failure. Its message contains no usage line.
     pub fn new(command: &str, words: Vec<OsString>) -> Result<Self, Failure> {
-        // Placeholders for the required inputs of the command.
+        // Names in place of the inputs that the command requires.
         let names: &[&str] = if command == "compare" {
             &["a", "b"]
         } else {
@@ -72,7 +71,7 @@ impl EmbeddedCommand {
         Ok(Self { command, words })
     }
 
-    /// Load options of the arguments.
+    /// Returns the load options that the flags request.
     pub fn options(&self) -> LoadOptions {
         match &self.command {
             Command::Render(args) => plan::options(&args.changes, args.machine.max_memory),
@@ -82,7 +81,7 @@ impl EmbeddedCommand {
         }
     }
 
-    /// Requested number of threads; `None`: one for each processor.
+    /// Returns the requested number of threads; `None`: one for each processor.
     pub fn threads(&self) -> Option<u32> {
         match &self.command {
             Command::Render(args) => args.machine.threads,
@@ -91,7 +90,8 @@ impl EmbeddedCommand {
         }
     }
 
-    /// Renders a scene loaded with these options, for `render`.
+    /// Renders the picture of `render` for a scene that was loaded with
+    /// [`EmbeddedCommand::options`].
     pub fn picture(
         &self,
         loaded: Loaded,
@@ -101,7 +101,7 @@ impl EmbeddedCommand {
         picture::render(loaded, &self.task()?, command, observer)
     }
 
-    /// Task of `render`.
+    /// Resolves the flags of `render` to the work of a run.
     pub(crate) fn task(&self) -> Result<RenderTask, Failure> {
         let Command::Render(args) = &self.command else {
             return Err(other("a picture"));
@@ -109,8 +109,8 @@ impl EmbeddedCommand {
         RenderTask::new((**args).clone(), Verbosity::Quiet)
     }
 
-    /// Returns the JSON of `explain --json` or `accuracy --json` for a scene loaded with these
-    /// options.
+    /// Returns the JSON of `explain --json` or `accuracy --json` for a scene that was loaded with
+    /// [`EmbeddedCommand::options`].
     pub fn report(&self, loaded: Loaded, observer: &dyn Observer) -> Result<String, Failure> {
         match &self.command {
             Command::Explain(args) => explain::embedded(args, loaded, observer),
@@ -122,8 +122,8 @@ impl EmbeddedCommand {
         }
     }
 
-    /// Returns the JSON of `compare --json` for two pictures with these names. A difference is no
-    /// failure.
+    /// Returns the JSON of `compare --json` for two pictures with these names. A measure beyond a
+    /// threshold is no failure.
     pub fn comparison(
         &self,
         names: [PathBuf; 2],
@@ -135,7 +135,7 @@ impl EmbeddedCommand {
         compare::embedded(args, names, pair)
     }
 
-    /// The equivalent command line.
+    /// Returns the equivalent command line of the program.
     fn of_program(&self, command: &str, loaded: &Loaded) -> String {
         let first = [OsString::from(command), OsString::from(&loaded.source.name)];
         origin::command_of(&[&first, self.words.as_slice()].concat())

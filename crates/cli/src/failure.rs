@@ -1,4 +1,4 @@
-//! Ends of a run: the exit codes that scripts rely on, and the single message of each failure.
+//! Failures of a run: the exit codes that scripts rely on, and the single message of each failure.
 
 use std::fmt;
 use std::io;
@@ -12,19 +12,20 @@ use raywright_io::{Error, ErrorKind};
 pub enum Exit {
     /// The whole request was done.
     Done = 0,
-    /// The work itself failed, or a comparison lies beyond its threshold.
+    /// The work itself failed, or a measured value exceeds its threshold.
     Failed = 1,
-    /// The command line names something that does not exist: a flag, a preset, a camera, a value.
+    /// The command line is malformed, or names a flag, a preset, a camera or a value that does not
+    /// exist.
     Usage = 2,
-    /// A scene, model or picture whose content cannot be used.
+    /// The content of a scene, model or picture cannot be used.
     Input = 3,
-    /// A file that cannot be read or written.
+    /// A file cannot be read or written.
     File = 4,
-    /// The input is larger than a limit allows.
+    /// The work needs more memory or time than a limit allows.
     Limit = 5,
     /// The picture was written, but its error is above the requested limit.
     Unreached = 6,
-    /// Ctrl-C, or a request to terminate.
+    /// The run ended by Ctrl-C or by a request to terminate.
     Interrupted = 130,
 }
 
@@ -48,14 +49,15 @@ impl From<ErrorKind> for Exit {
 /// Failure of a run: its exit code and its message to the user.
 #[derive(Debug)]
 pub struct Failure {
-    /// Exit code.
+    /// Exit code of the program.
     pub exit: Exit,
-    /// The whole message: what went wrong, where, and advice.
+    /// The whole message: the label `error: `, the problem, its place, and advice in lines of their
+    /// own.
     pub message: String,
 }
 
 impl Failure {
-    /// Creates a failure; `error: ` is put before the message.
+    /// Creates a failure. The label `error: ` is put before the message.
     pub fn new(exit: Exit, message: impl fmt::Display) -> Self {
         Self {
             exit,
@@ -63,13 +65,13 @@ impl Failure {
         }
     }
 
-    /// Adds advice in a line of its own.
+    /// Adds advice to the message, in a line of its own with the label `help: `.
     pub fn with_hint(mut self, advice: impl fmt::Display) -> Self {
         self.message += &format!("\nhelp: {advice}");
         self
     }
 
-    /// Failure to write to standard output.
+    /// Creates the failure for an error of writing to standard output.
     pub fn stdout(cause: &io::Error) -> Self {
         Self::new(
             Exit::File,

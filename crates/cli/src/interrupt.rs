@@ -1,5 +1,5 @@
-//! Ctrl-C: the first stops the work at its next check, or ends the program where no result exists
-//! yet; the second ends the program at once.
+//! Handling of Ctrl-C. The first Ctrl-C stops the work at its next check, or ends the program in
+//! its early stage, before any result exists. The second ends the program at once.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};
@@ -18,16 +18,16 @@ use crate::failure::{Exit, Failure};
 
 static STOP: AtomicBool = AtomicBool::new(false);
 
-/// Turns a file beyond the size limit (`ulimit -f`) into a failed write, as on a full disk.
-/// Otherwise the system would end the program at once and leave the unfinished file behind.
+/// Makes a write beyond the limit on file sizes (`ulimit -f`) fail, as on a full disk. By default
+/// the system would end the program at such a write and leave the unfinished file behind.
 pub fn outlive_file_limits() {
-    // If the handler cannot be registered, the system's default applies.
+    // If the handler cannot be registered, the system's default holds.
     #[cfg(unix)]
     let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default());
 }
 
-/// Installs the signal handlers once for the whole program, and returns the flag set by the first
-/// Ctrl-C or termination request.
+/// Installs the signal handlers, once for the whole program. Returns the flag that the first Ctrl-C
+/// or request to terminate sets.
 pub fn flag() -> Result<&'static AtomicBool, Failure> {
     static WATCH: OnceLock<Result<(), String>> = OnceLock::new();
     match WATCH.get_or_init(|| watch().map_err(|error| error.to_string())) {
@@ -39,7 +39,8 @@ pub fn flag() -> Result<&'static AtomicBool, Failure> {
     }
 }
 
-/// Handler of a stop request. It runs on a thread of its own, where writes and locks are allowed.
+/// Handles Ctrl-C and requests to terminate. The handler runs on a thread of its own, where writes
+/// and locks are allowed.
 fn stop() {
     beginning::interrupt();
     if STOP.swap(true, Ordering::Relaxed) {
@@ -54,7 +55,8 @@ fn watch() -> io::Result<()> {
     Ok(())
 }
 
-/// On other systems a signal only sets a flag; a thread polls the flag at short intervals.
+/// Starts a thread that handles signals. On systems other than Unix, a signal sets a flag, which
+/// the thread polls at short intervals.
 #[cfg(not(unix))]
 fn watch() -> io::Result<()> {
     let request = Arc::new(AtomicBool::new(false));

@@ -1,9 +1,10 @@
-//! The command line of Raywright: arguments, progress, tables, exit codes. No decision about light
-//! is made here.
+//! Command line of Raywright: arguments, progress, tables, exit codes. Decisions about light are
+//! made in `raywright_core`.
 //!
 //! A run has three stages: clap parses [`args`], `plan` resolves them after every check that needs
-//! no scene, and each module of `commands` does one task with the libraries. Every error becomes a
-//! [`failure::Failure`], which is printed once, here, and decides the exit code.
+//! no scene, and a module of `commands` does the work with the libraries. Every error becomes a
+//! [`failure::Failure`], whose message is printed once, in [`main_with`], and which decides the
+//! exit code.
 //!
 //! ```
 //! use clap::Parser;
@@ -60,8 +61,8 @@ pub fn main() -> ExitCode {
     main_with(std::env::args_os().collect()).into()
 }
 
-/// The same for an embedding program, whose own command line has further words before these. The
-/// first word is a program name.
+/// Runs the whole program with the given words of a command line, for a program in another
+/// language. The first word is a program name. Returns the exit code.
 pub fn main_with(words: Vec<OsString>) -> Exit {
     panic::set_hook(Box::new(report_panic));
     interrupt::outlive_file_limits();
@@ -78,7 +79,7 @@ pub fn main_with(words: Vec<OsString>) -> Exit {
 }
 
 fn run(words: Vec<OsString>) -> Result<(), Failure> {
-    // Errors of the command line are coloured too.
+    // The colour is chosen before the line is parsed, because errors of parsing are coloured too.
     console::set_colour(words::colour(&words));
     match Arguments::try_parse_from(words::with_command(words)) {
         Ok(arguments) => {
@@ -90,7 +91,8 @@ fn run(words: Vec<OsString>) -> Result<(), Failure> {
     }
 }
 
-/// Failure of a malformed command line, with advice.
+/// Converts clap's error for a malformed command line to a failure, with advice on flags of other
+/// programs.
 fn wrong_words(error: &clap::Error) -> Failure {
     let message = synonyms::explained(error).unwrap_or_else(|| error.render().to_string());
     Failure {

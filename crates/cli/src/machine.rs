@@ -1,8 +1,9 @@
-//! Description of the machine for readers of measured times.
+//! Description of the machine, for reports with measured times.
 
 use std::fs;
 
-/// Model name of the processor on Linux.
+/// Returns the model name of the processor from `/proc/cpuinfo`; `None` on systems other than
+/// Linux.
 pub fn processor() -> Option<String> {
     let known = fs::read_to_string("/proc/cpuinfo").ok()?;
     let line = known.lines().find(|line| line.starts_with("model name"))?;

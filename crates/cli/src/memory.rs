@@ -1,8 +1,8 @@
-//! Memory use in words, and the peak memory of the process as reported by the operating system.
+//! Memory use as text, and the peak memory of the process as the operating system reports it.
 
 use raywright_io::human_bytes;
 
-/// Lists the nonzero parts in their order: `geometry 1.2 MiB, picture 300 KiB`.
+/// Formats the names and sizes of all parts above zero bytes: `geometry 1.2 MiB, picture 300 KiB`.
 pub fn listed(parts: &[(&str, u64)]) -> String {
     let taken = parts.iter().filter(|(_, bytes)| *bytes > 0);
     taken
@@ -11,7 +11,7 @@ pub fn listed(parts: &[(&str, u64)]) -> String {
         .join(", ")
 }
 
-/// Peak resident memory in bytes; `None` where the system has no `/proc`.
+/// Returns the peak resident memory of the process in bytes; `None` on systems without `/proc`.
 pub fn peak_bytes() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status

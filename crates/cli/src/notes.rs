@@ -1,5 +1,5 @@
-//! Messages of a run besides its result: all of them with `-v`, otherwise one line for each file
-//! with a problem, and none with `-q`.
+//! Messages of a run in addition to its result: all of them at once with `-v`, otherwise at the end
+//! of the run a line for each file with a problem, and none with `-q`.
 
 use std::collections::HashSet;
 
@@ -7,7 +7,7 @@ use raywright_io::{Loaded, Severity};
 
 use crate::console::{self, Verbosity};
 
-/// Importance of a message; greater values come first.
+/// Importance of a message; greater values are printed first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum MessagePriority {
     /// An automatic choice of the program.
@@ -28,29 +28,30 @@ impl From<Severity> for MessagePriority {
     }
 }
 
-/// A message kept until the end of a run.
+/// A message kept for the end of the run.
 #[derive(Debug)]
 struct Message {
     weight: MessagePriority,
-    /// Index of its file in the order of the run.
+    /// Number of the message's file in the order of the run.
     file: usize,
     text: String,
 }
 
-/// Messages kept until the end of a run.
+/// Messages of a run, kept for its end except in verbose runs.
 #[derive(Debug)]
 pub struct Notes {
     verbosity: Verbosity,
-    /// Name of the current scene, where a run has several.
+    /// Name of the current scene, which is put before its messages; `None` in a run of a single
+    /// scene.
     about: Option<String>,
     /// Number of files so far.
     file: usize,
     kept: Vec<Message>,
-    /// Texts of all kept messages, so that none is kept twice.
+    /// Texts of all kept messages, to keep equal messages once.
     texts: HashSet<String>,
 }
 
-/// Largest number of files with a line of their own.
+/// Largest number of files with a line of their own in the output.
 const MOST_FILES: usize = 20;
 
 impl Notes {
@@ -65,33 +66,33 @@ impl Notes {
         }
     }
 
-    /// Sets the file that later messages belong to.
+    /// Sets the scene file that later messages belong to.
     pub fn turn_to(&mut self, name: &str) {
         self.about = Some(name.to_owned());
         self.file += 1;
     }
 
-    /// Adds a warning: a part of the picture is incomplete or wrong.
+    /// Adds a warning about a picture that is incomplete or wrong.
     pub fn warn(&mut self, message: impl Into<String>) {
         self.add(MessagePriority::Warning(Severity::LeftOut), message.into());
     }
 
-    /// Adds advice.
+    /// Adds advice for a better picture.
     pub fn hint(&mut self, message: impl Into<String>) {
         self.add(MessagePriority::Hint, message.into());
     }
 
-    /// Adds a note on an automatic choice.
+    /// Adds a note on an automatic choice of the program.
     pub fn note(&mut self, message: impl Into<String>) {
         self.add(MessagePriority::Note, message.into());
     }
 
-    /// Prints a message for verbose runs, with or without a label.
+    /// Prints a message at once, in verbose runs only.
     pub fn detail(&self, message: impl std::fmt::Display) {
         self.verbosity.detail(message);
     }
 
-    /// Adds the warnings of a loaded scene.
+    /// Adds all warnings that the load of a scene gave.
     pub fn warn_of(&mut self, loaded: &Loaded) {
         loaded
             .warnings
@@ -116,13 +117,12 @@ impl Notes {
         }
     }
 
-    /// Returns the kept texts, for another output.
+    /// Returns the texts of the kept messages, for an embedding program.
     pub fn into_texts(self) -> Vec<String> {
         self.kept.into_iter().map(|message| message.text).collect()
     }
 
-    /// Prints the kept messages: one line for each file with a problem, or a single line without
-    /// problems.
+    /// Prints the kept messages, a line for each file with a problem, and forgets them.
     pub fn finish(&mut self) {
         if self.verbosity == Verbosity::Normal {
             self.lines().iter().for_each(console::print_message);
@@ -130,8 +130,8 @@ impl Notes {
         (self.kept, self.texts) = (Vec::new(), HashSet::new());
     }
 
-    /// Formats the worst message of each file with a problem and the number of its others, worst
-    /// file first. Without any problem, a single line covers all files.
+    /// Formats a line for each file with a warning, worst file first: its worst message, and the
+    /// number of its other messages. Without any warning, a single line covers all files.
     fn lines(&self) -> Vec<String> {
         let is_fine = !self
             .kept
@@ -157,7 +157,7 @@ impl Notes {
     }
 }
 
-/// Formats the first of the worst messages and the number of the others.
+/// Formats the first of the most important messages, and the number of all others.
 fn line(messages: &[Message]) -> Option<(MessagePriority, String)> {
     let most = messages.iter().map(|message| message.weight).max()?;
     let first = messages.iter().find(|message| message.weight == most)?;

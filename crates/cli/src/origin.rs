@@ -1,4 +1,5 @@
-//! Origin metadata in picture files: enough to render the picture again.
+//! Origin of a picture, for the metadata of its file: program, scene, settings and command, enough
+//! to render the picture again.
 
 use std::ffi::OsString;
 use std::sync::OnceLock;
@@ -17,10 +18,10 @@ use serde::Serialize;
 use crate::plan::{PicturePlan, RungChoices};
 use crate::table::format_significant;
 
-/// Program and version.
+/// Name and version of the program.
 pub const SOFTWARE: &str = concat!("Raywright ", env!("CARGO_PKG_VERSION"));
 
-/// Metadata of a picture's file.
+/// Returns the metadata of a picture's file, without its error.
 pub fn metadata(loaded: &Loaded, plan: &PicturePlan, choices: &RungChoices) -> Metadata {
     Metadata {
         software: SOFTWARE.to_owned(),
@@ -32,8 +33,9 @@ pub fn metadata(loaded: &Loaded, plan: &PicturePlan, choices: &RungChoices) -> M
     }
 }
 
-/// Error statement of a picture's file: both measures with their intervals, the number of samples
-/// and whether the picture was denoised. Empty without an estimate.
+/// Formats the error of a picture for the metadata of its file: both measures with their intervals,
+/// the number of samples, whether the picture is denoised, and the doubt. Empty without an
+/// estimate.
 pub fn error(noisy: Option<&Uncertainty>, rendered: &RenderOutput, film: &Film) -> String {
     let denoised = rendered.denoised();
     let Some(claim) = denoised.map(|denoised| &denoised.error).or(noisy) else {
@@ -66,7 +68,8 @@ pub fn error(noisy: Option<&Uncertainty>, rendered: &RenderOutput, film: &Film) 
     )
 }
 
-/// Identity of a scene with all changes of the flags: equal for all parts of one picture.
+/// Returns a text that identifies a scene with all changes that flags make to it. Film files
+/// compare this text: it is equal for all parts of a picture.
 pub fn identity(loaded: &Loaded, options: &LoadOptions, choices: &RungChoices) -> String {
     let LoadOptions {
         overrides,
@@ -76,7 +79,7 @@ pub fn identity(loaded: &Loaded, options: &LoadOptions, choices: &RungChoices) -
         section,
         ..
     } = options;
-    // The content of an environment's file already contributes to the scene's hash.
+    // The hash of the scene already includes the content of an environment's file.
     let source = environment
         .source
         .as_ref()
@@ -95,8 +98,8 @@ pub fn identity(loaded: &Loaded, options: &LoadOptions, choices: &RungChoices) -
     )
 }
 
-/// The choices shared by all parts of one picture. The number of samples and denoising are
-/// properties of the film, so that their rungs are left out.
+/// Formats the choices shared by all parts of a picture. The rungs for the number of samples and
+/// for denoising are omitted, because they are properties of the film.
 fn of_picture(choices: &RungChoices) -> String {
     let of_film = [Ladder::Samples, Ladder::Reconstruction];
     let mut own = choices.clone();
@@ -105,35 +108,35 @@ fn of_picture(choices: &RungChoices) -> String {
     own.words(RUNG, WITHOUT).concat()
 }
 
-/// Prefixes of rungs and of switched-off effects, which change the scene besides the settings.
+/// Prefixes of rungs and of switched-off effects in a picture's settings text.
 const RUNG: &str = " rung:";
 const WITHOUT: &str = " without=";
 
-/// Replaces the sample count in a picture's settings text.
+/// Replaces the number of samples taken in a picture's settings text, or adds it.
 pub fn with_samples(settings: &str, samples: &str) -> String {
     let plain = settings.split(" taken=").next().unwrap_or_default();
     format!("{plain} taken={}", quoted(samples))
 }
 
-/// Command line of this run: that of the process, unless another program embeds this crate.
+/// Command line of this run: the process's own, unless an embedding program sets another.
 static WORDS: OnceLock<Vec<OsString>> = OnceLock::new();
 
-/// Sets the command line of this run; its first word is a program name.
+/// Sets the command line of this run, whose first word is a program name.
 pub fn set_words(words: &[OsString]) {
     WORDS.get_or_init(|| words.to_vec());
 }
 
-/// Returns the command line of this run.
+/// Returns the words of this run's command line.
 pub fn words() -> &'static [OsString] {
     WORDS.get_or_init(|| std::env::args_os().collect())
 }
 
-/// Returns the command line, quoted for a shell.
+/// Returns this run's command line, quoted for a shell.
 pub fn command_line() -> String {
     command_of(words().get(1..).unwrap_or_default())
 }
 
-/// Returns the command with these arguments, quoted for a shell.
+/// Formats the command `raywright` with these arguments, quoted for a shell.
 pub fn command_of(arguments: &[OsString]) -> String {
     let arguments = arguments
         .iter()
@@ -144,7 +147,7 @@ pub fn command_of(arguments: &[OsString]) -> String {
         .join(" ")
 }
 
-/// Puts a word in single quotes where a shell would otherwise split or expand it.
+/// Puts a word in single quotes if a shell would otherwise split or expand it.
 pub fn quoted(word: &str) -> String {
     let plain = |c: char| c.is_alphanumeric() || "-_./,:=+@%".contains(c);
     if !word.is_empty() && word.chars().all(plain) {
@@ -154,7 +157,7 @@ pub fn quoted(word: &str) -> String {
     }
 }
 
-/// Settings that determine a picture's bits, as `name=value` separated by spaces.
+/// Formats the settings that determine a picture's bits, as `name=value` separated by spaces.
 fn settings(settings: &Settings, display: Display) -> String {
     let [width, height] = settings.size;
     let samples = match settings.sampling {
@@ -203,7 +206,7 @@ fn settings(settings: &Settings, display: Display) -> String {
     )
 }
 
-/// Name of an enum variant in scene files.
+/// Returns the name of an enum variant in scene files.
 pub fn name<T: Serialize>(variant: &T) -> String {
     match serde_json::to_value(variant) {
         Ok(serde_json::Value::String(name)) => name,
@@ -211,7 +214,7 @@ pub fn name<T: Serialize>(variant: &T) -> String {
     }
 }
 
-/// The name of a precision on the command line.
+/// Returns the name of a precision on the command line.
 pub fn precision(precision: PrecisionChoice) -> &'static str {
     match precision {
         PrecisionChoice::Robust => "robust",
@@ -219,7 +222,7 @@ pub fn precision(precision: PrecisionChoice) -> &'static str {
     }
 }
 
-/// The name of an accelerator on the command line.
+/// Returns the name of an accelerator on the command line.
 pub fn accelerator(kind: AcceleratorKind) -> &'static str {
     match kind {
         AcceleratorKind::Linear => "linear",

@@ -1,5 +1,5 @@
-//! Preparation of a loaded scene for rendering: adds a view where the scene has none, and reports
-//! failures in the user's terms.
+//! Preparation of a loaded scene for rendering. Failures are reported with the file's name, the
+//! parts that need memory, and flags that help.
 
 use std::cmp::Reverse;
 
@@ -11,13 +11,12 @@ use raywright_io::{Error, Loaded, SourceInfo, human_bytes};
 use crate::failure::{Exit, Failure};
 use crate::memory;
 
-/// Message of a run that was stopped before any result existed.
+/// Message of a run that was interrupted before any result existed.
 pub const NOTHING_KEPT: &str = "interrupted; nothing was written";
 
-/// Prepares a scene.
+/// Prepares a loaded scene for these settings.
 ///
-/// # Errors
-/// A failure in the terms of the command line.
+/// A failure that names the file and the flags that help.
 pub fn prepare_loaded(
     loaded: &Loaded,
     settings: &Settings,
@@ -26,7 +25,7 @@ pub fn prepare_loaded(
     prepare(&loaded.scene, settings, observer).map_err(|error| failed(&loaded.source, error))
 }
 
-/// Failure message for a scene from `source` that cannot be prepared.
+/// Converts the error of a preparation to a failure that names the scene's file.
 pub fn failed(source: &SourceInfo, error: PrepareError) -> Failure {
     let name = source.name.as_str();
     match error {
@@ -39,8 +38,8 @@ pub fn failed(source: &SourceInfo, error: PrepareError) -> Failure {
     }
 }
 
-/// Error that lists the memory needed by each part, largest first, with advice about the largest
-/// part. Without a limit, the message says that the system has not enough memory.
+/// Creates the error for too little memory. It lists the memory of each part, largest first, with
+/// advice on the largest part. Without a limit, the system has not enough memory.
 fn too_much(name: &str, needed: &Memory, allowed: Option<u64>) -> Error {
     let advice = |part: &str| match part {
         "picture" => "render less with --size or --crop",

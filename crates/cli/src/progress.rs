@@ -1,5 +1,5 @@
-//! Progress of a long computation: a bar on a terminal, occasional lines elsewhere, always on
-//! standard error.
+//! Progress display of a long computation: a bar on a terminal, occasional lines elsewhere, always
+//! on standard error.
 
 use std::io::{self, IsTerminal};
 use std::sync::Mutex;
@@ -12,26 +12,26 @@ use crate::args::ProgressStyle;
 use crate::clock::whole;
 use crate::console::{self, Verbosity};
 
-/// Time before the first plain line. Each later pause is twice as long, up to [`LONGEST_PAUSE`], so
-/// that a render of an hour does not fill a log.
+/// Time before the first plain line, and longest pause between plain lines. Each pause is twice as
+/// long as the one before, so that a render of an hour does not fill a log.
 const FIRST_PAUSE: Duration = Duration::from_secs(1);
 const LONGEST_PAUSE: Duration = Duration::from_secs(32);
 
-/// Progress display. Any thread may report.
+/// Progress display of a load, a render or a denoising. Any thread may report progress.
 #[derive(Debug)]
 pub struct Progress {
     label: &'static str,
     start: Instant,
     display: ProgressDisplay,
     reports: AtomicU64,
-    /// Number of finished pieces of the work; `of` is their total number.
+    /// Number of finished pieces of the work, such as pictures; `of` is the number of all pieces.
     finished: AtomicU64,
     of: u64,
-    /// Largest share of the whole work reported so far, in units of 2⁻³².
+    /// Largest share of the work reported so far, in units of 2⁻³².
     share: AtomicU64,
 }
 
-/// Units of a share in the whole.
+/// Number of units in the whole work, 2³².
 const SHARES: f64 = (1_u64 << 32) as f64;
 
 #[derive(Debug)]
@@ -42,8 +42,8 @@ enum ProgressDisplay {
 }
 
 impl Progress {
-    /// Starts a display of the work `label`. Its style suits standard error unless the user chose a
-    /// style.
+    /// Starts a display of the work named `label`, by default as a bar on a terminal and as lines
+    /// elsewhere.
     pub fn start(label: &'static str, style: ProgressStyle, verbosity: Verbosity) -> Self {
         let display = ProgressDisplay::of(label, style, verbosity, io::stderr().is_terminal());
         Self {
@@ -57,12 +57,13 @@ impl Progress {
         }
     }
 
-    /// Returns a display that shows nothing.
+    /// Creates a display that shows nothing.
     pub fn hidden() -> Self {
         Self::start("", ProgressStyle::None, Verbosity::Quiet)
     }
 
-    /// Divides the work into `of` pieces, each of which reports for itself.
+    /// Divides the work into `total` pieces; [`Progress::report`] then counts the steps of the
+    /// current piece.
     pub fn of_pieces(self, total: usize) -> Self {
         Self {
             of: total as u64,
@@ -70,24 +71,23 @@ impl Progress {
         }
     }
 
-    /// Restarts the clock: the work begins now.
+    /// Restarts the clock of the display, at the begin of the first render.
     pub fn begin(&mut self) {
         self.start = Instant::now();
     }
 
-    /// Counts one more finished piece.
+    /// Counts the current piece as finished.
     pub fn finish_piece(&self) {
         self.finished.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// Reports that `done` of `total` steps are finished, of the whole work or of the current
-    /// piece.
+    /// Reports that `done` of `total` steps of the current piece are finished.
     pub fn report(&self, done: u64, total: u64) {
         let (done, total) = (
             done + self.finished.load(Ordering::Relaxed) * total,
             total * self.of,
         );
-        // With a target error the total grows during the render; the displayed share never falls.
+        // With a target error `total` grows during the render; the displayed share never falls.
         let share = (done as f64 / total.max(1) as f64 * SHARES) as u64;
         let share = self.share.fetch_max(share, Ordering::Relaxed).max(share);
         let reports = 1 + self.reports.fetch_add(1, Ordering::Relaxed);
@@ -102,13 +102,13 @@ impl Progress {
         }
     }
 
-    /// Returns the finished pieces and the total number of pieces.
+    /// Returns the number of finished pieces and of all pieces.
     pub fn pieces(&self) -> [u64; 2] {
         [self.finished.load(Ordering::Relaxed), self.of]
     }
 
-    /// Returns the seconds since the start and an estimate of the seconds left at the same rate, or
-    /// `None` before an estimate is possible.
+    /// Returns the seconds since the start, and the estimated seconds until the end at the same
+    /// speed; `None` before an estimate is possible.
     pub fn seconds(&self) -> (f64, Option<f64>) {
         let share = self.share.load(Ordering::Relaxed) as f64 / SHARES;
         let elapsed = self.start.elapsed().as_secs_f64();
@@ -118,7 +118,7 @@ impl Progress {
         )
     }
 
-    /// Removes the display, so that messages can follow.
+    /// Removes the bar from the terminal, so that messages can follow.
     pub fn finish(&self) {
         if let ProgressDisplay::Bar(bar) = &self.display {
             bar.finish_and_clear();
@@ -130,14 +130,15 @@ impl ProgressDisplay {
     fn of(label: &str, style: ProgressStyle, verbosity: Verbosity, is_terminal: bool) -> Self {
         match style {
             _ if verbosity == Verbosity::Quiet => Self::Nothing,
-            // JSON progress is printed by the render command, which has the samples and errors.
+            // The `render` command prints JSON progress itself, because it knows samples and
+            // errors.
             ProgressStyle::None | ProgressStyle::Json => Self::Nothing,
             ProgressStyle::Auto if is_terminal => Self::Bar(bar(label)),
             ProgressStyle::Auto | ProgressStyle::Plain => Self::Lines(Mutex::new(LinePace::new())),
         }
     }
 
-    /// Moves the bar; returns the line to print where a line is due.
+    /// Updates the bar. Returns the line to print, if lines are shown and the next is due.
     fn report(&self, label: &str, work: WorkProgress) -> Option<String> {
         match self {
             Self::Nothing => None,
@@ -148,7 +149,8 @@ impl ProgressDisplay {
                 None
             }
             Self::Lines(pace) => {
-                // Another thread holds the lock and reports already; this report is skipped.
+                // If another thread holds the lock, that thread reports, and this report is
+                // skipped.
                 let due = pace
                     .try_lock()
                     .is_ok_and(|mut pace| pace.is_due(work.elapsed));
@@ -158,8 +160,8 @@ impl ProgressDisplay {
     }
 }
 
-/// Display of work in several named steps: on a terminal a bar that disappears at the end,
-/// elsewhere occasional lines.
+/// Progress display of a measurement in several named steps: on a terminal a bar that disappears at
+/// the end, elsewhere occasional lines.
 #[derive(Debug)]
 pub struct StepProgress {
     start: Instant,
@@ -168,7 +170,7 @@ pub struct StepProgress {
 }
 
 impl StepProgress {
-    /// Starts the display with no step done.
+    /// Starts the display before the first step.
     pub fn start(verbosity: Verbosity) -> Self {
         let quiet = verbosity == Verbosity::Quiet;
         let bar = if quiet {
@@ -189,7 +191,7 @@ impl StepProgress {
         }
     }
 
-    /// Shows the current step and the share of the whole that is done.
+    /// Shows the name of the current step and the finished share of the measurement, 0 to 1.
     pub fn show(&mut self, label: &str, share: f64) {
         self.bar.set_position((1000.0 * share) as u64);
         self.bar.set_message(console::on_one_line(label));
@@ -219,23 +221,23 @@ fn bar(label: &str) -> ProgressBar {
     bar
 }
 
-/// Least number of finished pieces, or least share of the whole, before an estimate of the time
-/// left: the first pieces of a picture may be its slowest, so that a single one allows no estimate.
+/// Least number of reports, or least finished share, before the time left is estimated: the first
+/// tiles of a picture may be its slowest, so that a single report allows no estimate.
 const ENOUGH: u64 = 16;
 const ENOUGH_SHARE: f64 = 0.05;
 
-/// Progress of the work.
+/// Progress of the work at a report, from which the display is formatted.
 #[derive(Clone, Copy, Debug)]
 struct WorkProgress {
     elapsed: Duration,
-    /// Number of reports so far.
+    /// Number of reports so far; each is the end of a tile.
     reports: u64,
     done: u64,
     total: u64,
 }
 
 impl WorkProgress {
-    /// Formats one plain line.
+    /// Formats a plain line: label, percentage and time left.
     fn line(self, label: &str) -> String {
         let percent = 100 * self.done / self.total.max(1);
         let left = self.left();
@@ -246,7 +248,7 @@ impl WorkProgress {
         }
     }
 
-    /// Estimated time left at the same rate; empty before an estimate is possible.
+    /// Formats the estimated time left at the same speed; empty before an estimate is possible.
     fn left(self) -> String {
         let Self {
             elapsed,
@@ -262,7 +264,7 @@ impl WorkProgress {
     }
 }
 
-/// Schedule of the plain lines.
+/// Schedule of the plain lines: the time of the next line, and the pause before it.
 #[derive(Debug)]
 struct LinePace {
     next: Duration,

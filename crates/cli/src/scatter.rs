@@ -1,13 +1,13 @@
-//! Scatter plot for a terminal: double-logarithmic, in plain characters, at most sixty columns
-//! wide.
+//! Scatter plot for a terminal: logarithmic on both axes, in plain characters, at most sixty
+//! columns wide.
 
 use crate::table::format_significant;
 
 const WIDTH: usize = 44;
 const HEIGHT: usize = 10;
 
-/// Plots points (x, y) with the names of the vertical and the horizontal axis. Values at or below
-/// zero lie on the edge. The result is empty unless two points differ.
+/// Draws points (x, y) in a plot with these names of the axes. Values at or below zero lie on the
+/// edge. The text is empty unless two points differ in x and two in y.
 pub fn scatter(points: &[(f64, f64)], vertical: &str, horizontal: &str) -> String {
     let ends = |of: fn(&(f64, f64)) -> f64| {
         let known = points.iter().map(of).filter(|v| *v > 0.0 && v.is_finite());

@@ -1,4 +1,4 @@
-//! Input of scenes, for every command that reads one by name.
+//! Loading of scenes by the names on the command line, for every command.
 
 use std::ffi::{OsStr, OsString};
 use std::io::IsTerminal;
@@ -20,7 +20,7 @@ use crate::notes::Notes;
 use crate::progress::Progress;
 use crate::watch::Watch;
 
-/// Loads and validates a scene and records its warnings.
+/// Loads and validates a scene by its name on the command line, and records its warnings.
 pub fn read(name: &OsStr, options: &LoadOptions, notes: &mut Notes) -> Result<Loaded, Failure> {
     let _beginning = Beginning::of(name, options.limits.memory_bytes, None)?;
     let loaded = load(&input(name, &options.limits)?, options, &Progress::hidden())?;
@@ -42,7 +42,7 @@ pub fn load(input: &Input, options: &LoadOptions, progress: &Progress) -> Result
     loaded
 }
 
-/// The same with an observer.
+/// Loads and validates a scene, with an observer for progress and cancellation.
 pub fn load_watched(
     input: &Input,
     options: &LoadOptions,
@@ -51,13 +51,13 @@ pub fn load_watched(
     load_observed(input, options, observer).map_err(|error| explained(error, input).into())
 }
 
-/// Name of the default scene, for a command line without any.
+/// Returns the name of the default preset, for a command line without a scene.
 pub fn unnamed() -> Result<OsString, Failure> {
     Ok(default_of(&presets::names().collect::<Vec<_>>())?.into())
 }
 
-/// Selects the default among the built-in presets. A build may lack the default, because presets
-/// are files that can be deleted.
+/// Returns the name of the default preset. A build may lack it, because presets are files that can
+/// be deleted; the error then lists the presets of the build.
 fn default_of(carried: &[&str]) -> Result<String, Error> {
     if carried.contains(&DEFAULT_PRESET) {
         return Ok(format!("preset:{DEFAULT_PRESET}"));
@@ -74,7 +74,8 @@ fn default_of(carried: &[&str]) -> Result<String, Error> {
     }))
 }
 
-/// Records which light, camera or material the scene lacked and what replaced it.
+/// Adds a note on the light, the camera and the up axis that the scene lacked, and on their
+/// replacements.
 pub fn note_completed(loaded: &Loaded, notes: &mut Notes) {
     let light = loaded
         .added_sky
@@ -108,7 +109,7 @@ pub fn note_completed(loaded: &Loaded, notes: &mut Notes) {
     }
 }
 
-/// Whether every ray misses a scene: no bounded shape, no infinite plane, and no sky of the scene's
+/// Whether every ray misses a scene: it has no bounded shape, no infinite plane, and no sky of its
 /// own.
 pub fn shows_nothing(loaded: &Loaded) -> bool {
     let scene = &loaded.scene;
@@ -123,7 +124,7 @@ pub fn shows_nothing(loaded: &Loaded) -> bool {
     listed || extent.bounds.is_empty() && extent.unbounded == 0
 }
 
-/// Failure of a scene in which every ray misses, or `None`.
+/// Creates the failure for a scene that every ray misses; `None` for any other scene.
 pub fn nothing_to_see(loaded: &Loaded) -> Option<Failure> {
     if !shows_nothing(loaded) {
         return None;
@@ -144,15 +145,15 @@ pub fn nothing_to_see(loaded: &Loaded) -> Option<Failure> {
     Some(empty(&loaded.source.name, reason))
 }
 
-/// Explanation of a picture that shows the background alone, which is rarely intended; `None` for
-/// any other picture.
+/// Describes a picture that shows the background alone, which is rarely intended; `None` for any
+/// other picture.
 pub fn nothing_met(
     loaded: &Loaded,
     rendered: &RenderOutput,
     settings: &Settings,
 ) -> Option<String> {
     let bounds = extent(&loaded.scene, settings.precision).bounds;
-    // Rays cut short have crossed many surfaces.
+    // A ray that was cut short has crossed many surfaces, and counts as a hit.
     if rendered.counters.hits > 0 || rendered.counters.cut_short > 0 || bounds.is_empty() {
         return None;
     }
@@ -164,13 +165,14 @@ pub fn nothing_met(
     ))
 }
 
-/// Failure of an empty picture.
+/// Creates the failure for a picture that shows nothing.
 pub fn empty(name: &str, why: impl std::fmt::Display) -> Failure {
     let message = format!("{name}: there is nothing to see: {why}");
     Failure::new(Exit::Input, message)
 }
 
-/// Resolves a path, `preset:NAME`, or `-` for standard input.
+/// Resolves the name of a scene on the command line: a path, `preset:NAME`, or `-` for standard
+/// input.
 pub fn input(name: &OsStr, limits: &Limits) -> Result<Input, Error> {
     if name == "-" {
         return piped(limits);
@@ -183,7 +185,8 @@ pub fn input(name: &OsStr, limits: &Limits) -> Result<Input, Error> {
     )
 }
 
-/// Reads standard input. A terminal is refused, because the program would wait silently.
+/// Reads a scene from standard input. A terminal is refused, because the program would wait without
+/// a sign.
 fn piped(limits: &Limits) -> Result<Input, Error> {
     let source = std::io::stdin();
     if source.is_terminal() {
@@ -196,8 +199,8 @@ fn piped(limits: &Limits) -> Result<Input, Error> {
     Input::from_reader("standard input", source.lock(), limits)
 }
 
-/// Adds a hint to the error of a missing file: a preset written without its prefix, a file with a
-/// similar name, or a file inside the folder.
+/// Adds a hint to the error of a file that cannot be read: a preset written without its prefix, a
+/// file with a similar name, or the models in a folder.
 fn explained(error: Error, input: &Input) -> Error {
     let Input::Path(path) = input else {
         return error;
@@ -242,7 +245,7 @@ fn explained(error: Error, input: &Input) -> Error {
     }
 }
 
-/// Lists the first few of many names.
+/// Formats the first eight names of a list and the number of all others.
 fn listed(names: &[String]) -> String {
     const SHOWN: usize = 8;
     let more = if names.len() > SHOWN {

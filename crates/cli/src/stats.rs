@@ -1,5 +1,5 @@
-//! Statistics of a render for `--stats`, as JSON that scripts can rely on. New fields may appear;
-//! no field is renamed or removed without a new [`FORMAT`].
+//! Statistics of a render for `--stats`, as JSON that scripts can rely on. Later versions may add
+//! fields; a removed or renamed field changes [`FORMAT`].
 
 use raywright_core::counters::Counters;
 use raywright_core::denoise::DenoiseOutput;
@@ -12,10 +12,10 @@ use serde::Serialize;
 use crate::clock::Seconds;
 use crate::{memory, origin};
 
-/// Version of this JSON layout.
+/// Version of the layout of [`Stats`].
 pub const FORMAT: u32 = 1;
 
-/// Contents of the whole file.
+/// Contents of the file of `--stats`.
 #[derive(Debug, Serialize)]
 pub struct Stats<'a> {
     format: u32,
@@ -25,9 +25,10 @@ pub struct Stats<'a> {
     seconds: Seconds,
     rays: RayCounts,
     samples: u64,
-    /// Samples that were left out of the picture because they were not finite.
+    /// Number of samples left out of the picture because they were not finite.
     dropped: u64,
-    /// Rays that ended at the limit of surfaces crossed without a change of direction.
+    /// Number of rays that ended at the largest number of surfaces crossed without a change of
+    /// direction.
     cut_short: u64,
     effects: &'a [EffectFinding],
     memory: Memory,
@@ -37,22 +38,22 @@ pub struct Stats<'a> {
     /// Estimated error; absent where the samples allow no estimate.
     #[serde(skip_serializing_if = "Option::is_none")]
     error: Option<Uncertainty>,
-    /// Error claimed for the denoised picture; absent where the picture was not denoised.
+    /// Estimated error of the denoised picture; absent if the picture was not denoised.
     #[serde(skip_serializing_if = "Option::is_none")]
     denoised: Option<Claim>,
 }
 
-/// Error that the denoiser claims for its picture.
+/// Estimated error and change of light of a denoised picture.
 #[derive(Debug, Serialize)]
 struct Claim {
     #[serde(flatten)]
     error: Uncertainty,
-    /// Relative change of the picture's total light through denoising: negative where the result is
-    /// darker.
+    /// Relative change of the picture's total light by denoising; negative if the denoised picture
+    /// is darker.
     brightened: f64,
 }
 
-/// Numbers of rays by kind.
+/// Number of rays of each kind.
 #[derive(Debug, Serialize)]
 struct RayCounts {
     camera: u64,
@@ -82,10 +83,10 @@ impl From<&Counters> for RayCounts {
     }
 }
 
-/// Memory use in bytes.
+/// Memory use of the process and of the prepared scene, in bytes.
 #[derive(Debug, Serialize)]
 struct Memory {
-    /// Peak of the whole process; null where the system does not report this value.
+    /// Peak resident memory of the process; null where the system does not report it.
     peak_bytes: Option<u64>,
     geometry_bytes: u64,
     texture_bytes: u64,

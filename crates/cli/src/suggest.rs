@@ -1,10 +1,10 @@
-//! Error for an unknown name: the closest known name, or all of them.
+//! Error for an unknown name, with the closest known name or with all known names.
 
 use raywright_core::suggest::closest;
 use raywright_io::Error;
 
-/// Returns the error for an unknown name, with the closest known name or, without a close name, the
-/// list of known names.
+/// Creates the error for an unknown name. The hint is the closest known name or, if no name is
+/// close, the list of known names. `label` is the kind of name, such as `camera`.
 pub fn unknown(label: &str, name: &str, known: &[&str]) -> Error {
     let error = Error::usage(format_args!("there is no {label} `{name}`"));
     match closest(name, known.iter().copied()) {

@@ -1,8 +1,8 @@
-//! Flags of other renderers and converters, with the equivalent flag of this program.
+//! Advice on flags of other renderers and converters: the equivalent flag of this program.
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 
-/// Flags of other programs, without dashes, and their equivalents in this program.
+/// Flags of other programs, without dashes, and advice on the equivalent flag of this program.
 const SYNONYMS: [(&[&str], &str); 21] = [
     (
         &["samples", "sample", "n-samples", "aa"],
@@ -95,7 +95,7 @@ const SYNONYMS: [(&[&str], &str); 21] = [
     ),
 ];
 
-/// Explains an unknown argument; `None` where no other program has it.
+/// Creates the message for an unknown flag that another program has; `None` for any other error.
 pub fn explained(error: &clap::Error) -> Option<String> {
     let Some(ContextValue::String(argument)) = error.get(ContextKind::InvalidArg) else {
         return None;

@@ -1,15 +1,17 @@
-//! Plain tables for standard output, within the terminal's width, and short numbers.
+//! Plain tables for standard output, within the terminal's width, and numbers with few digits.
 
 pub use raywright_io::report::{Align, Table, TableRow, wrapped};
 
 use crate::console;
 
-/// Formats rows as columns of text; every row has one cell for each column.
+/// Formats rows as left-aligned columns, within the terminal's width. Every row has a cell for each
+/// column.
 pub fn lay_out<const N: usize>(rows: &[[String; N]]) -> String {
     lay_out_aligned([Align::Left; N], rows)
 }
 
-/// Formats rows as columns with these alignments, within the terminal's width.
+/// Formats rows as columns with these alignments, within the terminal's width. Every row has a cell
+/// for each column.
 pub fn lay_out_aligned<const N: usize>(columns: [Align; N], rows: &[[String; N]]) -> String {
     Table {
         columns: columns.to_vec(),

@@ -1,5 +1,5 @@
-//! Output files, checked before the work begins: a long render must not end with "no such folder",
-//! and no output may overwrite an input.
+//! Output files of a run, checked before its work begins: a long render must not end with "no such
+//! folder", and no output may overwrite an input.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -9,20 +9,20 @@ use raywright_io::{Error, ErrorKind, InputFiles, PathClash};
 
 use crate::failure::{Exit, Failure};
 
-/// An output of the picture.
+/// A place to which a picture is written.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum OutputTarget {
     /// PNG on standard output.
     Stdout,
     /// A file named by the user; an existing file is replaced.
     File(PathBuf, PictureFormat),
-    /// A file named after the scene, because the user named none. Only a picture made by this
+    /// A file named after the scene, because the user named no output. Only a picture made by this
     /// program is replaced.
     Unnamed(PathBuf, PictureFormat),
 }
 
 impl OutputTarget {
-    /// Whether the format holds more than colour and coverage.
+    /// Whether the output's format holds layers, which EXR alone does.
     pub fn has_layers(&self) -> bool {
         matches!(
             self,
@@ -30,12 +30,12 @@ impl OutputTarget {
         )
     }
 
-    /// Whether the format holds coverage.
+    /// Whether the output's format holds coverage, which all formats but JPEG do.
     pub fn has_coverage(&self) -> bool {
         !matches!(self, Self::File(_, PictureFormat::Jpeg { .. }))
     }
 
-    /// Path of the file, if the output is a file.
+    /// Returns the path of the file; `None` for standard output.
     pub fn path(&self) -> Option<&Path> {
         match self {
             Self::Stdout => None,
@@ -44,15 +44,16 @@ impl OutputTarget {
     }
 }
 
-/// All output files of a run.
+/// All output files of a run, to find two outputs that are the same file, and outputs that are
+/// inputs.
 #[derive(Debug, Default)]
 pub struct OutputFiles {
     all: Vec<OutputFile>,
-    /// Indices of the outputs by path and by file identity: a run may have thousands of outputs,
-    /// and each new output is compared with all.
+    /// Indices of the outputs by path and by file identity. The maps keep thousands of outputs
+    /// fast, each of which is compared with all others.
     by_spelling: HashMap<PathBuf, usize>,
     by_fingerprint: HashMap<u64, usize>,
-    /// Requested JPEG quality.
+    /// Requested quality of JPEG files, 1 to 100.
     quality: Option<u8>,
 }
 
@@ -60,15 +61,15 @@ pub struct OutputFiles {
 struct OutputFile {
     /// Path as the user wrote it.
     path: PathBuf,
-    /// Flag that names another output.
+    /// Flag with which the user can name another file, for the hint of an error.
     flag: &'static str,
     place: OutputPlace,
-    /// Identity of the existing file at the start of the run.
+    /// Identity of the file that existed at the start of the run, if any.
     fingerprint: Option<u64>,
 }
 
 impl OutputFiles {
-    /// Creates an empty list; the JPEG quality is 1 to 100.
+    /// Creates an empty list, with the requested quality of JPEG files, 1 to 100.
     pub fn with_quality(quality: Option<u8>) -> Self {
         Self {
             quality,
@@ -76,10 +77,9 @@ impl OutputFiles {
         }
     }
 
-    /// Adds an output named by `flag`.
+    /// Adds an output file, which the user can rename with `flag`.
     ///
-    /// # Errors
-    /// A failure where the file cannot be created or is already an output.
+    /// A failure if the file cannot be created, or is an output already.
     pub fn add(&mut self, path: &Path, flag: &'static str) -> Result<(), Failure> {
         let place = OutputPlace::check(path)?;
         let fingerprint = place.fingerprint();
@@ -108,14 +108,14 @@ impl OutputFiles {
         Ok(())
     }
 
-    /// Returns the output with this path or the same existing file.
+    /// Returns the output that has this path or is the same existing file.
     fn find(&self, place: &OutputPlace, fingerprint: Option<u64>) -> Option<&OutputFile> {
         let there = || fingerprint.and_then(|fingerprint| self.by_fingerprint.get(&fingerprint));
         let index = self.by_spelling.get(&place.spelling()).or_else(there)?;
         self.all.get(*index).filter(|other| other.place.is(place))
     }
 
-    /// Checks that no output overwrites an input of the run or a file named by the scene.
+    /// Refuses outputs that would overwrite an input of the run or a file that the scene names.
     pub fn keep_clear_of(&self, inputs: &InputFiles) -> Result<(), Failure> {
         let places = self
             .all
@@ -145,13 +145,13 @@ impl OutputFiles {
             .into())
     }
 
-    /// Whether any output exists already.
+    /// Whether the file of any output exists already.
     pub fn replace_any(&self) -> bool {
         self.all.iter().any(|output| output.path.exists())
     }
 
-    /// Whether a file that the user did not name would overwrite no output and no input. A path
-    /// where no file can be created passes; the later write reports the error.
+    /// Whether a file name chosen by the program overwrites neither an output nor an input of the
+    /// run. A path where no file can be created passes; the later write reports the error.
     pub fn leave_free(&self, path: &Path, inputs: &InputFiles) -> bool {
         match OutputPlace::check(path) {
             Ok(place) => {
@@ -162,8 +162,8 @@ impl OutputFiles {
     }
 }
 
-/// Resolves the output pictures named by the user: each of a known format, in a writable folder,
-/// none twice.
+/// Resolves the names of `-o` to outputs, and adds them to the output files. Each has a known
+/// format and a writable folder, and none is named twice.
 pub fn pictures(
     named: &[PathBuf],
     outputs: &mut OutputFiles,
@@ -188,8 +188,8 @@ pub fn pictures(
     Ok(targets)
 }
 
-/// Resolves the output named after the scene, where the path is free or holds a picture of this
-/// program.
+/// Resolves the default output, which is named after the scene. Its path has to be free or to hold
+/// a picture made by this program.
 pub fn unnamed(
     stem: &str,
     format: PictureFormat,

@@ -1,4 +1,4 @@
-//! The single place that sets the number of threads: libraries use the pool of their caller.
+//! Number of threads, set nowhere else: the libraries use the thread pool of their caller.
 
 use std::error::Error;
 use std::fmt::Display;
@@ -8,31 +8,32 @@ use raywright_core::memory::is_available;
 
 use crate::failure::{Exit, Failure};
 
-/// Address space of a thread in bytes: its stack, an overflow stack, and their guard pages.
+/// Address space of a thread in bytes: its stack, the stack of its signal handlers, and their guard
+/// pages.
 const BYTES: u64 = (2 << 20) + (128 << 10);
 
-/// Thread pool of the program.
+/// Thread pool of the program; `None` is rayon's global pool.
 pub struct Threads(Option<ThreadPool>);
 
 impl Threads {
-    /// Creates a pool of `count` threads. Without a count, the pool is rayon's global pool with one
-    /// thread for each processor, this thread included: a hand-over to another thread and back
-    /// takes a twentieth of a millisecond, and preparing a small model consists of many small
+    /// Creates a pool of `count` threads. Without a count, the pool is rayon's global pool with a
+    /// thread for each processor, including the calling thread: work handed to another thread and
+    /// back takes a twentieth of a millisecond, and preparing a small model consists of many small
     /// tasks.
     pub fn new(count: Option<u32>) -> Result<Self, Failure> {
         let whole = ThreadPoolBuilder::new().use_current_thread();
-        // With a count, work outside that pool runs on this thread alone.
+        // With a count, the global pool consists of the calling thread alone.
         let built = if count.is_some() {
             whole.num_threads(1)
         } else {
             whole
         }
         .build_global();
-        // An error without a source means that the global pool exists already, which is fine.
+        // An error without a source means that the global pool exists already, which is no failure.
         if let Some(cause) = built.err().as_ref().and_then(Error::source) {
             return Err(refused(&cause));
         }
-        // If address space runs out while a thread starts, the standard library aborts the program;
+        // The standard library aborts the program if address space runs out while a thread starts;
         // this check comes first.
         if count.is_some_and(|count| !is_available(u64::from(count) * BYTES)) {
             return Err(refused(&"there are no addresses for their stacks"));
@@ -46,7 +47,7 @@ impl Threads {
         ))
     }
 
-    /// Runs a closure in the pool.
+    /// Runs a closure on the threads of the pool.
     pub fn run<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
         match &self.0 {
             Some(pool) => pool.install(work),
@@ -55,7 +56,7 @@ impl Threads {
     }
 }
 
-/// Failure of the system to start a thread.
+/// Creates the failure for threads that the system refuses to start.
 pub fn refused(cause: &dyn Display) -> Failure {
     Failure::new(Exit::Limit, format_args!("cannot start the threads: {cause}"))
         .with_hint("ask for fewer with --threads, or raise the limit on processes or addresses (ulimit -u, ulimit -v)")

@@ -1,4 +1,4 @@
-//! Observer of preparation and render: progress, Ctrl-C, and time limits.
+//! Observer of loading, preparation and render, for progress, Ctrl-C, and time limits.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Instant;
@@ -7,17 +7,17 @@ use raywright_core::Observer;
 
 use crate::progress::Progress;
 
-/// Forwards progress, and stops the work on request or at its deadline.
+/// Observer that forwards progress to the display, and stops the work for Ctrl-C or at its limits.
 pub struct Watch<'a> {
-    /// Progress display of a render; `None` outside a render.
+    /// Progress display of the work; `None`: no display.
     pub progress: Option<&'a Progress>,
     /// Limits at which the render pauses or ends.
     pub deadlines: Deadlines,
-    /// Start of the run that the deadline belongs to.
+    /// Start of the run, from which the progress towards the deadline is measured.
     pub began: Instant,
-    /// Set by Ctrl-C.
+    /// Flag that Ctrl-C sets.
     pub stop: &'a AtomicBool,
-    /// Finished samples, summed over all pixels.
+    /// Number of finished samples, summed over all pixels.
     pub done: AtomicU64,
 }
 
@@ -33,7 +33,7 @@ pub struct Deadlines {
 }
 
 impl<'a> Watch<'a> {
-    /// Creates an observer of Ctrl-C alone.
+    /// Creates an observer that stops the work when `stop` is set, without display and limits.
     pub fn until(stop: &'a AtomicBool) -> Self {
         Self {
             progress: None,
@@ -44,7 +44,7 @@ impl<'a> Watch<'a> {
         }
     }
 
-    /// Whether Ctrl-C came.
+    /// Whether Ctrl-C has set the flag.
     pub fn was_stopped(&self) -> bool {
         self.stop.load(Ordering::Relaxed)
     }
@@ -66,7 +66,7 @@ impl Observer for Watch<'_> {
             return;
         };
         match self.deadlines.deadline {
-            // Only the end is known, not the amount of work.
+            // With a deadline, progress is the share of time: the number of samples is unknown.
             Some(deadline) => {
                 let all = deadline.saturating_duration_since(self.began).as_millis() as u64;
                 progress.report((self.began.elapsed().as_millis() as u64).min(all), all);

@@ -1,4 +1,4 @@
-//! Preprocessing of the command line before clap: files without a command are rendered.
+//! Preprocessing of the command line before clap parses it: files without a command are rendered.
 
 use std::ffi::{OsStr, OsString};
 use std::path::Path;
@@ -8,9 +8,9 @@ use clap::{CommandFactory, ValueEnum};
 use crate::args::Arguments;
 use crate::console::ColorChoice;
 
-/// Inserts `render` where the command is missing: before files, and before flags that not every
-/// command has. Flags of every command that precede it are moved behind it, so that the last of
-/// them is in force.
+/// Inserts `render` if the command is missing: before files, and before flags that belong to some
+/// commands only. Flags of every command, such as `-q`, are moved behind the command, so that the
+/// last of them is in force.
 pub fn with_command(mut words: Vec<OsString>) -> Vec<OsString> {
     let Some(index) = place_of_command(&words) else {
         return words;
@@ -26,8 +26,8 @@ pub fn with_command(mut words: Vec<OsString>) -> Vec<OsString> {
     words
 }
 
-/// Index of the command, or of its missing place; `None` where the line needs no command, as for
-/// `--help`.
+/// Returns the index of the command, or of the word before which a command is missing; `None` if
+/// the line needs no command, as for `--help`.
 fn place_of_command(words: &[OsString]) -> Option<usize> {
     let mut index = 1;
     while let Some(word) = words.get(index).and_then(|word| word.to_str()) {
@@ -54,7 +54,7 @@ fn is_scene(word: &OsStr) -> bool {
     word.to_str().is_none_or(looks) || Path::new(word).exists()
 }
 
-/// Value of `--color`, read before the rest of the line is parsed.
+/// Returns the last value of `--color` on the line, before clap parses it.
 pub fn colour(words: &[OsString]) -> ColorChoice {
     let named = |name: &str| ColorChoice::from_str(name, false).ok();
     let after = |(i, word): (usize, &str)| match word.strip_prefix("--color") {

@@ -1,5 +1,5 @@
-//! `thumbs`: a small picture of every model below a folder, rendered only where a file of the model
-//! has changed.
+//! `thumbs`: a small picture of every scene and model below a folder, rendered only if a file of
+//! the model has changed.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -27,27 +27,27 @@ use crate::{origin, plan, scene_input};
 
 /// Version of the layout of [`ThumbnailIndex`].
 const FORMAT: u32 = 1;
-/// Name of the index file among the pictures.
+/// Name of the index file in the folder of the pictures.
 const INDEX: &str = "thumbs.json";
-/// Largest depth of searched folders, because links may form cycles.
+/// Largest depth of searched folders. The limit ends cycles of links.
 const DEEPEST: usize = 64;
 
-/// Inputs of all pictures, kept between runs.
+/// Index file: the inputs of all pictures, kept between runs to find pictures that are out of date.
 #[derive(Debug, Default, Deserialize, Serialize)]
 struct ThumbnailIndex {
     format: u32,
-    /// Entries by the model's path below the folder.
+    /// Inputs of each picture, by the model's path below the searched folder.
     thumbnails: BTreeMap<String, Thumbnail>,
 }
 
-/// Inputs of a picture.
+/// Inputs of a picture: program version, size and files.
 #[derive(Debug, Deserialize, PartialEq, Serialize)]
 struct Thumbnail {
     version: String,
     size: u32,
-    /// Every file read for the picture.
+    /// Paths of all files that the render read.
     files: Vec<PathBuf>,
-    /// Hash of their contents.
+    /// Hash of the contents of `files`.
     hash: String,
 }
 
@@ -62,7 +62,8 @@ impl Thumbnail {
         }
     }
 
-    /// Whether a new render would have the same inputs.
+    /// Whether the version, the size and the files' contents are still the same, so that the
+    /// picture needs no new render.
     fn is_current(&self, size: u32) -> bool {
         let mut inputs = InputFiles::default();
         self.files.iter().for_each(|file| inputs.read(file));
@@ -70,11 +71,12 @@ impl Thumbnail {
     }
 }
 
-/// Renders the missing pictures and prints a line for each model.
+/// Runs `thumbs`: renders the pictures that are missing or out of date, and prints a line for each
+/// model.
 pub fn run(args: &ThumbsArgs, verbosity: Verbosity) -> Result<(), Failure> {
     let (stop, threads) = (interrupt::flag()?, Threads::new(None)?);
     let mut models = models(args)?;
-    // The newest models come first: someone may be waiting for them.
+    // The newest models are rendered first, because a user may be waiting for them.
     models.sort_by(|a, b| b.0.cmp(&a.0).then_with(|| a.1.cmp(&b.1)));
     let index_file = args.output.join(INDEX);
     let mut index = read_index(&index_file)?;
@@ -123,7 +125,8 @@ pub fn run(args: &ThumbsArgs, verbosity: Verbosity) -> Result<(), Failure> {
     }
 }
 
-/// Lists every model below the folder, except among the pictures, with its modification time.
+/// Lists every scene and model below the folder with its modification time, except files in the
+/// folder of the pictures.
 fn models(args: &ThumbsArgs) -> Result<Vec<(SystemTime, PathBuf)>, Failure> {
     let (mut found, mut folders) = (Vec::new(), vec![(args.folder.clone(), 0)]);
     let pictures = fs::canonicalize(&args.output).ok();
@@ -131,7 +134,7 @@ fn models(args: &ThumbsArgs) -> Result<Vec<(SystemTime, PathBuf)>, Failure> {
         let entries = match fs::read_dir(&folder) {
             Ok(entries) => entries,
             Err(cause) if depth == 0 => return Err(Error::read(&folder, &cause).into()),
-            // An unreadable folder further down is skipped, as a shell does.
+            // An unreadable folder below the searched folder is skipped.
             Err(_) => continue,
         };
         for path in entries.flatten().map(|entry| entry.path()) {
@@ -154,7 +157,8 @@ fn models(args: &ThumbsArgs) -> Result<Vec<(SystemTime, PathBuf)>, Failure> {
     Ok(found)
 }
 
-/// Returns the path of a model's picture, and whether it was rendered now.
+/// Renders a model's picture if it is missing or out of date. Returns its path, and whether it was
+/// rendered.
 fn thumbnail(
     args: &ThumbsArgs,
     model: &Path,
@@ -195,14 +199,16 @@ fn thumbnail(
     Ok((picture, true))
 }
 
-/// `a/b.glb` becomes `OUT/a/b.glb.png`, so that `b.obj` beside it has a different picture.
+/// Returns the path of a model's picture: `a/b.glb` becomes `OUT/a/b.glb.png`, so that `b.obj` in
+/// the same folder has another picture.
 fn picture_of(output: &Path, below: &Path) -> PathBuf {
     let mut name = below.file_name().unwrap_or_default().to_owned();
     name.push(".png");
     output.join(below.with_file_name(name))
 }
 
-/// Renders the whole of a model, or a scene from its own camera, and writes the picture.
+/// Renders a model whole from its front, or a scene file from its own camera, and writes the
+/// picture.
 fn render(
     loaded: &Loaded,
     size: u32,
@@ -239,7 +245,7 @@ fn render(
         ..Metadata::default()
     };
     make_folder(picture)?;
-    // No user is present to choose the exposure.
+    // The exposure is automatic, because no user chooses it for each model.
     let display = Display::from_render(&loaded.scene.render).suited_to(rendered.shown_picture());
     Ok(write_png(
         picture,
@@ -249,13 +255,13 @@ fn render(
     )?)
 }
 
-/// Creates the folder of a file.
+/// Creates the folder that contains a file, with all its parent folders.
 fn make_folder(file: &Path) -> Result<(), Failure> {
     let folder = file.parent().unwrap_or(Path::new(""));
     fs::create_dir_all(folder).map_err(|cause| Error::write(folder, &cause).into())
 }
 
-/// Reads the index of earlier runs; empty without a file or for another version.
+/// Reads the index file of earlier runs; empty if the file does not exist or has another version.
 fn read_index(file: &Path) -> Result<ThumbnailIndex, Failure> {
     let fresh = ThumbnailIndex {
         format: FORMAT,

@@ -1,6 +1,6 @@
-//! The plan of a run, resolved from its arguments. Code below this module knows the work to be
-//! done, not the words typed. Errors that depend on the scene - an unknown camera, a crop outside
-//! the picture - are found here too, before anything is computed.
+//! Resolves the arguments of `render` to the work of a run. The code that does this work uses no
+//! arguments. Errors that depend on the scene - an unknown camera, a crop outside the picture - are
+//! found here too, before anything is computed.
 
 mod rungs;
 mod shots;
@@ -40,43 +40,43 @@ const QUICK_SAMPLES: u32 = 16;
 /// Largest width and height of a quick preview, in pixels.
 const QUICK_SIZE: [u32; 2] = [640, 360];
 
-/// Settings of one picture.
+/// Settings of a picture, and its conversion to display values.
 #[derive(Clone, Debug)]
 pub struct PicturePlan {
-    /// Everything besides the scene that determines the pixel values.
+    /// Settings that determine the pixel values, together with the scene.
     pub settings: Settings,
-    /// Conversion of pixel values for a PNG.
+    /// Conversion of pixel values to display values, for all formats but EXR.
     pub display: Display,
-    /// Whether the exposure is chosen from the picture.
+    /// Whether the exposure is chosen automatically from the rendered picture.
     pub is_exposed: bool,
 }
 
-/// Work of a `render` run.
+/// Work of a `render` run, resolved from its arguments.
 #[derive(Debug)]
 pub struct RenderTask {
     /// Names of the scenes, at least one.
     pub scenes: Vec<OsString>,
-    /// Changes to the scenes, and limits above which they are refused.
+    /// Options for loading the scenes: changes, and limits on their size.
     pub options: LoadOptions,
     /// Chosen rungs and switched-off effects.
     pub choices: RungChoices,
-    /// Pictures of each scene, at least one.
+    /// Pictures to render of each scene, at least one.
     pub shots: Vec<Shot>,
-    /// Whether the run makes a single picture and no file with several.
+    /// Whether the run renders a single picture, without a sheet or an animation.
     pub is_single: bool,
     /// Pictures per second of an animation.
     pub rate: f64,
-    /// Output files that the user named, numbered or not.
+    /// Output files of `-o`, with or without a place for the picture's number.
     pub outputs: Vec<PathBuf>,
-    /// Output file of the contact sheet with all pictures.
+    /// Output file of the contact sheet, which shows all pictures.
     pub sheet: Option<PathBuf>,
-    /// Whether an empty picture is allowed.
+    /// Whether a picture that shows no object is allowed.
     pub allows_empty: bool,
     /// Whether output files record their origin.
     pub has_metadata: bool,
-    /// Layers besides colour.
+    /// Layers of `--aov`, in addition to colour.
     pub layers: Vec<Aov>,
-    /// Target error.
+    /// Target for the root relMSE; `None`: a fixed number of samples.
     pub max_error: Option<f64>,
     /// Whether the run is a quick preview.
     pub is_quick: bool,
@@ -84,17 +84,17 @@ pub struct RenderTask {
     pub threads: Option<u32>,
     /// Time limit for the whole run, counted from the program's start.
     pub budget: Option<Duration>,
-    /// Film files: the checkpoint to write, the film to resume, the film to replay, and the share
+    /// Film files: the checkpoint to write, the film to resume, the film to replay; then the share
     /// of the picture to render.
     pub checkpoint: Option<PathBuf>,
     pub resume: Option<PathBuf>,
     pub replay: Option<PathBuf>,
     pub part: Option<PictureShare>,
-    /// Output file of times and counts.
+    /// Output file of `--stats`, with times and counts.
     pub stats: Option<PathBuf>,
-    /// Whether hashes are printed.
+    /// Whether the hashes of pictures are printed.
     pub hash: bool,
-    /// Previews during the render: a file, and a viewer.
+    /// Live previews during the render: a file, and the address of the viewer tev.
     pub preview: Option<PathBuf>,
     pub display: Option<TevAddress>,
     /// Style of progress, and amount of messages.
@@ -103,7 +103,7 @@ pub struct RenderTask {
     overrides: DisplayOverrides,
 }
 
-/// Flags for settings and display, each present only where the user gave it.
+/// Flags that change settings and display of the scene, each present only if the user gave it.
 #[derive(Debug)]
 struct DisplayOverrides {
     view: ViewArgs,
@@ -113,10 +113,9 @@ struct DisplayOverrides {
 }
 
 impl RenderTask {
-    /// Builds the task of the arguments.
+    /// Resolves the arguments of `render`.
     ///
-    /// # Errors
-    /// A failure where a flag for one picture is combined with several pictures.
+    /// A usage failure if a flag for a single picture is combined with several pictures.
     pub fn new(args: RenderArgs, verbosity: Verbosity) -> Result<Self, Failure> {
         let RenderArgs {
             scenes,
@@ -192,18 +191,18 @@ impl RenderTask {
         Ok(task)
     }
 
-    /// Whether a scene with nothing visible is refused. A crop or a share of a picture may well be
+    /// Whether a picture that shows no object is refused. A crop or a share of a picture may be
     /// empty.
     pub fn refuses_empty(&self) -> bool {
         !self.allows_empty && self.overrides.view.crop.is_none() && self.part.is_none()
     }
 
-    /// Requested JPEG quality, or `None`.
+    /// Returns the requested quality of JPEG files, 1 to 100.
     pub fn quality(&self) -> Option<u8> {
         self.overrides.display.quality
     }
 
-    /// Whether pictures have coverage in place of a background.
+    /// Whether `--background transparent` requests coverage in place of a background.
     pub fn is_transparent(&self) -> bool {
         self.overrides.view.background == Some(BackgroundChoice::Transparent)
     }
@@ -233,8 +232,8 @@ impl RenderTask {
             .into())
     }
 
-    /// Resolves the settings of one picture of a scene. The silhouette is computed only where a
-    /// camera frames the whole scene.
+    /// Resolves the settings of a picture of a scene, and applies the chosen rungs to the scene.
+    /// The silhouette is computed only if a camera frames the whole scene.
     pub fn settle_shot(
         &self,
         scene: &mut Scene,
@@ -287,7 +286,8 @@ impl RenderTask {
             background: match flags.background {
                 None => own_settings.background,
                 Some(BackgroundChoice::Environment) => Background::Environment,
-                // A picture over a colour is rendered with coverage, and composited afterwards.
+                // A picture over a background colour is rendered with coverage, and composited
+                // afterwards.
                 Some(BackgroundChoice::Transparent | BackgroundChoice::Colour(_)) => {
                     Background::Transparent
                 }
@@ -320,9 +320,9 @@ impl RenderTask {
         })
     }
 
-    /// Samples per pixel. Under a time budget or a target error the default is the largest count. A
-    /// fixed pattern has no more samples than its own, and its error does not fall with more of
-    /// them.
+    /// Resolves the samples per pixel. With a time budget or a target error the default is the
+    /// largest count. A scene's fixed pattern keeps its own count, because its error does not fall
+    /// with more samples.
     fn sampling(&self, scene: &Scene) -> Sampling {
         let spp = self.overrides.light.spp;
         let named = spp.is_some() || self.choices.has(Ladder::Samples);
@@ -336,7 +336,7 @@ impl RenderTask {
     }
 }
 
-/// Length in seconds of the animation in the single scene of a film.
+/// Returns the length in seconds of the single scene's animation, for `--frames all`.
 fn length(scenes: &[OsString], options: &LoadOptions, rate: f64) -> Result<f64, Failure> {
     let [name] = scenes else {
         return Err(Error::usage("--frames all is of one model, and several are named").into());
@@ -369,7 +369,8 @@ fn length(scenes: &[OsString], options: &LoadOptions, rate: f64) -> Result<f64, 
     }
 }
 
-/// Samples of a quick preview. A fixed pattern has few and keeps them.
+/// Returns the samples per pixel of a quick preview, at most [`QUICK_SAMPLES`]. A fixed pattern,
+/// which has few, is kept.
 pub fn quick_sampling(own: Sampling) -> Sampling {
     match own {
         Sampling::General(samples) => Sampling::General(samples.min(QUICK_SAMPLES)),
@@ -377,7 +378,8 @@ pub fn quick_sampling(own: Sampling) -> Sampling {
     }
 }
 
-/// Size of a quick preview: a half, or the largest that fits [`QUICK_SIZE`].
+/// Returns the size of a quick preview: half the width and height, or the largest size of the same
+/// shape that fits [`QUICK_SIZE`].
 fn quick_size([width, height]: [u32; 2]) -> [u32; 2] {
     let [most_width, most_height] = QUICK_SIZE.map(f64::from);
     let factor = 0.5_f64
@@ -386,7 +388,7 @@ fn quick_size([width, height]: [u32; 2]) -> [u32; 2] {
     [width, height].map(|edge| ((f64::from(edge) * factor).round() as u32).max(1))
 }
 
-/// Load limits for a memory limit in bytes; `None`: the default limit.
+/// Returns the load limits with a memory limit in bytes; `None`: the default limit.
 pub fn limits(memory: Option<u64>) -> Limits {
     let own = Limits::default();
     Limits {
@@ -395,7 +397,7 @@ pub fn limits(memory: Option<u64>) -> Limits {
     }
 }
 
-/// Load options of the scene arguments.
+/// Resolves the arguments that change a scene to load options.
 pub fn options(changes: &SceneArgs, memory: Option<u64>) -> LoadOptions {
     LoadOptions {
         overrides: Overrides {
@@ -429,7 +431,8 @@ pub fn options(changes: &SceneArgs, memory: Option<u64>) -> LoadOptions {
     }
 }
 
-/// Puts the up direction into the view's flags. Views of the whole scene choose their own.
+/// Adds an up direction of `--up` to the flags of the view. Views of the whole scene are refused,
+/// because they are always upright.
 fn with_up(view: ViewArgs, up: Option<Up>) -> Result<ViewArgs, Failure> {
     let Some(Up::Direction(direction)) = up else {
         return Ok(view);
@@ -453,7 +456,7 @@ fn with_up(view: ViewArgs, up: Option<Up>) -> Result<ViewArgs, Failure> {
     })
 }
 
-/// Display settings of the scene or file, as changed by flags.
+/// Returns the display settings of a scene or a file, as changed by the flags.
 pub fn shown(requested: &DisplayArgs, display: Display) -> Display {
     Display {
         tone_map: requested.tonemap.unwrap_or(display.tone_map),
@@ -466,7 +469,8 @@ pub fn shown(requested: &DisplayArgs, display: Display) -> Display {
     }
 }
 
-/// The same with an automatic exposure for this picture where requested.
+/// Returns the display settings as changed by the flags. With `--exposure auto` the exposure is
+/// chosen from the picture.
 pub fn shown_as_suits(requested: &DisplayArgs, own_display: Display, picture: &Picture) -> Display {
     let display = shown(requested, own_display);
     match requested.exposure {

@@ -1,4 +1,5 @@
-//! Rungs of ladders chosen by name, applied to scene and settings unless another flag contradicts.
+//! Choice of rungs and effects by flags, applied to scene and settings, and refusal of flags that
+//! contradict it.
 
 use raywright_core::effects::{Effect, EffectSet};
 use raywright_core::ladder::{Ladder, RungChoice};
@@ -12,7 +13,7 @@ use crate::failure::Failure;
 /// Chosen rungs and switched-off effects.
 #[derive(Clone, Debug, Default)]
 pub struct RungChoices {
-    /// The rungs, at most one per ladder.
+    /// Chosen rungs. [`RungChoices::apply`] refuses two rungs of a ladder.
     pub rungs: Vec<RungChoice>,
     /// Switched-off effects.
     pub without: Vec<Effect>,
@@ -28,7 +29,8 @@ impl From<&ChoiceArgs> for RungChoices {
 }
 
 impl RungChoices {
-    /// Applies the rungs to scene and settings, and switches the effects off.
+    /// Applies the rungs to scene and settings, and switches the effects off. Fails with a usage
+    /// error for two choices on the same ladder.
     pub fn apply(&self, scene: &mut Scene, settings: &mut Settings) -> Result<(), Failure> {
         settings.without = self.without.iter().copied().collect::<EffectSet>();
         for (i, choice) in self.rungs.iter().enumerate() {
@@ -47,13 +49,13 @@ impl RungChoices {
         Ok(())
     }
 
-    /// Whether a rung of this ladder was chosen.
+    /// Whether `--rung` chooses a rung of this ladder.
     pub fn has(&self, ladder: Ladder) -> bool {
         self.rungs.iter().any(|choice| choice.ladder() == ladder)
     }
 
-    /// Formats each choice after its prefix: rungs as typed, effects with hyphens in place of
-    /// blanks.
+    /// Formats each choice after the prefix of its kind: rungs as `LADDER=RUNG`, effects with
+    /// hyphens in place of blanks.
     pub fn words(&self, rung: &str, without: &str) -> Vec<String> {
         let rungs = self.rungs.iter().map(|choice| format!("{rung}{choice}"));
         let without = self
@@ -64,7 +66,7 @@ impl RungChoices {
     }
 }
 
-/// Refuses a rung whose ladder is set by another given flag too.
+/// Refuses a `--rung` whose ladder another given flag, such as `--spp`, sets too.
 pub(super) fn refuse_two_words(
     rungs: &[RungChoice],
     overrides: &DisplayOverrides,

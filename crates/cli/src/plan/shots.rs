@@ -1,26 +1,27 @@
-//! The pictures of each scene in a run.
+//! Shots: the pictures of each scene in a run, by view, by angle of a turntable, or by time.
 
 use raywright_core::framing::{Silhouette, View};
 
 use crate::args::ViewArgs;
 
-/// One picture of a scene.
+/// A picture of a scene: its view, its time and its labels.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Shot {
-    /// Suffix of the file name where the user named no file; empty: none.
+    /// Suffix of the default file name; empty: none.
     pub label: String,
     /// Caption on a contact sheet.
     pub caption: String,
-    /// Time in the animation, where it differs from that of the run.
+    /// Time in the animation in seconds; `None`: the time of `--at`.
     pub at: Option<f64>,
-    /// View, where it is not the scene's own camera.
+    /// View of the whole scene; `None`: the scene's own camera.
     view: Option<View>,
-    /// Rotation in degrees around the subject from the current view.
+    /// Rotation of a turntable in degrees, added to the azimuth of the view.
     turn: Option<f64>,
 }
 
 impl Shot {
-    /// View of the picture; `None`: the scene's own camera.
+    /// Returns the view of the picture; `None`: the scene's own camera. `silhouette` returns the
+    /// scene's silhouette, from which a turntable without a view takes the front.
     pub fn seen_from<'a>(&self, silhouette: impl FnOnce() -> &'a Silhouette) -> Option<View> {
         let Some(turn) = self.turn else {
             return self.view;
@@ -33,8 +34,8 @@ impl Shot {
     }
 }
 
-/// Pictures of each scene for these flags: the default picture, which has no label, unless a flag
-/// requests others.
+/// Lists the pictures of each scene for these flags: a single picture without label, or the
+/// pictures of `--views`, `--turntable` or `--frames`.
 pub(super) fn shots(args: &ViewArgs) -> Vec<Shot> {
     let numbered = |number: usize, caption: String| Shot {
         label: format!("{number:04}"),
@@ -75,8 +76,8 @@ pub(super) fn shots(args: &ViewArgs) -> Vec<Shot> {
     }
 }
 
-/// Pictures per second of an animation: the rate of a film, 25 for a turntable, and 1 for other
-/// series, so that each picture can be looked at.
+/// Returns the pictures per second of an animation: the rate of `--frames`, 25 for a turntable, and
+/// 1 for other series, whose pictures are to be looked at one by one.
 pub(super) fn rate(args: &ViewArgs) -> f64 {
     match (args.frames, args.turntable) {
         (Some(frames), _) => frames.rate,

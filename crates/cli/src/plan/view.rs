@@ -1,4 +1,5 @@
-//! The camera of a picture: the chosen camera with the changes of the flags.
+//! Camera of a picture: the scene's camera or a camera that frames the scene, with the changes of
+//! the flags.
 
 use glam::DVec3;
 use raywright_core::framing::{FIELD_OF_VIEW, View};
@@ -9,9 +10,9 @@ use crate::args::ViewArgs;
 use crate::failure::Failure;
 use crate::suggest;
 
-/// Returns the camera for these flags and this view. `None`: the scene has no camera, no flag
-/// changes any, and the renderer frames the scene. `framed` returns the camera that frames the
-/// whole scene from a view, or from the default view, under a vertical angle.
+/// Returns the camera for these flags and this view; `None` if the scene has no camera and no flag
+/// changes a camera, so that the renderer frames the scene. `framed` returns the camera that frames
+/// the whole scene from a view, or from the default view, with a vertical field of view in degrees.
 pub fn camera(
     scene: &Scene,
     (args, view): (&ViewArgs, Option<View>),
@@ -33,13 +34,13 @@ pub fn camera(
     };
     if args.eye.is_some() || args.target.is_some() || args.up.is_some() {
         camera.pose = moved(&camera.pose, args)?;
-        // A pose given by flags holds for all times.
+        // A pose given by flags does not move during the exposure time.
         camera.pose_end = None;
     }
     match args.fov {
         Some(fov) => {
             set_fov(&mut camera.projection, fov)?;
-            // The requested angle is that of the picture.
+            // The requested field of view applies to the picture's own aspect ratio.
             camera.aspect = camera.aspect.filter(|_| camera.fit == Fit::Stretch);
         }
         None => keep_vertical_fov(&mut camera, scene.render.size, args.size),
@@ -55,7 +56,7 @@ pub fn camera(
     Ok(Some(camera))
 }
 
-/// A camera by its name or, where no name fits, by its index.
+/// Finds a camera of the scene by its name or, if no name fits, by its index from 0.
 fn chosen(scene: &Scene, name: &str) -> Result<Camera, Failure> {
     let by_name = scene
         .cameras
@@ -89,8 +90,8 @@ fn chosen(scene: &Scene, name: &str) -> Result<Camera, Failure> {
     .into())
 }
 
-/// Returns the pose with another eye, target or up vector. A camera given by its axes keeps its
-/// orientation when only its eye is moved.
+/// Returns the pose with the eye, target and up vector of the flags. A camera given by its axes
+/// keeps its orientation if only its eye is moved.
 fn moved(pose: &Pose, args: &ViewArgs) -> Result<Pose, Failure> {
     let (eye, target, up) = match *pose {
         Pose::LookAt { eye, target, up } => (eye, target, up),
@@ -127,8 +128,8 @@ fn moved(pose: &Pose, args: &ViewArgs) -> Result<Pose, Failure> {
             let target = args
                 .target
                 .unwrap_or((DVec3::from(eye) - DVec3::from(back)).into());
-            // A camera turned to a target stands upright, whatever its roll in the file. Straight
-            // up or down, its own up vector is used.
+            // A camera turned to a target stands upright, whatever its roll in the file. If it
+            // looks straight up or down, its own up vector is used.
             let upright = (DVec3::from(target) - DVec3::from(eye))
                 .normalize_or_zero()
                 .cross(DVec3::Y)
@@ -193,7 +194,8 @@ fn set_fov(projection: &mut Projection, fov: f64) -> Result<(), Failure> {
     }
 }
 
-/// Magnifies the picture about its centre by a factor.
+/// Magnifies the middle of the picture by a factor: narrows the field of view, or lowers the height
+/// of an orthographic view.
 fn zoom(projection: &mut Projection, factor: f64) {
     match projection {
         Projection::Pinhole(pinhole) | Projection::ThinLens { pinhole, .. } => {
@@ -212,8 +214,9 @@ fn zoom(projection: &mut Projection, factor: f64) {
     }
 }
 
-/// Keeps the vertical angle of a camera in a picture of another shape. A horizontal angle applies
-/// to the aspect ratio in the file.
+/// Keeps the vertical field of view of a camera if `--size` changes the aspect ratio. A horizontal
+/// field of view in the file belongs to the aspect ratio in the file, so that it becomes a focal
+/// length.
 fn keep_vertical_fov(camera: &mut Camera, file: [u32; 2], requested: Option<[u32; 2]>) {
     let [width, height] = file.map(f64::from);
     let other_shape = requested.is_some_and(|[w, h]| {

@@ -82,9 +82,8 @@ impl RenderCommand {
     }
 }
 
-/// Formats the summary: error and time of the scene as it is, then the setting with half the error
-/// and the setting with the same error in less time, such as `In use: error 0.18, 11 s of CPU time.
-/// Half of it: ...`.
+/// Formats the summary: error and time of the scene as it is, then the setting with half the error,
+/// and the setting with the same error in less time.
 pub fn recommendation_text(report: &AccuracyReport, command: &RenderCommand) -> String {
     let measured = &report.own;
     let time = format!(

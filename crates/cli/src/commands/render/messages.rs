@@ -1,4 +1,5 @@
-//! Messages of `render`: effects left out, objects lost, lights unreached, and with `-v` the times.
+//! Messages of `render` about a scene and its picture: effects left out, objects lost, lights that
+//! no path reaches, the error, and with `-v` times and counts.
 
 use raywright_core::counters::{Counters, SampleLoss};
 use raywright_core::denoise::FEWEST_SAMPLES;
@@ -20,7 +21,7 @@ use crate::table::{format_significant, lay_out};
 use crate::targets::OutputTarget;
 use crate::{memory, origin};
 
-/// Notes the effects that are left out; lists all effects in verbose runs.
+/// Warns of the effects that are left out, and prints all effects in verbose runs.
 pub(super) fn note_effects(loaded: &Loaded, report: &EffectReport, notes: &mut Notes) {
     notes.detail(explain::text(&loaded.source, report, false));
     let names: Vec<&str> = report
@@ -36,7 +37,8 @@ pub(super) fn note_effects(loaded: &Loaded, report: &EffectReport, notes: &mut N
     }
 }
 
-/// Notes the bias of a clamp, also for the warnings in the statistics.
+/// Warns of the bias that a clamp causes. The warning is added to the warnings of the statistics
+/// too.
 pub(super) fn note_clamp(
     loaded: &mut Loaded,
     ready: &ReadyScene,
@@ -60,7 +62,8 @@ pub(super) fn note_clamp(
     });
 }
 
-/// Warns of objects lost by the chosen precision.
+/// Warns of objects that vanish in the chosen precision, because the corners of their triangles
+/// coincide.
 pub(super) fn note_lost(loaded: &Loaded, ready: &ReadyScene, notes: &mut Notes) {
     let [first, others @ ..] = ready.lost() else {
         return;
@@ -77,7 +80,7 @@ pub(super) fn note_lost(loaded: &Loaded, ready: &ReadyScene, notes: &mut Notes) 
     ));
 }
 
-/// Warns of objects so far from the others that their shape exceeds the precision.
+/// Warns of an object so far from all others that the chosen precision does not resolve its shape.
 pub(super) fn note_unresolved(loaded: &Loaded, ready: &ReadyScene, notes: &mut Notes) {
     let Some(first) = ready
         .unresolved()
@@ -92,7 +95,7 @@ pub(super) fn note_unresolved(loaded: &Loaded, ready: &ReadyScene, notes: &mut N
     ));
 }
 
-/// Notes that shapes without edges have no wireframe.
+/// Adds a note if `--wireframe` is given and the scene has shapes without edges, such as spheres.
 pub(super) fn note_edges(loaded: &Loaded, settings: &Settings, notes: &mut Notes) {
     let objects = loaded.scene.objects.iter().chain(
         loaded
@@ -116,7 +119,8 @@ pub(super) fn note_edges(loaded: &Loaded, settings: &Settings, notes: &mut Notes
     ));
 }
 
-/// Warns of bodies so close together that light passes through the gap.
+/// Warns of pairs of bodies so close together that light passes from one into the other without
+/// crossing the gap.
 pub(super) fn note_closed_gaps(
     loaded: &mut Loaded,
     ready: &ReadyScene,
@@ -158,7 +162,8 @@ pub(super) fn note_closed_gaps(
     });
 }
 
-/// Warns of lights so close behind an opaque object that their light leaks through.
+/// Warns of lights so close behind an opaque object that rounding lets their light leak through the
+/// object.
 pub(super) fn note_light_leaks(
     loaded: &mut Loaded,
     ready: &ReadyScene,
@@ -204,7 +209,8 @@ pub(super) fn note_light_leaks(
     });
 }
 
-/// Name of a light without size, or its number in the scene.
+/// Formats the name of a light without size for a message, or its number in the scene, counted from
+/// one.
 fn light_name(loaded: &Loaded, index: usize) -> String {
     match loaded.scene.lights.get(index) {
         Some(light) if !light.name.is_empty() => format!("light `{}`", on_one_line(&light.name)),
@@ -212,7 +218,8 @@ fn light_name(loaded: &Loaded, index: usize) -> String {
     }
 }
 
-/// Name of an object, or its number in the scene, where generated objects follow the listed ones.
+/// Formats the name of an object for a message, or its number in the scene, counted from one.
+/// Generated objects are numbered after the listed objects.
 fn object_name(loaded: &Loaded, index: usize) -> String {
     match loaded.scene.objects.get(index) {
         Some(object) if !object.name.is_empty() => {
@@ -222,7 +229,7 @@ fn object_name(loaded: &Loaded, index: usize) -> String {
     }
 }
 
-/// Warns of samples lost from the picture, also for the warnings in the statistics.
+/// Warns of samples and rays that the picture lacks, and returns the warnings for the statistics.
 pub fn note_losses(counters: &Counters, notes: &mut Notes) -> Vec<Warning> {
     let message = |loss| match loss {
         SampleLoss::NotFinite { dropped, of: total } => format!(
@@ -251,8 +258,9 @@ pub fn note_losses(counters: &Counters, notes: &mut Notes) -> Vec<Warning> {
     warnings
 }
 
-/// Recommends an exposure in whole stops where more than a tenth of the pixels of a display picture
-/// are clipped, or are black although the scene is not. More than a fifth clipped is a warning.
+/// Recommends an exposure in whole stops if more than a tenth of the pixels of a display picture
+/// are clipped, or are black although they have radiance. More than a fifth of clipped pixels gives
+/// a warning in place of a note.
 pub(super) fn note_exposure(
     rendered: &RenderOutput,
     plan: &PicturePlan,
@@ -285,8 +293,8 @@ pub(super) fn note_exposure(
     }
 }
 
-/// Notes lights that no path reached. This is no warning, because a lamp inside a box may be
-/// intended.
+/// Adds a note about lights that no path reached. This is no warning, because a lamp in a closed
+/// box may be intended.
 pub(super) fn note_shut_away(loaded: &Loaded, ready: &ReadyScene, film: &Film, notes: &mut Notes) {
     let unreached_lights = ready.shut_away(film);
     let light = |one_unreached_light: &UnreachedLight| match *one_unreached_light {
@@ -319,8 +327,9 @@ pub(super) fn note_shut_away(loaded: &Loaded, ready: &ReadyScene, film: &Film, n
     }
 }
 
-/// Formats the estimated error for the line of samples, adds notes on doubts about the estimate,
-/// and prints all figures in verbose runs.
+/// Formats the estimated error of a picture for the final message: `error 0.05 (0.04 to 0.06)`.
+/// Doubts about the estimate become notes, and verbose runs print all figures. `requested` is the
+/// target error.
 pub fn error(
     noisy: Option<&Uncertainty>,
     film: &Film,
@@ -368,7 +377,7 @@ pub fn error(
     Some(denoised(rendered, notes).unwrap_or(phrase) + &hit_text)
 }
 
-/// Whether the displayed picture, denoised or not, reaches an error.
+/// Whether the error of the displayed picture, denoised or not, is at most `requested`.
 fn reaches(requested: f64, noisy: &Uncertainty, rendered: &RenderOutput) -> bool {
     rendered
         .denoised()
@@ -377,7 +386,7 @@ fn reaches(requested: f64, noisy: &Uncertainty, rendered: &RenderOutput) -> bool
         })
 }
 
-/// Reason why the target error is not reached; `None` where it is.
+/// Describes why the target error is not reached; `None` if it is reached.
 pub fn shortfall(
     requested: f64,
     noisy: Option<&Uncertainty>,
@@ -397,7 +406,8 @@ pub fn shortfall(
     })
 }
 
-/// Reason why samples were added after the target error first seemed reached.
+/// Describes why samples were added after the target error seemed to be reached; `None` if none
+/// were.
 fn doubted(film: &Film, requested: f64) -> Option<String> {
     let first = film.doubted_progress()?;
     let [minimum, maximum] = first.samples;
@@ -420,11 +430,12 @@ fn doubted(film: &Film, requested: f64) -> Option<String> {
     ))
 }
 
-/// Least error at which denoising is recommended.
+/// Least root relMSE at which denoising is recommended.
 const NOTICEABLE: f64 = 0.05;
 
-/// Recommends denoising for a picture with visible noise and no chosen settings. The shares are
-/// those of docs/accuracy-reference.md with 64 samples.
+/// Recommends `--denoise` for a picture with visible noise, unless the samples are a fixed pattern,
+/// are too few or depend on a target error. The shares in the text are those of
+/// docs/accuracy-reference.md with 64 samples.
 pub(super) fn note_denoising(noisy: &Uncertainty, settings: &Settings, notes: &mut Notes) {
     let can = !settings.sampling.is_fixed()
         && settings.sampling.count() >= FEWEST_SAMPLES
@@ -436,7 +447,7 @@ pub(super) fn note_denoising(noisy: &Uncertainty, settings: &Settings, notes: &m
     }
 }
 
-/// Formats both errors with their intervals.
+/// Formats root relMSE and RMSE with their intervals.
 fn told(of: &Uncertainty) -> String {
     format!(
         "root relMSE {}, RMSE {}",
@@ -457,7 +468,7 @@ fn with_interval(estimate: ErrorEstimate) -> String {
     )
 }
 
-/// Reason why a denoised picture has no error estimate.
+/// Describes why a denoised picture has no error estimate.
 fn unknown(doubt: Doubt) -> &'static str {
     match doubt {
         Doubt::FewSamples => "there are too few samples to tell",
@@ -467,7 +478,8 @@ fn unknown(doubt: Doubt) -> &'static str {
     }
 }
 
-/// Formats the error of a denoised picture; `None` without one.
+/// Formats the error of a denoised picture, and prints all figures in verbose runs; `None` if the
+/// picture is not denoised.
 fn denoised(rendered: &RenderOutput, notes: &mut Notes) -> Option<String> {
     let denoised = match rendered.denoised.as_ref()? {
         Ok(denoised) => denoised,
@@ -506,7 +518,7 @@ fn denoised(rendered: &RenderOutput, notes: &mut Notes) -> Option<String> {
     Some(format!("denoised (biased), {error}"))
 }
 
-/// Formats the times, ray counts and memory of verbose runs.
+/// Formats times, ray counts, memory and method of a render, for verbose runs.
 pub(super) fn details(ready: &ReadyScene, rendered: &RenderOutput, seconds: &Seconds) -> String {
     let rays = &rendered.counters;
     let stages = [

@@ -32,11 +32,12 @@ use film::FilmSession;
 use live::Onlookers;
 pub use series::run;
 
-/// Advice for a scene with nothing visible.
+/// Advice in the message about a scene with nothing visible.
 const ALLOW_EMPTY: &str = "--allow-empty makes a picture all the same";
 
-/// Error for a picture's line and its file: for path tracing, for denoised pictures, and where
-/// requested.
+/// Returns the error that the final message and the picture's file state: for path tracing, for
+/// denoised pictures and with a target error. `None` for a Whitted render without these, whose
+/// samples have no random error.
 fn claimed<'a>(
     task: &RenderTask,
     (ready, rendered): (&ReadyScene, &RenderOutput),
@@ -47,7 +48,7 @@ fn claimed<'a>(
     })
 }
 
-/// Origin and error for the metadata of a picture's file.
+/// Returns the metadata of a picture's file, origin and error; empty with `--no-metadata`.
 fn metadata(
     task: &RenderTask,
     session: &FilmSession,
@@ -63,8 +64,8 @@ fn metadata(
     }
 }
 
-/// Prints the hash of a picture's pixels, where requested, before the name of each file that holds
-/// them, or before a name where no file does.
+/// Prints the hash of a picture's pixels, where `--hash` requests it, before the name of each file
+/// that holds the pixels; before `name` if no file does.
 fn print_hash(
     task: &RenderTask,
     (rendered, display): (&RenderOutput, Display),
@@ -88,7 +89,7 @@ fn print_hash(
     )
 }
 
-/// File format of a picture whose name the user did not give.
+/// Returns the file format of a picture whose file name the user did not give.
 fn default_format(task: &RenderTask) -> PictureFormat {
     if wants_floats(task) {
         PictureFormat::Exr
@@ -97,7 +98,8 @@ fn default_format(task: &RenderTask) -> PictureFormat {
     }
 }
 
-/// Starts the session of one picture of a scene.
+/// Starts the render session of a picture, with its film and its live previews. `label` is the
+/// suffix of the picture's name.
 fn start<'a>(
     task: &'a RenderTask,
     options: &LoadOptions,
@@ -119,7 +121,7 @@ fn start<'a>(
     )
 }
 
-/// Records the notes that are known before the render.
+/// Records the notes and warnings about a prepared scene, before its render.
 fn note_prepared(loaded: &mut Loaded, ready: &ReadyScene, settings: &Settings, notes: &mut Notes) {
     messages::note_effects(loaded, ready.effects(), notes);
     messages::note_lost(loaded, ready, notes);
@@ -130,7 +132,7 @@ fn note_prepared(loaded: &mut Loaded, ready: &ReadyScene, settings: &Settings, n
     messages::note_clamp(loaded, ready, settings, notes);
 }
 
-/// Records the notes that depend on the rendered picture.
+/// Records the notes and warnings about a rendered picture: no visible object, or a bad exposure.
 fn note_rendered(
     loaded: &Loaded,
     rendered: &RenderOutput,
@@ -144,7 +146,7 @@ fn note_rendered(
     messages::note_exposure(rendered, plan, targets, notes);
 }
 
-/// Checks that the output files can hold the requested data.
+/// Refuses outputs that cannot hold the requested data, before the scene is loaded.
 fn check(task: &RenderTask, targets: &[OutputTarget]) -> Result<(), Failure> {
     refuse_terminal(task, targets)?;
     refuse_layers_without_place(task, targets)?;
@@ -152,7 +154,8 @@ fn check(task: &RenderTask, targets: &[OutputTarget]) -> Result<(), Failure> {
     refuse_codes_for_floats(task, targets)
 }
 
-/// Refuses binary data on a terminal, and text and binary data on the same standard output.
+/// Refuses `-o -` on a terminal, and together with `--hash`, which prints text to standard output
+/// too.
 fn refuse_terminal(task: &RenderTask, targets: &[OutputTarget]) -> Result<(), Failure> {
     if targets.contains(&OutputTarget::Stdout) && task.hash {
         let error = Error::usage("-o - and --hash both write to standard output");
@@ -167,8 +170,8 @@ fn refuse_terminal(task: &RenderTask, targets: &[OutputTarget]) -> Result<(), Fa
     Ok(())
 }
 
-/// Refuses `--denoise` where the picture cannot be denoised. A quick preview then goes without
-/// denoising.
+/// Refuses `--denoise` for a fixed sample pattern and for too few samples. A quick preview is then
+/// not denoised, without a failure.
 fn refuse_to_denoise(
     task: &RenderTask,
     settings: &Settings,
@@ -196,7 +199,7 @@ fn refuse_to_denoise(
     Ok(())
 }
 
-/// Refuses layers without an EXR or a film to hold them.
+/// Refuses `--aov` without an EXR picture or a film file to hold the layers.
 fn refuse_layers_without_place(task: &RenderTask, targets: &[OutputTarget]) -> Result<(), Failure> {
     if task.layers.is_empty()
         || task.checkpoint.is_some()
@@ -208,7 +211,7 @@ fn refuse_layers_without_place(task: &RenderTask, targets: &[OutputTarget]) -> R
     Err(error.with_hint("add one: -o picture.exr").into())
 }
 
-/// Whether only linear values are to be written.
+/// Whether `--rung output=float` requests linear values in all output files.
 fn wants_floats(task: &RenderTask) -> bool {
     task.choices
         .rungs
@@ -216,7 +219,7 @@ fn wants_floats(task: &RenderTask) -> bool {
         .any(|choice| choice.value() == RungValue::Output(Output::Float))
 }
 
-/// Refuses transparency in a JPEG.
+/// Refuses `--background transparent` for JPEG files, which hold no coverage.
 fn refuse_transparent_jpegs(task: &RenderTask, targets: &[OutputTarget]) -> Result<(), Failure> {
     if !task.is_transparent() || targets.iter().all(OutputTarget::has_coverage) {
         return Ok(());
@@ -229,7 +232,8 @@ fn refuse_transparent_jpegs(task: &RenderTask, targets: &[OutputTarget]) -> Resu
         .into())
 }
 
-/// Refuses linear values in formats that hold codes, which are all but OpenEXR.
+/// Refuses `--rung output=float` for all formats but OpenEXR, because they hold quantised display
+/// values.
 fn refuse_codes_for_floats(task: &RenderTask, targets: &[OutputTarget]) -> Result<(), Failure> {
     if !wants_floats(task) || targets.iter().all(OutputTarget::has_layers) {
         return Ok(());
@@ -242,7 +246,8 @@ fn refuse_codes_for_floats(task: &RenderTask, targets: &[OutputTarget]) -> Resul
         .into())
 }
 
-/// Checks that the live preview is a PNG in a file of its own.
+/// Checks that `--preview` names a PNG file that no other flag names, and adds it to the output
+/// files.
 fn check_preview_target(task: &RenderTask, outputs: &mut OutputFiles) -> Result<(), Failure> {
     let Some(path) = &task.preview else {
         return Ok(());
@@ -262,7 +267,8 @@ fn check_preview_target(task: &RenderTask, outputs: &mut OutputFiles) -> Result<
     outputs.add(path, "--preview")
 }
 
-/// Checks that the report is JSON in a file of its own.
+/// Checks that `--stats` names a JSON file that no other flag names, and adds it to the output
+/// files.
 fn check_stats_target(task: &RenderTask, outputs: &mut OutputFiles) -> Result<(), Failure> {
     let Some(path) = &task.stats else {
         return Ok(());
@@ -282,8 +288,9 @@ fn check_stats_target(task: &RenderTask, outputs: &mut OutputFiles) -> Result<()
     outputs.add(path, "--stats")
 }
 
-/// Starts the early stage of a render. With several scenes the memory limit does not apply, so that
-/// one large scene does not end the others.
+/// Starts the early stage of a run: loading and preparation, which the time budget and the memory
+/// limit may end. With several scenes the memory limit does not apply to this stage, because a
+/// large scene must not end the program before the others are rendered.
 fn begin(task: &RenderTask, clock: &Clock) -> Result<Beginning, Failure> {
     let time = task.budget.map(|budget| (clock.began(), budget));
     let memory = if task.scenes.len() > 1 {
@@ -294,7 +301,7 @@ fn begin(task: &RenderTask, clock: &Clock) -> Result<Beginning, Failure> {
     Beginning::of(&task.scenes[0], memory, time)
 }
 
-/// Formats the picture's size, its samples, and its estimated error.
+/// Formats size, samples and estimated error of a picture for the final message.
 fn described(
     task: &RenderTask,
     settings: &Settings,

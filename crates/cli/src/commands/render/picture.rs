@@ -1,4 +1,5 @@
-//! A picture returned in memory instead of a file.
+//! `render` for an embedding program: the picture is returned in memory instead of written to a
+//! file.
 
 use std::cell::OnceCell;
 use std::path::Path;
@@ -19,29 +20,29 @@ use crate::plan::RenderTask;
 use crate::preparation::{NOTHING_KEPT, prepare_loaded};
 use crate::{origin, scene_input};
 
-/// A picture in memory, with the metadata of its file.
+/// A rendered picture in memory, with the metadata that its file would have.
 #[derive(Debug)]
 pub struct FinishedPicture {
-    /// The rendered picture, composited over the linear value of a background.
+    /// The rendered picture, composited over the linear value of the background colour, if any.
     pub rendered: RenderOutput,
-    /// The picture with its coverage, where a background colour is behind it.
+    /// The picture with its coverage before compositing, if it has a background colour.
     covered: Option<RenderOutput>,
-    /// Display settings.
+    /// Conversion of radiance to display values.
     pub display: Display,
-    /// Origin.
+    /// Origin and error of the picture, as its file records them.
     pub metadata: Metadata,
-    /// Estimated error of the displayed picture, where it depends on random samples.
+    /// Estimated error of the displayed picture; `None` for a picture without random samples.
     pub error: Option<Uncertainty>,
     /// Whether the target error is reached; `None` without a target.
     pub converged: Option<bool>,
-    /// Samples per pixel, in words.
+    /// Number of samples per pixel as text, such as `64 samples`.
     pub samples: String,
-    /// Messages that the program would print about scene and picture.
+    /// Notes and warnings that the program would print about the scene and the picture.
     pub notes: Vec<String>,
 }
 
 /// Renders the single picture of a task on the caller's thread pool. `command` is the equivalent
-/// command line.
+/// command line, for the picture's metadata.
 pub fn render(
     mut loaded: Loaded,
     task: &RenderTask,
@@ -116,7 +117,7 @@ pub fn render(
 }
 
 impl FinishedPicture {
-    /// Encodes the picture as PNG.
+    /// Encodes the picture as a PNG file in memory.
     pub fn png(&self) -> Result<Vec<u8>, Failure> {
         let bytes = output::png_bytes(self.covered().shown_picture(), self.display, &self.metadata);
         bytes.map_err(|cause| Error::write(Path::new("PNG"), &cause).into())
@@ -137,23 +138,24 @@ impl FinishedPicture {
         )?)
     }
 
-    /// Reason why the error's interval may not hold; `None` without doubt.
+    /// Returns the reason why the interval of the error may not hold; `None` without doubt.
     pub fn doubt(&self) -> Option<String> {
         self.error?.doubt.as_ref().map(origin::name)
     }
 
-    /// The picture before a background colour is put behind it.
+    /// Returns the picture before compositing over a background colour.
     fn covered(&self) -> &RenderOutput {
         self.covered.as_ref().unwrap_or(&self.rendered)
     }
 
-    /// The displayed colours, with all layers.
+    /// Returns the displayed picture, denoised where requested, with all layers.
     pub fn shown_picture(&self) -> &Picture {
         self.rendered.shown_picture()
     }
 }
 
-/// Refuses flags for files, because the caller writes files.
+/// Refuses flags that name files or request several pictures, because an embedding program gets a
+/// single picture in memory.
 pub fn refuse_files(task: &RenderTask) -> Result<(), Failure> {
     let flags = [
         ("--output", !task.outputs.is_empty()),
@@ -179,7 +181,8 @@ pub fn refuse_files(task: &RenderTask) -> Result<(), Failure> {
         .into())
 }
 
-/// Observer that ends a render at its deadline.
+/// Observer that ends a render at the deadline of its time budget, and otherwise forwards to the
+/// caller's observer.
 struct Budgeted<'a> {
     observer: &'a dyn Observer,
     deadline: Option<Instant>,

@@ -1,6 +1,6 @@
-//! Client of tev, an image viewer (<https://github.com/Tom94/tev>). Its protocol sends packets over
-//! TCP, each with its length, its kind and its content, all little-endian, with zero-terminated
-//! texts.
+//! Client of tev, an image viewer (<https://github.com/Tom94/tev>). A packet of its TCP protocol
+//! holds its length, its kind and its content. Numbers are little-endian, and texts end with a zero
+//! byte.
 
 use std::io::{self, Write};
 use std::net::{TcpStream, ToSocketAddrs};
@@ -10,25 +10,25 @@ use raywright_core::picture::Picture;
 
 use crate::args::TevAddress;
 
-/// Kinds of packets: create an image, and update some of its channels.
+/// Kinds of packets: creation of an image, and update of some of its channels.
 const CREATE_IMAGE: u8 = 4;
 const UPDATE_IMAGE: u8 = 6;
 
-/// Largest number of values in a packet: an image is sent in bands of rows.
+/// Largest number of pixel values in a packet; an image with more values is sent in bands of rows.
 const MOST_VALUES: usize = 4 << 20;
-/// Timeout of the connection and of each write.
+/// Time limit for the connection and for each write.
 const MOST_TIME: Duration = Duration::from_secs(10);
 
-/// A connection that shows one image.
+/// A connection to tev that shows a single image.
 pub struct Tev {
     stream: TcpStream,
     name: String,
-    /// Size and channels of the image in the viewer.
+    /// Size in pixels and channel names of the image in the viewer; `None` before the first image.
     shown: Option<([u32; 2], Vec<String>)>,
 }
 
 impl Tev {
-    /// Connects to a viewer, for an image with this name.
+    /// Connects to the viewer at an address, for an image with this name.
     pub fn connect(address: &TevAddress, name: &str) -> io::Result<Self> {
         let mut last = io::Error::from(io::ErrorKind::NotFound);
         for place in (address.host.as_str(), address.port).to_socket_addrs()? {
@@ -47,8 +47,8 @@ impl Tev {
         Err(last)
     }
 
-    /// Sends a picture with its layers. A picture with other channels or of another size replaces
-    /// the image.
+    /// Sends a picture with its layers to the viewer. A picture of another size or with other
+    /// channels replaces the image.
     pub fn show(&mut self, picture: &Picture) -> io::Result<()> {
         let channels = channels(picture);
         let names: Vec<String> = channels.iter().map(|(name, _)| name.clone()).collect();
@@ -69,7 +69,7 @@ impl Tev {
     }
 }
 
-/// Name of a channel, and its value at each pixel.
+/// Name of a channel, and a function from the index of a pixel to the channel's value.
 type TevChannel<'a> = (String, Box<dyn Fn(usize) -> f32 + 'a>);
 
 fn channels(picture: &Picture) -> Vec<TevChannel<'_>> {
@@ -102,7 +102,7 @@ fn create(name: &str, picture: &Picture, channels: &[TevChannel<'_>]) -> Vec<u8>
     packet.finish()
 }
 
-/// Encodes new values for rows of an image, channel after channel.
+/// Encodes a packet with new values for `rows` of an image, channel after channel.
 fn update(
     name: &str,
     channels: &[TevChannel<'_>],
@@ -126,11 +126,12 @@ fn update(
     packet.finish()
 }
 
-/// A packet under construction: four bytes for its length, and its content.
+/// A packet under construction: four bytes for its length, then its content.
 struct TevPacket(Vec<u8>);
 
 impl TevPacket {
-    /// Starts a packet of this kind about an image, without a change of the viewer's focus.
+    /// Starts a packet of this kind for the image `name`. The zero byte tells the viewer not to
+    /// select the image.
     fn new(kind: u8, name: &str) -> Self {
         let mut packet = Self(vec![0, 0, 0, 0, kind, 0]);
         packet.text(name);

@@ -1,4 +1,4 @@
-//! Writing of pictures for `render` and `merge`, finished or not.
+//! Writing of pictures for `render`, `merge` and `denoise`, finished or interrupted.
 
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
@@ -14,9 +14,9 @@ use crate::failure::{Exit, Failure};
 use crate::preparation::NOTHING_KEPT;
 use crate::targets::OutputTarget;
 
-/// Writes the picture to all targets and returns the written files. A failed write does not stop
-/// the others; its picture is kept beside the input or in the temporary folder, and the failure
-/// names that file.
+/// Writes the picture to all targets and returns the names of the written files. A failed write
+/// does not stop the others; its picture is kept beside the input or in the temporary folder, and
+/// the failure names the file there.
 pub fn write(
     rendered: &RenderOutput,
     targets: &[OutputTarget],
@@ -42,9 +42,8 @@ pub fn write(
     failed.map_or(Ok(written), Err)
 }
 
-/// Writes a file that could not be written under its own name to the folder of the first input or
-/// to the temporary folder, where it replaces nothing. Returns the new file, or `None` without a
-/// writable folder.
+/// Writes a file whose own path failed to the folder of the first input, or else to the temporary
+/// folder, where it replaces nothing. Returns the new path; `None` if neither folder is writable.
 pub fn keep_elsewhere(
     path: &Path,
     (inputs, is_free): (&InputFiles, impl Fn(&Path) -> bool),
@@ -60,7 +59,8 @@ pub fn keep_elsewhere(
         .find_map(|folder| write(&folder.join(name), &is_new).ok())
 }
 
-/// Adds the path of the file written instead to a failure.
+/// Adds the path of the replacement file, if any, to the failure of a write. `file` says what the
+/// file holds.
 pub fn with_shelter(failure: Failure, file: &str, shelter: Option<PathBuf>) -> Failure {
     match shelter {
         Some(kept) => failure.with_hint(format_args!(
@@ -71,7 +71,8 @@ pub fn with_shelter(failure: Failure, file: &str, shelter: Option<PathBuf>) -> F
     }
 }
 
-/// Writes the picture to a target and returns the file's name, if the target is a file.
+/// Writes the picture to a target. Returns the name of the written file, or `None` for standard
+/// output.
 fn write_to(
     target: &OutputTarget,
     rendered: &RenderOutput,
@@ -96,7 +97,8 @@ fn write_to(
             )?;
             Some(printable_path(path))
         }
-        // The file may have appeared during the render; the picture then gets another name.
+        // A file of this name may have appeared during the render; the picture then gets a new
+        // name.
         OutputTarget::Unnamed(path, format) => {
             let is_free = |other: &Path| other == path || is_free(other);
             let picture = picture(rendered, *format, display);
@@ -107,13 +109,13 @@ fn write_to(
     })
 }
 
-/// Formats a path for a one-line message.
+/// Formats a path for a message of a single line, without control characters.
 pub fn printable_path(path: &Path) -> String {
     console::on_one_line(&path.display().to_string())
 }
 
-/// Selects the content for a format: the displayed colours for display formats; all layers, over
-/// the linear background if any, for EXR.
+/// Selects the content of a file by its format: all layers for EXR, over the linear background if
+/// any; the displayed colours for all other formats.
 pub fn picture(
     rendered: &RenderOutput,
     format: PictureFormat,
@@ -128,8 +130,8 @@ pub fn picture(
     }
 }
 
-/// Failure of an interrupted run, with the files written; for a series, with the number of finished
-/// pictures.
+/// Creates the failure of an interrupted run. It names the files that keep the unfinished pictures
+/// and, for several pictures, the number of finished pictures and of all.
 pub fn interrupted(kept: Result<Vec<String>, Error>, series: Option<[usize; 2]>) -> Failure {
     let kept = match kept {
         Err(error) => {
@@ -155,8 +157,8 @@ pub fn interrupted(kept: Result<Vec<String>, Error>, series: Option<[usize; 2]>)
     Failure::new(Exit::Interrupted, message)
 }
 
-/// Writes an interrupted picture, if it has any samples, under new names that replace no file;
-/// returns these names.
+/// Writes an interrupted picture, if it has samples, under new names that replace no file. Returns
+/// the new names.
 pub fn keep(
     rendered: &RenderOutput,
     targets: &[OutputTarget],

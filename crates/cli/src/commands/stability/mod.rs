@@ -1,4 +1,4 @@
-//! `stability`: hard numerical cases, measured on this machine.
+//! `stability`: errors and cost of the library in hard numerical cases, measured on this machine.
 
 mod page;
 mod text;
@@ -18,30 +18,31 @@ use crate::machine::processor;
 use crate::progress::StepProgress;
 use crate::targets::OutputFiles;
 
-/// Result of a case in one setting.
+/// Result of a hard case in a setting: a precision with a kernel.
 #[derive(Clone, Debug, Serialize)]
 struct CaseRow {
     case: &'static str,
     hard: &'static str,
     bound: &'static str,
-    /// Precision, and kernel or part.
+    /// Precision, and kernel or part of the case.
     setting: String,
     judged: u64,
     wrong: u64,
-    /// Ratio of the bound to the worst error; `None` for cases that are only right or wrong.
+    /// Ratio of the error bound to the worst error; `None` for cases whose results are only right
+    /// or wrong.
     margin: Option<f64>,
-    /// Share of wrong results by the textbook's formulas.
+    /// Share of results, 0 to 1, that the textbook's formulas get wrong.
     textbook_wrong: Option<f64>,
-    /// Cost of the library's formula; `None` where the textbook has no such formula.
+    /// Additional cost of the library's formula; `None` where the textbook has no such formula.
     price: Option<RowPrice>,
-    /// First wrong result, with its bits.
+    /// Description of the first wrong result, with its bits.
     first_wrong: Option<String>,
 }
 
 /// Cost of correctness, in nanoseconds of CPU time per ray or sample.
 #[derive(Clone, Copy, Debug, Serialize)]
 struct RowPrice {
-    /// Operation done per ray or sample.
+    /// Name of the timed operation, done once per ray or sample.
     what: &'static str,
     /// Time of the textbook's formula.
     textbook: f64,
@@ -50,27 +51,27 @@ struct RowPrice {
     spread: f64,
 }
 
-/// Results of a run.
+/// Report of `stability`: the results of a run.
 #[derive(Debug, Serialize)]
 struct StabilityReport {
     version: &'static str,
     /// Name of the processor; `None` where the system does not report it.
     processor: Option<String>,
     rows: Vec<CaseRow>,
-    /// Numbers of the cases whose bounds only tests verify.
+    /// Numbers of the cases whose bounds only the test suite verifies.
     tested_only: Vec<&'static str>,
-    /// Parts of cases that this program lacks or does not reach.
+    /// Number of a case, and the reason why a part of it is not measured.
     left_out: Vec<[&'static str; 2]>,
     seconds: f64,
 }
 
-/// Content of a file, by its extension.
+/// Content of an output file of `stability`, selected by the file's extension.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum StabilityFileKind {
     Markdown,
-    /// A page with plot and table.
+    /// An HTML page with plot and table.
     Html,
-    /// Plot of margins.
+    /// The plot of margins.
     Svg,
     Json,
 }
@@ -95,10 +96,9 @@ impl StabilityFileKind {
     }
 }
 
-/// Measures, and prints a table or JSON.
+/// Runs `stability`: measures, writes the requested file, and prints a table or JSON.
 ///
-/// # Errors
-/// A failure where a bound is broken.
+/// A failure if a result exceeds its bound.
 pub fn run(args: &StabilityArgs, verbosity: Verbosity) -> Result<(), Failure> {
     let target = args
         .output
@@ -147,7 +147,7 @@ pub fn run(args: &StabilityArgs, verbosity: Verbosity) -> Result<(), Failure> {
     }
 }
 
-/// Selects the cases of these numbers; all cases for an empty list.
+/// Selects the hard cases with these numbers; all cases for an empty list.
 fn chosen(numbers: &[String]) -> Result<Vec<HardCase>, Failure> {
     let known =
         |number: &String| hard_cases().find(|case| case.number.eq_ignore_ascii_case(number.trim()));

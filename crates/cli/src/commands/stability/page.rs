@@ -1,4 +1,4 @@
-//! `stability` as a plot of margins and as a page around it.
+//! `stability` as a plot of margins, and as an HTML page with this plot and the table.
 
 use raywright_io::report::{MarginRow, Margins, ThemeColour, document};
 
@@ -8,13 +8,13 @@ use crate::origin::command_line;
 
 const TITLE: &str = "Margins of the hard cases: error bound over worst error";
 
-/// Colours of the precisions.
+/// Names of the precisions, and their colours in the plot.
 const PRECISIONS: [(&str, ThemeColour); 2] = [
     ("robust", ThemeColour::First),
     ("reference", ThemeColour::Second),
 ];
 
-/// Builds the plot with a line for each case.
+/// Builds the plot of margins, with a line for each case.
 pub(super) fn margins(report: &StabilityReport) -> Margins {
     let machine = report
         .processor
@@ -34,8 +34,8 @@ pub(super) fn margins(report: &StabilityReport) -> Margins {
     }
 }
 
-/// Builds the line of a case from the least margin of its kernels and parts; no margin where a
-/// result is beyond the bound.
+/// Builds the line of a case in the plot. The margin in a precision is the least of all kernels and
+/// parts; it is absent if a result exceeds the bound.
 fn line(rows: &[CaseRow]) -> MarginRow {
     let least = |precision: &str| {
         let is_held = of(rows, precision).all(|row| row.wrong == 0);
@@ -66,7 +66,7 @@ fn line(rows: &[CaseRow]) -> MarginRow {
     }
 }
 
-/// Builds the page of plot and table.
+/// Builds the HTML page with plot and table.
 pub(super) fn html(report: &StabilityReport) -> String {
     let plot = Margins {
         title: String::new(),
@@ -94,7 +94,7 @@ pub(super) fn html(report: &StabilityReport) -> String {
     document(TITLE, &body, "")
 }
 
-/// Escapes text for HTML.
+/// Escapes text for HTML, and removes backticks.
 fn masked(text: &str) -> String {
     raywright_io::report::escape_xml(text).replace('`', "")
 }

@@ -1,9 +1,9 @@
-//! `stability` as text.
+//! Tables of `stability`, as plain text and as Markdown.
 
 use super::{CaseRow, RowPrice, StabilityReport};
 use crate::table::{Align, Table, TableRow, format_significant, lay_out_aligned};
 
-/// Cells of a row, without the case's description and bound.
+/// Formats a row of the plain table, without the case's description and bound.
 fn cells(row: &CaseRow) -> [String; 7] {
     let number =
         |value: Option<f64>, of: &dyn Fn(f64) -> String| value.map_or_else(|| "-".to_owned(), of);
@@ -24,7 +24,7 @@ pub(super) fn percent(share: f64) -> String {
     format!("{} %", format_significant(100.0 * share, 3))
 }
 
-/// Formats the additional time with its spread.
+/// Formats the additional time of the library's formula with its spread, in nanoseconds.
 fn more(price: &RowPrice) -> String {
     format!("{:+.1} ± {:.1}", price.more, price.spread)
 }
@@ -39,7 +39,7 @@ const HEADS: [&str; 7] = [
     "costs more",
 ];
 
-/// Formats a line for each case in each setting.
+/// Formats the report as plain text: a line for each case in each setting, and the notes.
 pub(super) fn plain(report: &StabilityReport) -> String {
     let rows: Vec<[String; 7]> = core::iter::once(HEADS.map(str::to_owned))
         .chain(report.rows.iter().map(cells))
@@ -56,7 +56,8 @@ pub(super) fn plain(report: &StabilityReport) -> String {
     format!("{}{}", lay_out_aligned(columns, &rows), rest(report))
 }
 
-/// Formats the notes below the table.
+/// Formats the notes below the table: cases that only tests verify, and parts that are not
+/// measured.
 pub(super) fn rest(report: &StabilityReport) -> String {
     let mut text = String::new();
     if !report.tested_only.is_empty() {
@@ -71,12 +72,12 @@ pub(super) fn rest(report: &StabilityReport) -> String {
     text
 }
 
-/// Splits the rows by case, in their order.
+/// Splits the rows of a report into groups of the same case, in their order.
 pub(super) fn cases(report: &StabilityReport) -> impl Iterator<Item = &[CaseRow]> {
     report.rows.chunk_by(|a, b| a.case == b.case)
 }
 
-/// Selects the rows of a precision.
+/// Selects the rows measured in a precision.
 pub(super) fn of<'a>(
     rows: &'a [CaseRow],
     precision: &'a str,
@@ -85,7 +86,7 @@ pub(super) fn of<'a>(
         .filter(move |row| row.setting.starts_with(precision))
 }
 
-/// Formats the number of wrong results in a precision, and the least margin.
+/// Formats the results of a case in a precision: the number of wrong results, and the least margin.
 fn told(rows: &[CaseRow], precision: &str) -> String {
     let of = of(rows, precision);
     let wrong: u64 = of.clone().map(|row| row.wrong).sum();
@@ -99,7 +100,8 @@ fn told(rows: &[CaseRow], precision: &str) -> String {
     )
 }
 
-/// Formats the cost of correctness in both precisions.
+/// Formats the cost of a case: the textbook's time, and the additional time in both precisions, in
+/// nanoseconds.
 fn costs(rows: &[CaseRow]) -> String {
     let price = |precision| of(rows, precision).find_map(|row| row.price);
     let (Some(robust), Some(reference)) = (price("robust"), price("reference")) else {
@@ -113,7 +115,7 @@ fn costs(rows: &[CaseRow]) -> String {
     )
 }
 
-/// Builds the table with a line for each case.
+/// Builds the table for Markdown and HTML, with a line for each case.
 pub(super) fn table(report: &StabilityReport) -> Table {
     let columns = [
         Align::Left,
@@ -150,12 +152,12 @@ pub(super) fn table(report: &StabilityReport) -> Table {
     Table::new(columns, heads, rows)
 }
 
-/// Meaning of the table's columns.
+/// Explanation of the columns of the table, printed below it.
 pub(super) const COLUMNS: &str = "For each precision: how many are wrong of those that were judged, by all kernels of the processor together, and how many times its worst \
      error the bound is, where there is more to tell than right and wrong. Textbook: what share its formulas get wrong. ns: CPU time of one thread for an ordinary \
      ray or sample by the textbook's formula in f32, and how much more it is in `robust` and in `reference`.";
 
-/// The same as Markdown.
+/// Formats the report as Markdown: the table, the explanation of its columns, and the notes.
 pub(super) fn markdown(report: &StabilityReport) -> String {
     let mut table = table(report);
     table
@@ -170,7 +172,7 @@ pub(super) fn markdown(report: &StabilityReport) -> String {
 pub(super) mod tests {
     use super::*;
 
-    /// A report of one case in both precisions.
+    /// Creates a report of a single case in both precisions, for tests.
     pub(crate) fn report() -> StabilityReport {
         let price = RowPrice {
             what: "a test",

@@ -1,4 +1,5 @@
-//! The page's current view as a command: the flags at the start, and those changed by the page.
+//! The viewer's current view as a `render` command: the flags of the program's start, and the flags
+//! changed by the page.
 
 use std::ffi::{OsStr, OsString};
 
@@ -10,10 +11,10 @@ use crate::embedded::EmbeddedCommand;
 use crate::failure::{Exit, Failure};
 use crate::origin;
 
-/// A flag by its long name, with its value where it takes one.
+/// A flag: its long name, and its value if the flag takes one.
 pub type Flag = (String, Option<String>);
 
-/// Flags that the page may set. None of them names a file, raises a limit or grants access.
+/// Flags that the page may set. No such flag names a file, raises a limit or grants access.
 const OF_PAGE: [&str; 31] = [
     "animation",
     "at",
@@ -48,21 +49,21 @@ const OF_PAGE: [&str; 31] = [
     "zoom",
 ];
 
-/// Largest number of flags from a page, and largest length of each in bytes.
+/// Largest number of flags that the page may set, and largest length of a value in bytes.
 const MOST_FLAGS: usize = 200;
 const MOST_BYTES: usize = 1000;
 
-/// The `render` command of the current view.
+/// The `render` command of the current view: a scene, and flags that the page cannot change.
 #[derive(Clone, Debug)]
 pub struct CommandLine {
     scene: OsString,
-    /// Flags as typed, which no page changes.
+    /// Flags of the program's command line that the page cannot change.
     fixed: Vec<Flag>,
 }
 
 impl CommandLine {
-    /// Splits the `render` flags of the program's command line into fixed flags and flags that a
-    /// page may change.
+    /// Splits the `render` flags of the program's command line into fixed flags, which become part
+    /// of the command, and flags that the page may change, which are returned.
     pub fn of_program(scene: OsString, words: Vec<OsString>) -> (Self, Vec<Flag>) {
         let matches = Arguments::command().try_get_matches_from(words).ok();
         let typed = matches
@@ -76,7 +77,7 @@ impl CommandLine {
         (Self { scene, fixed }, own)
     }
 
-    /// Refuses flags that a page may not set.
+    /// Refuses flags and values that a page may not set.
     pub fn check(flags: &[Flag]) -> Result<(), Failure> {
         let refuse = |reason: String| Err(Failure::new(Exit::Usage, reason));
         if flags.len() > MOST_FLAGS {
@@ -94,7 +95,7 @@ impl CommandLine {
         Ok(())
     }
 
-    /// Resolves the `render` request of these flags.
+    /// Parses the `render` command with these flags of the page.
     pub fn request(&self, flags: &[Flag]) -> Result<EmbeddedCommand, Failure> {
         let word = |(name, value): &Flag| match value {
             Some(value) => OsString::from(format!("--{name}={value}")),
@@ -103,7 +104,7 @@ impl CommandLine {
         EmbeddedCommand::new("render", self.fixed.iter().chain(flags).map(word).collect())
     }
 
-    /// Formats the command for a shell.
+    /// Formats the command with these flags of the page, quoted for a shell.
     pub fn text(&self, flags: &[Flag]) -> String {
         let mut words = vec![OsString::from("render"), self.scene.clone()];
         for (name, value) in self.fixed.iter().chain(flags) {
@@ -119,7 +120,7 @@ impl CommandLine {
     }
 }
 
-/// Lists the typed flags of `render` by their long names.
+/// Lists the flags that the user typed on the command line of `render`, by their long names.
 fn typed(matches: &ArgMatches) -> Vec<Flag> {
     let program = Arguments::command();
     let Some(render) = program.find_subcommand("render") else {

@@ -1,5 +1,5 @@
-//! HTTP/1.1 for one page on the loopback interface: one request per connection, limited in size and
-//! time.
+//! HTTP/1.1 for a single page on the loopback interface: a request per connection, limited in size
+//! and time.
 
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::TcpStream;
@@ -7,38 +7,40 @@ use std::time::{Duration, Instant};
 
 use httparse::{EMPTY_HEADER, Status};
 
-/// Limits of a request: bytes of its first line and headers, number of headers, bytes of its body.
+/// Limits of a request: bytes of its first line and headers together, number of headers, and bytes
+/// of its body.
 const MOST_HEAD: usize = 8 << 10;
 const MOST_HEADERS: usize = 48;
 const MOST_BODY: usize = 16 << 10;
-/// Time limit for a whole request, and for each write of a response.
+/// Time limit for the arrival of a whole request, and for each write of a response.
 const MOST_TIME: Duration = Duration::from_secs(5);
 
-/// A parsed request.
+/// A parsed HTTP request.
 #[derive(Debug, Default)]
 pub struct HttpRequest {
     pub method: String,
-    /// Path without the query after `?`.
+    /// Path of the address, without the query after `?`.
     pub path: String,
     pub query: String,
     pub host: String,
     pub origin: Option<String>,
-    /// Origin of the request as reported by the browser (`Sec-Fetch-Site`).
+    /// Relation of the requesting site to this server, as the browser reports it
+    /// (`Sec-Fetch-Site`).
     pub site: Option<String>,
     pub body: Vec<u8>,
 }
 
-/// A response.
+/// An HTTP response.
 pub struct HttpResponse {
     pub status: u16,
     pub kind: &'static str,
-    /// Further headers, each with its line break.
+    /// Additional headers, each with its line break.
     pub headers: String,
     pub body: Vec<u8>,
 }
 
 impl HttpResponse {
-    /// Creates a successful response.
+    /// Creates a response of status 200 with a body of the content type `kind`.
     pub fn with_body(kind: &'static str, body: impl Into<Vec<u8>>) -> Self {
         Self {
             status: 200,
@@ -48,7 +50,7 @@ impl HttpResponse {
         }
     }
 
-    /// Creates an error response with its reason.
+    /// Creates a plain-text response with a status and a message.
     pub fn refusal(status: u16, reason: &str) -> Self {
         Self {
             status,
@@ -56,7 +58,7 @@ impl HttpResponse {
         }
     }
 
-    /// Sends the response and closes the connection.
+    /// Sends the response. Its headers announce that the connection closes.
     pub fn send(&self, stream: &mut TcpStream) -> io::Result<()> {
         let Self {
             status,
@@ -78,8 +80,8 @@ impl HttpResponse {
     }
 }
 
-/// Content security policy: the page loads its own script and style, connects to its own server,
-/// and may not be framed.
+/// Content security policy of the page: it loads only its own script and style, connects only to
+/// its own server, and may not be shown in a frame.
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' data:; \
                       base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
@@ -98,7 +100,8 @@ fn reason(status: u16) -> &'static str {
     }
 }
 
-/// Reads a request, or returns the response that refuses it.
+/// Reads a request from a connection. The error is the response that refuses a malformed, too long
+/// or too slow request.
 pub fn read(stream: &mut TcpStream) -> Result<HttpRequest, HttpResponse> {
     let deadline = Instant::now() + MOST_TIME;
     let mut bytes = Vec::new();
@@ -121,7 +124,7 @@ pub fn read(stream: &mut TcpStream) -> Result<HttpRequest, HttpResponse> {
     Ok(request)
 }
 
-/// Receives the next bytes of a request.
+/// Receives the next bytes of a request, and appends them to `bytes`.
 fn receive(
     stream: &mut TcpStream,
     deadline: Instant,
@@ -150,8 +153,9 @@ fn receive(
     }
 }
 
-/// Parses the request's head. Returns the request without its body, the length of the head and the
-/// length of the body, or `None` while the head is incomplete.
+/// Parses the head of a request: its first line and its headers. Returns the request without its
+/// body, the length of the head and the length of the body in bytes, or `None` while the head is
+/// incomplete.
 fn parse(bytes: &[u8]) -> Result<Option<(HttpRequest, usize, usize)>, HttpResponse> {
     let wrong = |reason: &str| HttpResponse::refusal(400, reason);
     let mut headers = [EMPTY_HEADER; MOST_HEADERS];
@@ -191,8 +195,8 @@ fn parse(bytes: &[u8]) -> Result<Option<(HttpRequest, usize, usize)>, HttpRespon
             "host" => (request.host, hosts) = (text()?, hosts + 1),
             "origin" => request.origin = Some(text()?),
             "sec-fetch-site" => request.site = Some(text()?),
-            // The length of a body must be unambiguous: two readers of a request must agree on
-            // where it ends.
+            // The length of a body must be unambiguous: a proxy and this server must agree on the
+            // end of a request.
             "transfer-encoding" => return Err(wrong("a body of unknown length is not read")),
             "content-length" => {
                 let value = text()?

@@ -1,12 +1,12 @@
-//! Display of pictures and layers as 8-bit colours: directions as red, green and blue, objects by
-//! hue, errors as heat.
+//! Conversion of pictures and layers to 8-bit colours for the viewer: directions as red, green and
+//! blue, objects by hue, errors as heat.
 
 use raywright_core::display::{Display, Output};
 use raywright_core::film::Film;
 use raywright_core::picture::{Layer, Picture};
 use raywright_core::settings::Aov;
 
-/// Red, green, blue and coverage codes of each pixel.
+/// Converts a picture to 8-bit codes of red, green, blue and coverage for each pixel.
 pub fn colours(picture: &Picture, display: Display) -> Vec<u8> {
     let output = if matches!(display.output, Output::Dithered) {
         Output::Dithered
@@ -24,13 +24,15 @@ pub fn colours(picture: &Picture, display: Display) -> Vec<u8> {
     }
 }
 
-/// First-hit layer with this name; `None` for other layers.
+/// Returns the layer of first-hit data with this name, such as `normal`; `None` for the layers
+/// `samples` and `stderr` and for unknown names.
 pub fn of_hits(name: &str) -> Option<Aov> {
     let layer = Aov::ALL.into_iter().find(|(known, _)| *known == name)?.1;
     (!matches!(layer, Aov::Samples | Aov::StandardError)).then_some(layer)
 }
 
-/// Codes of a picture's layer; black where the picture lacks the layer.
+/// Converts a first-hit layer of a picture to 8-bit codes of red, green, blue and coverage for each
+/// pixel; empty if the picture lacks the layer.
 pub fn hits(picture: &Picture, layer: Aov) -> Vec<u8> {
     let value_of = |name: &str| {
         picture
@@ -90,8 +92,9 @@ pub fn hits(picture: &Picture, layer: Aov) -> Vec<u8> {
     }
 }
 
-/// Standard errors of a film's pixels as heat, brightest at a fifth of the pixel's value; grey
-/// where the errors are unknown.
+/// Converts the standard errors of a film's pixels to heat colours, as 8-bit codes of red, green,
+/// blue and coverage. White is a standard error of a fifth of the pixel's value; grey is an unknown
+/// error.
 pub fn errors(film: &Film, picture: &Picture) -> Vec<u8> {
     let Some((errors, _)) = film.standard_errors() else {
         return codes(picture.rgb.iter().map(|_| [0.3; 3]));
@@ -108,7 +111,7 @@ pub fn errors(film: &Film, picture: &Picture) -> Vec<u8> {
     )
 }
 
-/// Colour scale from black over red and yellow to white.
+/// Returns the colour of a share, 0 to 1, on a scale from black over red and yellow to white.
 fn heat(share: f32) -> [f32; 3] {
     let share = share.clamp(0.0, 1.0);
     [
@@ -128,7 +131,8 @@ fn code(value: f32) -> u8 {
     (255.0 * value.clamp(0.0, 1.0) + 0.5) as u8
 }
 
-/// Least and greatest of the finite numbers.
+/// Returns the least and the greatest of the finite numbers; infinities in reverse order without
+/// finite numbers.
 fn range(numbers: impl Iterator<Item = f32>) -> [f32; 2] {
     let finite = numbers.filter(|number| number.is_finite());
     finite.fold(
@@ -145,12 +149,13 @@ fn share(number: f32, [minimum, maximum]: [f32; 2]) -> f32 {
     }
 }
 
-/// Colour of an identifier, distinct from its neighbours' colours; black for a negative one.
+/// Returns the colour of an object's or material's identifier, distinct from the colours of the
+/// identifiers before and after it; black for a negative identifier.
 fn hue(id: f32) -> [f32; 3] {
     if id < 0.0 {
         return [0.0; 3];
     }
-    // Steps of the golden ratio leave the widest gaps between hues.
+    // Hues at multiples of the golden ratio have the widest gaps between them.
     let turn = (id * 0.618_034).fract();
     [0.0, 1.0 / 3.0, 2.0 / 3.0].map(|offset| {
         let distance = ((turn + offset).fract() - 0.5).abs() * 2.0;

@@ -1,9 +1,9 @@
 //! `view`: a page on the loopback interface that shows a scene while it renders.
 //!
-//! One thread computes (`worker`). It takes the page's last wish, which is a set of flags, does
-//! only the work that the wish requires (`subject`), shows a sketch at once and then renders in
-//! pieces (`progress`). Other threads serve requests (`server`, `http`). All threads communicate
-//! through `shared` only.
+//! A thread computes (`worker`). It takes the page's latest request, which is a set of flags, and
+//! does only the work that the request needs (`subject`). It shows a coarse preview at once, and
+//! then renders in slices of time (`progress`). Other threads serve HTTP requests (`server`,
+//! `http`). All threads communicate through `shared` only.
 
 mod flags;
 mod http;
@@ -30,7 +30,8 @@ use server::Server;
 use shared::{SharedView, ViewRequest};
 use worker::Worker;
 
-/// Serves the page until its last visitor has left.
+/// Runs `view`: serves the page until it has been closed for the time of `--linger`, or until
+/// Ctrl-C.
 pub fn run(args: ViewerArgs, verbosity: Verbosity) -> Result<(), Failure> {
     let scene = match args.render.scenes.as_slice() {
         [] => scene_input::unnamed()?,
@@ -83,7 +84,8 @@ pub fn run(args: ViewerArgs, verbosity: Verbosity) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Opens the page with the system's opener, if any. The address is printed in any case.
+/// Opens the page in the system's browser, if the system has a program for this. The address is
+/// printed in any case.
 fn open(address: &str) {
     let program = if cfg!(target_os = "macos") {
         "open"
@@ -98,8 +100,8 @@ fn open(address: &str) {
         .stderr(quietly())
         .spawn()
     {
-        // The thread waits for the opener, so that no zombie process remains; without a thread the
-        // zombie lasts until the program ends.
+        // A thread waits for the end of the opener, so that no zombie process remains. If the
+        // thread cannot start, the zombie lasts until the program ends.
         let _ = thread::Builder::new().spawn(move || opened.wait());
     }
 }

@@ -1,5 +1,5 @@
-//! Progressive render: a first sketch at once, finer sketches, and the render in pieces, between
-//! which newer wishes are served.
+//! Progressive render for the viewer: a coarse preview at once, finer previews, and the render in
+//! slices of time, between which newer requests are served.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
@@ -12,35 +12,38 @@ use super::shared::SharedView;
 use super::status::RenderProgress;
 use crate::watch::{Deadlines, Watch};
 
-/// Target time of the first sketch in seconds, so that it appears within a tenth of a second.
+/// Target time of the first preview in seconds, so that it appears within a tenth of a second.
 const SKETCH: f64 = 0.03;
-/// Initial guess of the pixels rendered per second in a sketch.
+/// Assumed speed of previews, in pixels per second, before the first measurement.
 const FIRST_GUESS: f64 = 300_000.0;
-/// Largest edge of a sketch's pixels, in pixels of the picture.
+/// Largest edge of a preview's pixel, in pixels of the picture.
 const LARGEST: u32 = 16;
-/// Least and greatest duration of a piece.
+/// Least and greatest duration of a slice of the render.
 const PIECES: [Duration; 2] = [Duration::from_millis(120), Duration::from_millis(1500)];
-/// Reciprocal share of all samples in the first stage.
+/// The first stage of the render takes all samples divided by this number.
 const FIRST_STAGE: u64 = 128;
-/// Reciprocal shares of the time for error estimates and for denoising.
+/// Least intervals between error estimates, and between denoised pictures, as multiples of the
+/// duration of the last estimate or denoising.
 const ERROR_SHARE: u32 = 10;
 const DENOISE_SHARE: u32 = 4;
-/// Largest number of kept estimates.
+/// Largest number of error estimates in the history.
 const MOST_HISTORY: usize = 300;
 
-/// Observer that also stops for a newer wish.
+/// Observer of a render that stops for Ctrl-C, at deadlines, and for a newer request or a job of
+/// the page.
 pub struct RequestWatch<'a> {
     pub watch: Watch<'a>,
     shared: &'a SharedView,
-    /// Number of the current wish; `None`: newer wishes do not stop the work.
+    /// Number of the current request; `None`: neither newer requests nor jobs stop the work.
     wish: Option<u64>,
-    /// Total sample count over all pixels.
+    /// Sample count of the finished render, summed over all pixels.
     total: AtomicU64,
     has_paused: AtomicBool,
 }
 
 impl<'a> RequestWatch<'a> {
-    /// Creates an observer that stops with the program or for a wish newer than this one.
+    /// Creates an observer that stops when `stop` is set, and for a job or a request newer than
+    /// `wish`.
     pub fn new(shared: &'a SharedView, stop: &'a AtomicBool, wish: Option<u64>) -> Self {
         Self {
             watch: Watch::until(stop),
@@ -51,7 +54,7 @@ impl<'a> RequestWatch<'a> {
         }
     }
 
-    /// Finished samples over all pixels.
+    /// Returns the number of finished samples, summed over all pixels.
     fn done(&self) -> u64 {
         self.watch.done.load(Ordering::Relaxed)
     }
@@ -77,7 +80,7 @@ impl Observer for RequestWatch<'_> {
     }
 }
 
-/// Pixels rendered per second in sketches, a running mean.
+/// Running mean of the speed of previews, in pixels per second.
 pub struct Speed(f64);
 
 impl Default for Speed {
@@ -87,38 +90,39 @@ impl Default for Speed {
 }
 
 impl Speed {
-    /// Edge of the first sketch's pixels, for its target time.
+    /// Returns the edge of the first preview's pixels, in pixels of the picture, with which the
+    /// preview takes its target time.
     pub fn edge(&self, [width, height]: [u32; 2]) -> u32 {
         let pixels = f64::from(width) * f64::from(height);
         ((pixels / (self.0 * SKETCH)).sqrt().ceil() as u32).clamp(1, LARGEST)
     }
 
     fn measure(&mut self, pixels: usize, time: Duration) {
-        // The mean dampens a sketch delayed by a slow tile or another program.
+        // The mean dampens the effect of a preview that a slow tile or another program delayed.
         self.0 = 0.5 * self.0 + 0.5 * (pixels as f64 / time.as_secs_f64().max(1e-4)).min(1e8);
     }
 }
 
-/// A render with its statistics.
+/// The viewer's current render, with its film and its statistics.
 pub struct LiveRender {
     pub film: Film,
-    /// Pixel edge of the next sketch; `None`: no further sketch.
+    /// Pixel edge of the next preview, in pixels of the picture; `None`: no further preview.
     next_edge: Option<u32>,
     spent: Duration,
     piece: Duration,
-    /// Largest sample count over all pixels at the end of the next stage. Each stage about doubles
-    /// the samples, or lasts as long as a piece may.
+    /// Sample count, summed over all pixels, at which the next stage ends. A stage about doubles
+    /// the samples, unless the time of a slice ends it first.
     next_stage: u64,
     estimated: Option<(Duration, Duration)>,
     denoised: Option<(Duration, Duration)>,
     pub progress: RenderProgress,
-    /// The displayed picture after the sketches.
+    /// The displayed picture after the previews.
     pub rendered: Option<RenderOutput>,
     pub is_done: bool,
 }
 
 impl LiveRender {
-    /// Creates an empty render.
+    /// Creates a render without samples.
     pub fn new(ready: &ReadyScene) -> Self {
         let film = ready.film("");
         let progress = RenderProgress {
@@ -129,7 +133,8 @@ impl LiveRender {
         };
         let pixels = film.size().into_iter().map(u64::from).product::<u64>();
         Self {
-            // With a target error the final number of samples is unknown.
+            // With a target error the final number of samples is unknown, so that time alone
+            // divides the render.
             next_stage: film.requested_samples().map_or(u64::MAX, |samples| {
                 (pixels * u64::from(samples)).div_ceil(FIRST_STAGE)
             }),
@@ -145,7 +150,8 @@ impl LiveRender {
         }
     }
 
-    /// Renders the first sketch; only the end of the program interrupts it.
+    /// Renders the first preview and measures its speed. Returns the preview and the edge of its
+    /// pixels. Only the end of the program interrupts this preview.
     pub fn first_sketch(
         &mut self,
         ready: &ReadyScene,
@@ -161,8 +167,8 @@ impl LiveRender {
         (sketch, edge)
     }
 
-    /// Renders a finer sketch, unless it would take as long as the render's first pass; `None`
-    /// where no finer sketch follows or a newer wish interrupted it.
+    /// Renders the next finer preview. Returns the preview and the edge of its pixels; `None` if no
+    /// finer preview follows, or if a newer request or a job interrupted it.
     pub fn next_sketch(
         &mut self,
         ready: &ReadyScene,
@@ -180,7 +186,7 @@ impl LiveRender {
         !self.is_done
     }
 
-    /// Renders a piece of the picture; returns whether a new picture is ready to show.
+    /// Renders the picture for the time of a slice. Returns whether a new picture is ready to show.
     pub fn step(&mut self, ready: &ReadyScene, mut watch: RequestWatch<'_>) -> bool {
         let began = Instant::now();
         watch.watch.deadlines = Deadlines {
@@ -189,13 +195,13 @@ impl LiveRender {
             ..Deadlines::default()
         };
         let whole = self.film.whole_part();
-        // The film was created for this scene, so that the call cannot fail.
+        // The call cannot fail, because the film was created for this scene.
         let _ = ready.render_part(&mut self.film, &whole, &watch);
         self.spent += began.elapsed();
         let was_paused = watch.has_paused.load(Ordering::Relaxed);
         let lacks = self.film.lacking(&whole) > 0;
         let is_cancelled = watch.is_cancelled();
-        // With adaptive sampling, each finished round decides on the next.
+        // In adaptive sampling, the samples of a round decide whether another round follows.
         let continues = was_paused && ready.settings().max_error.is_some();
         self.is_done = !(lacks || is_cancelled || continues);
         self.next_stage = self.next_stage.max(watch.done()).saturating_mul(2);
@@ -211,7 +217,7 @@ impl LiveRender {
         is_new
     }
 
-    /// Updates the statistics of the render.
+    /// Updates samples, times and speed in the statistics of the render.
     fn account(&mut self, watch: &RequestWatch<'_>) {
         let samples = self.film.samples(&self.film.whole_part());
         let [done, total] =
@@ -228,8 +234,8 @@ impl LiveRender {
         };
     }
 
-    /// Updates the picture and its error from the samples so far, where that takes a small share of
-    /// the time.
+    /// Updates the displayed picture and its error from the samples so far, unless that would take
+    /// too large a share of the time. Returns whether the picture is new.
     fn develop(&mut self, watch: &RequestWatch<'_>) -> bool {
         let is_due = |last: Option<(Duration, Duration)>, share: u32, spent: Duration| {
             last.is_none_or(|(at, took)| spent.saturating_sub(at) >= took * share)
@@ -253,7 +259,7 @@ impl LiveRender {
         }
         let began = Instant::now();
         let rendered = stage.rendered(watch);
-        // An interrupted result is discarded and computed again.
+        // An interrupted denoising is discarded, and repeated in the next slice.
         if watch.is_cancelled() {
             self.is_done = false;
             return false;
@@ -264,7 +270,7 @@ impl LiveRender {
     }
 }
 
-/// Adds an estimate to the history; a full history drops every second entry.
+/// Adds an error estimate to the history. A full history drops every second entry.
 fn remember(
     history: &mut Vec<[f64; 5]>,
     spent: Duration,

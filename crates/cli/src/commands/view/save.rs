@@ -1,5 +1,5 @@
-//! Saving of the picture under a name from the page, in the working folder, by the rules of every
-//! other output.
+//! Saving of the viewer's picture under a name from the page, in the working folder, by the rules
+//! of every other output.
 
 use std::path::{Component, Path, PathBuf};
 
@@ -13,7 +13,7 @@ use crate::commands::render::write;
 use crate::failure::Failure;
 use crate::targets::OutputFiles;
 
-/// Writes the picture; returns an HTTP status and a message.
+/// Writes the picture under the requested name. Returns an HTTP status and a message for the page.
 pub fn save(
     view_request: &SaveRequest,
     rendered: &RenderOutput,
@@ -53,7 +53,7 @@ pub fn save(
     let picture = write::picture(rendered, format, display);
     let written = match view_request.replace {
         true => write_picture_as(&path, format, &picture, display, metadata),
-        // A file created in the meantime is not replaced.
+        // A file created after the check is not replaced.
         false => {
             let is_free = |other: &Path| other == path && other.symlink_metadata().is_err();
             write_unnamed_picture(&path, &picture, display, metadata, is_free).map(|_| ())
@@ -65,7 +65,8 @@ pub fn save(
     }
 }
 
-/// Path of a plain file name that is valid on every system; `None` for any other name.
+/// Converts a name without folder that is valid on every system to a path; `None` for any other
+/// name.
 fn plain_name(name: &str) -> Option<PathBuf> {
     let is_odd = |c: char| c.is_control() || "/\\:*?\"<>|".contains(c);
     if name.len() > 200 || name.starts_with(['.', '-', '~']) || name.contains(is_odd) {

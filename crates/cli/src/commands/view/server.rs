@@ -1,4 +1,4 @@
-//! Server of the page and its requests, for this machine alone.
+//! HTTP server of the viewer's page, for this machine alone.
 
 use std::collections::hash_map::RandomState;
 use std::hash::BuildHasher;
@@ -19,16 +19,16 @@ use super::shared::{SaveRequest, SharedView, ViewJob, ViewRequest};
 
 /// Largest number of simultaneous connections.
 const MOST_CONNECTIONS: usize = 32;
-/// Longest wait of a page for a new status; then it gets the same status again.
+/// Longest wait for a new status, before the page gets the same status again.
 const NEWS: Duration = Duration::from_secs(5);
-/// Longest wait of a page for its saved file: denoising may be in progress.
+/// Longest wait for a saved file. A denoising in progress may delay the file.
 const SAVING: Duration = Duration::from_secs(120);
 
 const PAGE: &str = include_str!("page.html");
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
 
-/// Server of a single page.
+/// HTTP server of the viewer's page.
 pub struct Server {
     listener: TcpListener,
     /// Accepted `Host` values: the loopback address and its name, each with the port.
@@ -37,8 +37,8 @@ pub struct Server {
     shared: Arc<SharedView>,
 }
 
-/// Random token of 128 bits. The standard library keys its hash function with random numbers of the
-/// system, and hash values of different inputs do not reveal one another.
+/// Generates a random token of 128 bits. The standard library keys its hash function with random
+/// numbers of the system, and hash values of different inputs do not reveal one another.
 fn token() -> String {
     let keyed = RandomState::new();
     (0..2)
@@ -59,7 +59,7 @@ impl Server {
         })
     }
 
-    /// URL of the page.
+    /// Returns the URL of the page.
     pub fn address(&self) -> String {
         format!("http://{}/{}/", self.hosts[0], self.token)
     }
@@ -69,14 +69,14 @@ impl Server {
         let (server, busy) = (Arc::new(self), Arc::new(AtomicUsize::new(0)));
         for stream in server.listener.incoming() {
             let Ok(mut stream) = stream else {
-                // The process may be out of file descriptors; a pause lets other threads release
-                // some.
+                // The process may have no free file descriptor; a pause gives other threads time to
+                // close some.
                 thread::sleep(Duration::from_millis(50));
                 continue;
             };
             if busy.fetch_add(1, Ordering::Relaxed) >= MOST_CONNECTIONS {
                 busy.fetch_sub(1, Ordering::Relaxed);
-                // A failed write means that the client has gone.
+                // A failed write means that the browser closed the connection.
                 let _ = HttpResponse::refusal(503, "too many connections").send(&mut stream);
                 continue;
             }
@@ -96,13 +96,13 @@ impl Server {
             Ok(request) => self.respond(&request),
             Err(refusal) => refusal,
         };
-        // A failed write means that the client has gone.
+        // A failed write means that the browser closed the connection.
         let _ = response.send(stream);
     }
 
-    /// Responds to a request. Pages of other sites can send requests here through a domain name
-    /// that resolves to this machine; therefore the host, the origin and the token are checked
-    /// first.
+    /// Returns the response to a request. A page of another site can send requests to this server
+    /// through a domain name that resolves to this machine. Therefore the host, the origin and the
+    /// token are checked first.
     fn respond(&self, request: &HttpRequest) -> HttpResponse {
         let is_own = |origin: &str| {
             self.hosts
@@ -133,8 +133,8 @@ impl Server {
                 "the address is not that of the page: take the one that the program printed",
             );
         };
-        // A link from elsewhere may lead to the page, if its address is known; every other request
-        // must come from the page.
+        // A link on another site may open the page, if it contains the token; every other request
+        // must come from the page itself.
         if !(["same-origin", "none"].contains(&site) || is_read && path.1.is_empty()) {
             return HttpResponse::refusal(403, "pages of other sites are not answered");
         }
@@ -152,7 +152,7 @@ impl Server {
         }
     }
 
-    /// Whether a word is the token, compared in constant time.
+    /// Whether a word equals the token, compared in constant time.
     fn is_token(&self, word: &str) -> bool {
         let differs = word
             .bytes()
@@ -161,7 +161,8 @@ impl Server {
         word.len() == self.token.len() && differs == 0
     }
 
-    /// Returns the status once it differs from the one that the page has.
+    /// Returns the viewer's status as soon as its number differs from the number in the query, or
+    /// after a time limit.
     fn status(&self, query: &str) -> HttpResponse {
         let reported = query
             .strip_prefix("after=")
@@ -174,7 +175,8 @@ impl Server {
         )
     }
 
-    /// Returns the picture's bytes, with its number, its size and the edge of its pixels.
+    /// Returns the picture as bytes, with its number, its size and the edge of its pixels in a
+    /// header.
     fn picture(&self) -> HttpResponse {
         let frame = self.shared.frame();
         let [width, height] = frame.size;

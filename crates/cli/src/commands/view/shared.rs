@@ -1,5 +1,5 @@
-//! State shared by the viewer's threads: the current wish, the displayed picture, and the open
-//! pages.
+//! State shared by the viewer's threads: the page's current request, the displayed picture, and the
+//! open pages.
 
 use std::collections::VecDeque;
 use std::sync::mpsc::SyncSender;
@@ -10,16 +10,16 @@ use serde::Deserialize;
 
 use super::flags::Flag;
 
-/// Requested view of the page.
+/// View that the page requests: flags and a layer.
 #[derive(Clone, Debug, Default, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct ViewRequest {
     /// Flags of `render`.
     pub flags: Vec<Flag>,
-    /// Name of the displayed layer; empty: colours.
+    /// Name of the displayed layer; empty for the picture's colours.
     #[serde(default)]
     pub layer: String,
-    /// Whether to render again although nothing changed.
+    /// Whether to render again although no flag changed.
     #[serde(default)]
     pub anew: bool,
 }
@@ -35,44 +35,46 @@ pub struct SaveRequest {
     pub replace: bool,
 }
 
-/// Work done once, between two pieces of a render.
+/// A job of the computing thread, done between two slices of a render.
 pub enum ViewJob {
-    /// Saves the picture; the result is an HTTP status and a message.
+    /// Saves the picture, and sends an HTTP status and a message to the thread that serves the
+    /// page.
     Save(SaveRequest, SyncSender<(u16, String)>),
-    /// Measures the costs of effects.
+    /// Measures the time that each effect costs.
     Measure,
 }
 
-/// A picture for the page.
+/// A picture for the page, as 8-bit codes.
 #[derive(Default)]
 pub struct ViewFrame {
     pub number: u64,
     pub size: [u32; 2],
-    /// Edge of a sketch's pixel, in pixels of the picture.
+    /// Edge of each pixel, in pixels of the final picture; above 1 in coarse previews.
     pub edge: u32,
     /// Red, green, blue and coverage codes of each pixel.
     pub codes: Vec<u8>,
 }
 
-/// See [`SharedState`].
+/// State shared by the computing thread and the serving threads, behind a lock, with a signal for
+/// changes.
 #[derive(Default)]
 pub struct SharedView {
     state: Mutex<SharedState>,
     changed: Condvar,
 }
 
-/// State behind the lock.
+/// State of the viewer behind the lock of [`SharedView`].
 #[derive(Default)]
 struct SharedState {
     view_request: ViewRequest,
-    /// Number of wishes so far.
+    /// Number of requests of the page so far; the current request has this number.
     wished: u64,
     jobs: VecDeque<ViewJob>,
     frame: Arc<ViewFrame>,
-    /// Status as JSON, and the number of its changes.
+    /// Status of the viewer as JSON, and number of the status.
     status: Arc<String>,
     reported: u64,
-    /// Number of pages that wait for a status, and time of the last request.
+    /// Number of pages that wait for a new status, and time of the last HTTP request of any page.
     waiting: usize,
     heard: Option<Instant>,
 }
@@ -87,7 +89,7 @@ impl SharedView {
             .unwrap_or_else(|poisoned| poisoned.into_inner())
     }
 
-    /// Replaces the current wish; returns the number of the new one.
+    /// Replaces the page's current request. Returns the number of the new request.
     pub fn wish(&self, view_request: ViewRequest) -> u64 {
         let mut state = self.state();
         (state.view_request, state.wished) = (view_request, state.wished + 1);
@@ -95,19 +97,20 @@ impl SharedView {
         state.wished
     }
 
-    /// Returns the current wish with its number, if newer than `number`.
+    /// Returns the page's current request with its number; `None` if that is `number`.
     pub fn wish_after(&self, number: u64) -> Option<(u64, ViewRequest)> {
         let state = self.state();
         (state.wished != number).then(|| (state.wished, state.view_request.clone()))
     }
 
-    /// Whether a newer wish or a job is waiting.
+    /// Whether a newer request than number `wish`, or a job, is waiting.
     pub fn is_interrupted(&self, wish: u64) -> bool {
         let state = self.state();
         state.wished != wish || !state.jobs.is_empty()
     }
 
-    /// Adds a job; returns false where too many are waiting.
+    /// Adds a job for the computing thread. Returns false, without adding it, if too many jobs are
+    /// waiting.
     pub fn add_job(&self, job: ViewJob) -> bool {
         let mut state = self.state();
         let has_room = state.jobs.len() < MOST_JOBS;
@@ -118,19 +121,19 @@ impl SharedView {
         has_room
     }
 
-    /// Removes and returns the next job.
+    /// Removes and returns the job that has waited longest.
     pub fn take_job(&self) -> Option<ViewJob> {
         self.state().jobs.pop_front()
     }
 
-    /// Waits for a newer wish or a job, up to a time limit.
+    /// Blocks until a newer request than number `wish` or a job arrives, at most for `time`.
     pub fn wait_for_work(&self, wish: u64, time: Duration) {
         let is_idle = |state: &mut SharedState| state.wished == wish && state.jobs.is_empty();
         drop(self.changed.wait_timeout_while(self.state(), time, is_idle));
     }
 
-    /// Publishes a picture, if new, and a status. `status` receives the number of the status and of
-    /// the picture.
+    /// Publishes a new picture, if any, and a new status. `status` formats the status, given its
+    /// number and the picture's number.
     pub fn show(&self, frame: Option<ViewFrame>, status: impl FnOnce(u64, u64) -> String) {
         let mut state = self.state();
         if let Some(frame) = frame {
@@ -142,13 +145,13 @@ impl SharedView {
         self.changed.notify_all();
     }
 
-    /// The displayed picture.
+    /// Returns the displayed picture.
     pub fn frame(&self) -> Arc<ViewFrame> {
         self.state().frame.clone()
     }
 
-    /// Returns the status once it is newer than number `reported`, or the same one after a time
-    /// limit.
+    /// Returns the status as soon as its number differs from `reported`, or the unchanged status
+    /// after `time`.
     pub fn status_after(&self, reported: u64, time: Duration) -> Arc<String> {
         let mut state = self.state();
         state.waiting += 1;
@@ -161,12 +164,12 @@ impl SharedView {
         state.status.clone()
     }
 
-    /// Records a request of a page.
+    /// Records the time of an HTTP request of a page.
     pub fn hear(&self) {
         self.state().heard = Some(Instant::now());
     }
 
-    /// Whether pages existed and none has sent a request for this long.
+    /// Whether a page was open and no page has sent an HTTP request for the time `linger`.
     pub fn is_abandoned(&self, linger: Duration) -> bool {
         let state = self.state();
         state.waiting == 0 && state.heard.is_some_and(|heard| heard.elapsed() >= linger)

@@ -13,24 +13,25 @@ use super::flags::Flag;
 use super::subject::ViewedScene;
 use crate::origin;
 
-/// Status; the page's script reads fields of the same names.
+/// Status of the viewer, which the page's script reads as JSON by these names of fields.
 #[derive(Serialize)]
 pub struct ViewStatus {
-    /// Number of this status.
+    /// Number of the status, which rises with each change.
     pub told: u64,
-    /// Number of the wish.
+    /// Number of the page's request that the status belongs to.
     pub wish: u64,
-    /// Current activity: `loading`, `rendering` or `done`.
+    /// Current activity: `rendering`, `done` or `failed`.
     pub phase: &'static str,
-    /// Error of the last wish or of the files, shown over the last picture.
+    /// Message of the last failure of a request or of the scene's files, which the page shows over
+    /// the last picture.
     pub failure: Option<String>,
-    /// Work done for the wish, and its duration.
+    /// Description of the work done for the request, and its duration.
     pub said: String,
     /// Command that renders the current view.
     pub command: String,
     pub flags: Vec<Flag>,
     pub layer: String,
-    /// Number of the picture.
+    /// Number of the displayed picture.
     pub picture: u64,
     /// Width and height of the picture in pixels.
     pub size: [u32; 2],
@@ -39,29 +40,31 @@ pub struct ViewStatus {
     pub effects: Vec<EffectSwitch>,
 }
 
-/// Progress of a render.
+/// Progress of the viewer's current render.
 #[derive(Clone, Default, Serialize)]
 pub struct RenderProgress {
-    /// Least and greatest sample count of a pixel, and the final count; null with a target error.
+    /// Least and greatest number of samples of a pixel so far, and the requested number; null with
+    /// a target error.
     pub samples: [u32; 2],
     pub of: Option<u32>,
     pub error: Option<Uncertainty>,
     /// Whether the picture has no random error.
     pub exact: bool,
-    /// Seconds, samples, and the error with its interval, at each estimate.
+    /// Each error estimate: seconds of rendering, least samples per pixel, root relMSE, and the
+    /// ends of its interval.
     pub history: Vec<[f64; 5]>,
     pub rays_per_second: f64,
     pub seconds: f64,
     pub seconds_left: Option<f64>,
-    /// Milliseconds from the wish to its first picture.
+    /// Milliseconds from the page's request to its first preview.
     pub first_ms: f64,
     /// Target error that ends the render, if any.
     pub max_error: Option<f64>,
-    /// SHA-256 of the finished picture, as `--hash` prints it.
+    /// SHA-256 hash of the finished picture's pixels, as `--hash` prints it.
     pub hash: Option<String>,
 }
 
-/// Contents of a scene that the page can choose from.
+/// Contents of the displayed scene, from which the page offers choices.
 #[derive(Serialize)]
 pub struct SceneStatus {
     pub name: String,
@@ -80,17 +83,18 @@ pub struct SceneStatus {
     pub notes: Vec<String>,
 }
 
-/// Pose of the camera.
+/// Position and field of view of the displayed camera.
 #[derive(Serialize)]
 pub struct CameraStatus {
     pub eye: [f64; 3],
     pub target: [f64; 3],
     pub up: [f64; 3],
-    /// Approximate vertical field of view in degrees; null for parallel projections.
+    /// Vertical field of view in degrees, approximate for a horizontal one; null for parallel
+    /// projections.
     pub fov: Option<f64>,
 }
 
-/// An effect of the scene, as in `explain`.
+/// An effect of the scene, as `explain` lists it, with its switch on the page.
 #[derive(Serialize)]
 pub struct EffectSwitch {
     pub name: String,
@@ -99,15 +103,17 @@ pub struct EffectSwitch {
     pub status: &'static str,
     pub because: String,
     pub can_switch: bool,
-    /// Share of the time due to the effect, where measured.
+    /// Additional time of a render with the effect over a render without it, as a share of the
+    /// latter; null before a measurement.
     pub cost: Option<f64>,
 }
 
-/// Assumed length in seconds of a scene with time expressions, which has no length of its own.
+/// Length in seconds that the page offers for a scene file with time expressions, which states no
+/// length.
 const SECONDS: f64 = 10.0;
 
 impl SceneStatus {
-    /// Collects the status of the current scene.
+    /// Collects the contents of the displayed scene.
     pub fn of(subject: &ViewedScene) -> Self {
         let ViewedScene { loaded, plan, .. } = subject;
         let contents = &loaded.contents;
@@ -153,7 +159,7 @@ impl SceneStatus {
     }
 }
 
-/// Whether an expression in a scene's text contains the variable `t`.
+/// Whether an expression in the text of a scene file contains the variable `t`.
 fn mentions_time(text: &str) -> bool {
     let formulas = text
         .lines()
@@ -166,8 +172,8 @@ fn mentions_time(text: &str) -> bool {
 }
 
 impl CameraStatus {
-    /// Eye, target and up vector of a camera. A camera given by its axes gets a target at the
-    /// distance of the scene's centre.
+    /// Converts a camera to eye, target and up vector. A camera given by its axes has no target;
+    /// its target is placed at the distance of the scene's centre.
     fn of(camera: Option<&Camera>, (middle, radius): ([f64; 3], f64)) -> Self {
         let Some(camera) = camera else {
             return Self {
@@ -237,7 +243,8 @@ impl CameraStatus {
     }
 }
 
-/// Lists the effects of a scene, and those switched off.
+/// Lists the effects of a scene for the page: all that are simulated, left out or can be switched
+/// off.
 pub fn switches(report: &EffectReport, costs: &BTreeMap<String, f64>) -> Vec<EffectSwitch> {
     let shown = report
         .effects

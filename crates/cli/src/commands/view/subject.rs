@@ -1,4 +1,5 @@
-//! The displayed scene, loaded and prepared, and updated by no more work than a wish requires.
+//! The viewer's scene, loaded and prepared. A request of the page updates it by no more work than
+//! necessary.
 
 use std::cell::OnceCell;
 use std::collections::BTreeMap;
@@ -21,27 +22,27 @@ use crate::preparation::prepare_loaded;
 use crate::scene_input;
 use crate::watch::Watch;
 
-/// Work done for a wish.
+/// Work that a request of the page required.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SubjectChange {
-    /// Only the display of the same picture changed.
+    /// None for the scene: only the display of the same picture changed.
     Display,
     /// The camera moved.
     Camera,
-    /// A changed setting required a new preparation.
+    /// A new preparation, because a setting changed.
     Preparation,
-    /// A changed option required a new load.
+    /// A new load, because a load option changed.
     Reading,
 }
 
-/// The displayed scene.
+/// The viewer's scene, loaded and prepared, with its current settings.
 pub struct ViewedScene {
     pub loaded: Loaded,
     pub ready: ReadyScene,
     pub plan: PicturePlan,
     pub task: RenderTask,
     silhouette: OnceCell<Silhouette>,
-    /// Centre and radius of the bounded shapes.
+    /// Centre and radius of a sphere around the bounded shapes.
     pub reach: ([f64; 3], f64),
 }
 
@@ -77,7 +78,7 @@ impl ViewedScene {
         })
     }
 
-    /// Applies a wish with the least work; a failure leaves the scene unchanged.
+    /// Applies a request with the least work. A failure leaves the scene unchanged.
     pub fn change(
         &mut self,
         name: &OsStr,
@@ -112,12 +113,12 @@ impl ViewedScene {
         Ok(change)
     }
 
-    /// Load options of the scene.
+    /// Returns the load options of the scene.
     pub fn options(&self) -> &LoadOptions {
         &self.task.options
     }
 
-    /// All files of the scene, with their current stamps.
+    /// Returns all files of the scene, with their current modification times and lengths.
     pub fn files(&self) -> WatchedFiles {
         let value_of = |path: PathBuf| {
             let stamp = path
@@ -141,8 +142,8 @@ fn rungs(task: &RenderTask) -> &[RungChoice] {
     &task.choices.rungs
 }
 
-/// Resolves the settings of the picture. A scene without a camera gets the framed one, so that the
-/// page can turn it.
+/// Resolves the settings of the picture. A scene without a camera gets a camera that frames it, so
+/// that the page has a camera to turn.
 fn settle(
     task: &RenderTask,
     loaded: &mut Loaded,

@@ -1,5 +1,5 @@
-//! The thread that computes: it takes a wish, shows a sketch, continues until the picture is
-//! finished, and does jobs between two pieces.
+//! The viewer's computing thread. It takes a request of the page, shows a coarse preview, renders
+//! until the picture is finished, and does jobs between two slices of the render.
 
 use std::collections::BTreeMap;
 use std::ffi::OsString;
@@ -26,12 +26,12 @@ use crate::origin;
 use crate::progress::StepProgress;
 use crate::threads::Threads;
 
-/// Interval of checks for changed files and for open pages.
+/// Interval between checks for changed files and for open pages.
 const LOOK_EVERY: Duration = Duration::from_millis(300);
-/// Time limit for measuring effects.
+/// Time limit for measuring the costs of effects.
 const MEASURING: Duration = Duration::from_secs(20);
 
-/// The thread that computes, with its state.
+/// State of the viewer's computing thread.
 pub struct Worker {
     pub scene: OsString,
     pub line: CommandLine,
@@ -40,7 +40,7 @@ pub struct Worker {
     pub stop: &'static AtomicBool,
     /// Whether the scene is rendered again when its files change.
     pub watches: bool,
-    /// Time without a page after which the program ends; `None`: never.
+    /// Time without an open page after which the program ends; `None`: never.
     pub linger: Option<Duration>,
     view_request: (u64, ViewRequest),
     subject: Option<ViewedScene>,
@@ -54,7 +54,7 @@ pub struct Worker {
 }
 
 impl Worker {
-    /// Creates a worker that has loaded nothing.
+    /// Creates the state before the scene is loaded.
     pub fn new(
         scene: OsString,
         line: CommandLine,
@@ -82,7 +82,8 @@ impl Worker {
         }
     }
 
-    /// Loads the scene and shows a first sketch; a failure is returned.
+    /// Loads the scene and shows a first preview. Called before the page is served, so that the
+    /// program ends with the failure of a scene that cannot be loaded.
     pub fn begin(&mut self) -> Result<(), Failure> {
         match self.shared.wish_after(self.view_request.0) {
             Some(view_request) => self.fulfil(view_request, false),
@@ -90,7 +91,8 @@ impl Worker {
         }
     }
 
-    /// Works until the program is stopped or no page is left.
+    /// Serves requests and jobs and renders, until the program is stopped or no page has been open
+    /// for the time `linger`.
     pub fn work(mut self) {
         while !self.stop.load(Ordering::Relaxed)
             && !self
@@ -110,7 +112,7 @@ impl Worker {
         }
     }
 
-    /// Runs an operation; a failure is shown over the last picture.
+    /// Runs an operation. The page shows the message of a failure over the last picture.
     fn try_to(&mut self, describe: impl FnOnce(&mut Self) -> Result<(), Failure>) {
         if let Err(failure) = describe(self) {
             (self.failure, self.message) = (Some(failure.message), String::new());
@@ -118,7 +120,8 @@ impl Worker {
         }
     }
 
-    /// Applies a wish and shows a sketch; changed files are loaded again.
+    /// Applies a request and shows a first preview. With `anew`, the scene's files are loaded
+    /// again.
     fn fulfil(
         &mut self,
         (number, view_request): (u64, ViewRequest),
@@ -183,12 +186,13 @@ impl Worker {
         Ok(())
     }
 
-    /// First-hit layer displayed in place of the colours.
+    /// Returns the first-hit layer that the page shows in place of colours, if any.
     fn layer(&self) -> Option<Aov> {
         layers::of_hits(&self.view_request.1.layer)
     }
 
-    /// Continues the picture; returns false where no work is left.
+    /// Renders the next preview or the next slice of the picture. Returns false if the picture is
+    /// finished.
     fn step(&mut self) -> bool {
         let layers: Vec<Aov> = self.layer().into_iter().collect();
         let (Some(subject), Some(mut render)) = (&self.subject, self.render.take()) else {
@@ -197,7 +201,7 @@ impl Worker {
         let (ready, wish, threads) = (&subject.ready, self.view_request.0, &self.threads);
         let (shared, stop) = (&self.shared, self.stop);
         let watch = || RequestWatch::new(shared, stop, Some(wish));
-        // First-hit layers get finer sketches; colours soon have the render's own samples.
+        // Finer previews come first; the render's own samples follow.
         if let Some((sketch, edge)) = threads.run(|| render.next_sketch(ready, &layers, &watch())) {
             self.render = Some(render);
             let frame = self.frame(&sketch, edge);
@@ -227,7 +231,7 @@ impl Worker {
         }
     }
 
-    /// Shows the rendered picture and keeps it.
+    /// Publishes the rendered picture and keeps it for later requests.
     fn show_rendered(&mut self, rendered: RenderOutput) {
         let is_done = self.render.as_ref().is_some_and(|render| render.is_done);
         if let Some(render) = self.render.as_mut().filter(|_| is_done) {
@@ -240,7 +244,7 @@ impl Worker {
         {
             subject.plan.display = subject.plan.display.suited_to(rendered.shown_picture());
         }
-        // First-hit layers are already complete.
+        // The preview has already shown a first-hit layer at full resolution.
         let frame = if self.layer().is_some() {
             None
         } else {
@@ -250,11 +254,11 @@ impl Worker {
         self.show(frame);
     }
 
-    /// Converts a picture for the page.
+    /// Converts a picture or preview to 8-bit codes for the page. `edge` is the edge of its pixels.
     fn frame(&self, rendered: &RenderOutput, edge: u32) -> ViewFrame {
         let (picture, noisy) = (rendered.shown_picture(), &rendered.picture);
         let film = self.render.as_ref().map(|render| &render.film);
-        // A sketch has no error estimate.
+        // A preview has no error estimate.
         let film = film.filter(|film| {
             self.view_request.1.layer == "stderr"
                 && edge == 1
@@ -279,7 +283,7 @@ impl Worker {
         }
     }
 
-    /// Publishes the status, with or without a new picture.
+    /// Publishes the status, and a new picture if given.
     fn show(&self, frame: Option<ViewFrame>) {
         let (number, view_request) = &self.view_request;
         let phase = match &self.render {
@@ -321,13 +325,14 @@ impl Worker {
 
     fn perform(&mut self, job: ViewJob) {
         match job {
-            // The receiver may have gone.
+            // The thread that waits for the result may have ended.
             ViewJob::Save(view_request, tell) => drop(tell.try_send(self.save(&view_request))),
             ViewJob::Measure => self.measure(),
         }
     }
 
-    /// Saves the current picture.
+    /// Saves the current picture under the name that the page gave. Returns an HTTP status and a
+    /// message.
     fn save(&mut self, view_request: &SaveRequest) -> (u16, String) {
         let (Some(subject), Some(render)) = (&self.subject, &self.render) else {
             return (503, "there is no picture yet".to_owned());
@@ -368,7 +373,7 @@ impl Worker {
             .run(|| save::save(view_request, rendered, display, &metadata, inputs))
     }
 
-    /// Measures the costs of effects, unless a newer wish arrives.
+    /// Measures the costs of effects. A newer request or job ends the measurement.
     fn measure(&mut self) {
         let Some(subject) = &self.subject else { return };
         self.message = "measuring what effects cost".to_owned();
@@ -393,7 +398,8 @@ impl Worker {
         self.show(None);
     }
 
-    /// Whether any file of the scene has changed.
+    /// Whether a file of the scene has changed since the last check; at most one check per
+    /// interval.
     fn have_files_changed(&mut self) -> bool {
         if self.looked.elapsed() < LOOK_EVERY {
             return false;

@@ -1,6 +1,7 @@
-//! The pictures of a run: a single one, or several from scenes, views, a turntable, or times. A
-//! scene is loaded once for each time and prepared once where only the camera moves. Each picture
-//! has the bits of a run of its own, except for the studio's backdrop, which is the same for all.
+//! The pictures of a `render` run: a single picture, or several from scenes, views, a turntable, or
+//! times. A scene is loaded once for each time, and prepared once where only the camera moves. Each
+//! picture has the bits of a run of its own, except for the studio's backdrop, which is the same
+//! for all pictures.
 
 mod moment;
 mod names;
@@ -38,7 +39,7 @@ use crate::{interrupt, origin, scene_input};
 use moment::SceneMoment;
 use together::CombinedFiles;
 
-/// Renders scenes and writes their pictures.
+/// Runs `render`: renders the scenes of a task and writes their pictures.
 pub fn run(task: &RenderTask) -> Result<(), Failure> {
     let mut notes = Notes::new(task.verbosity);
     let mut series = Series::start(task)?;
@@ -49,59 +50,61 @@ pub fn run(task: &RenderTask) -> Result<(), Failure> {
     series.verdict()
 }
 
-/// The pictures of a run. A single picture is a series of one; only that may have a film or go to
-/// standard output.
+/// State of a run while its pictures are rendered. A single picture is a series of length one; only
+/// such a series may have a film file or write to standard output.
 struct Series<'a> {
     task: &'a RenderTask,
     clock: Clock,
-    /// Guard of the early stage, until the first picture begins.
+    /// Guard of the early stage; `None` from the start of the first render on.
     beginning: Option<Beginning>,
     stop: &'static AtomicBool,
     threads: Threads,
     progress: Progress,
     outputs: OutputFiles,
     inputs: Vec<Input>,
-    /// Scenes loaded before their turn, by number, at the time of their first picture.
+    /// Scenes loaded before their turn, by index, at the time of their first picture.
     loaded: HashMap<usize, Result<Loaded, Failure>>,
-    /// Inputs of the scene that the outputs were last checked against.
+    /// Input files that the outputs were last checked against.
     clear_of: InputFiles,
-    /// Output files of each picture, scene after scene.
+    /// Outputs of each picture, ordered by scene and then by shot.
     targets: Vec<Vec<OutputTarget>>,
     together: CombinedFiles,
-    /// Written files of each picture.
+    /// Names of the written files of each finished picture.
     names: Vec<Vec<String>>,
     finished: usize,
-    /// Summary of the last picture, and the summary for all pictures.
+    /// Texts for the final message: of the last picture alone, and of the size and samples that all
+    /// pictures share.
     description: [String; 2],
-    /// Largest error of all pictures.
+    /// Largest root relMSE of all pictures of path tracing so far.
     error: Option<f64>,
-    /// Exposure of the scene's pictures, chosen from the first.
+    /// Automatic exposure in stops, chosen from the current scene's first picture for all its
+    /// pictures.
     exposure: Option<f64>,
-    /// Radiance of the studio's backdrop, chosen for all pictures by the first picture with a
-    /// studio.
+    /// Radiance of the studio's backdrop, chosen by the first picture with a studio for all
+    /// pictures.
     backdrop: Option<f64>,
-    /// Whether any picture of the scene shows an object.
+    /// Whether any picture of the current scene shows an object.
     shows: bool,
-    /// Exit codes of the failed scenes, in order.
+    /// Exit codes of the failed scenes, in the order of the run.
     failed: Vec<Exit>,
-    /// Reasons why pictures do not reach the target error.
+    /// Descriptions of the pictures that do not reach the target error.
     shortfalls: Vec<String>,
-    /// Error of a film that could not be written.
+    /// Error of a film file that could not be written.
     unkept: Option<Error>,
 }
 
-/// A rendered picture.
+/// A rendered picture of a series, before it is written.
 struct RenderedFrame<'a> {
     plan: PicturePlan,
     session: FilmSession<'a>,
     rendered: RenderOutput,
-    /// Error of the picture before denoising.
+    /// Estimated error of the picture before denoising.
     noisy: Option<Uncertainty>,
     seconds: Seconds,
 }
 
 impl<'a> Series<'a> {
-    /// Checks everything that is known before a scene is loaded.
+    /// Creates the series after all checks that need no loaded scene, and starts the early stage.
     fn start(task: &'a RenderTask) -> Result<Self, Failure> {
         let clock = Clock::start();
         let mut outputs = OutputFiles::with_quality(task.quality());
@@ -162,15 +165,15 @@ impl<'a> Series<'a> {
             unkept,
         };
         if !task.is_single {
-            // Scene files are never output pictures; the other files that a scene names are known
-            // once it is loaded.
+            // Scene files are never overwritten by pictures. Other files that a scene names are
+            // known only after it is loaded.
             series.name_pictures(&InputFiles::default())?;
             series.keep_clear_of_all()?;
         }
         Ok(series)
     }
 
-    /// Names the pictures after their scenes where the user named no file.
+    /// Chooses file names after the scenes, if the user named no output.
     fn name_pictures(&mut self, inputs: &InputFiles) -> Result<(), Failure> {
         let has_own = self.targets.iter().any(|targets| !targets.is_empty());
         if !has_own && !self.together.is_some() && self.task.part.is_none() {
@@ -185,10 +188,10 @@ impl<'a> Series<'a> {
         Ok(())
     }
 
-    /// Checks the outputs against the files of all scenes. The files of a later scene are known
-    /// only after it is loaded, which is too late if an earlier picture has overwritten one of
-    /// them. Therefore, if any output exists already, all scenes are loaded first, and small ones
-    /// are kept for their turn; errors appear then.
+    /// Checks that no output overwrites a file of any scene. The files that a later scene names are
+    /// known only after it is loaded, which is too late if an earlier picture has overwritten a
+    /// file. Therefore, if any output exists already, all scenes are loaded first. Small scenes are
+    /// kept in memory for their turn; load errors are reported then.
     fn keep_clear_of_all(&mut self) -> Result<(), Failure> {
         let mut named = InputFiles::default();
         self.inputs.iter().for_each(|input| {
@@ -214,7 +217,7 @@ impl<'a> Series<'a> {
         Ok(())
     }
 
-    /// Load options of a picture, at its own time or at the time of the flags.
+    /// Returns the load options of a picture: at the picture's own time, or at the time of `--at`.
     fn options(&self, shot: &Shot) -> LoadOptions {
         let mut options = self.task.options.clone();
         options.overrides.time = shot.at.or(options.overrides.time);
@@ -228,7 +231,7 @@ impl<'a> Series<'a> {
             verbosity,
             ..
         } = *self.task;
-        // In a series, the finished pictures are the progress.
+        // In a run of several pictures, the progress display counts pictures and shows no loads.
         let loading = if is_single {
             Progress::start("loading", progress, verbosity)
         } else {
@@ -239,7 +242,8 @@ impl<'a> Series<'a> {
     }
 
     /// Renders the pictures of all scenes. Returns the final message, or `None` for a picture that
-    /// went to standard output alone. A failed scene does not stop the others.
+    /// went to standard output alone. After the failure of a scene the next scene is rendered,
+    /// except after an interruption.
     fn render(&mut self, notes: &mut Notes) -> Result<Option<String>, Failure> {
         for scene in 0..self.inputs.len() {
             let Err(failure) = self.render_scene(scene, notes) else {
@@ -281,7 +285,7 @@ impl<'a> Series<'a> {
         })
     }
 
-    /// Adds to a failure the files with the unfinished sheet and animations.
+    /// Keeps the unfinished sheet and animations in files, and adds their names to the failure.
     fn with_kept(&mut self, failure: Failure) -> Failure {
         let is_free = |path: &Path| self.outputs.leave_free(path, &self.clear_of);
         match self.together.keep(is_free) {
@@ -293,12 +297,13 @@ impl<'a> Series<'a> {
         }
     }
 
-    /// Renders all pictures of a scene.
+    /// Renders all pictures of the scene with index `scene`.
     fn render_scene(&mut self, scene: usize, notes: &mut Notes) -> Result<(), Failure> {
         let mut moment: Option<SceneMoment> = None;
         (self.exposure, self.shows) = (None, false);
         for (i, shot) in self.task.shots.iter().enumerate() {
-            // Notes on the first picture of a scene usually apply to all of them.
+            // Only the first picture of a scene has notes, because they usually apply to all its
+            // pictures.
             let mut silent = Notes::new(console::Verbosity::Quiet);
             let notes = if i == 0 { &mut *notes } else { &mut silent };
             let now = match moment.take() {
@@ -322,7 +327,7 @@ impl<'a> Series<'a> {
         }
     }
 
-    /// Loads a scene at the time of one of its pictures.
+    /// Loads a scene at the time of its picture `i`, and checks the outputs against its files.
     fn moment(
         &mut self,
         scene: usize,
@@ -342,7 +347,8 @@ impl<'a> Series<'a> {
         if self.task.is_single {
             self.name_pictures(&loaded.inputs)?;
         }
-        // The scene at thousands of times has the same input files.
+        // Outputs are checked again only for new input files: an animation loads the same files
+        // thousands of times.
         if loaded.inputs != self.clear_of {
             self.outputs.keep_clear_of(&loaded.inputs)?;
             self.clear_of = loaded.inputs.clone();
@@ -360,7 +366,7 @@ impl<'a> Series<'a> {
         Ok(SceneMoment::new(loaded))
     }
 
-    /// Renders a picture and writes it.
+    /// Renders a picture and writes it. `number` is the index of the picture in the run.
     fn render_shot(
         &mut self,
         number: usize,
@@ -403,7 +409,8 @@ impl<'a> Series<'a> {
         }
         self.threads
             .run(|| session.render(ready, &self.progress, (&self.clock, self.stop)))?;
-        // In a series, the run has a single progress line and the pictures have none.
+        // A run of several pictures has a single progress display, without a display for each
+        // picture.
         let mut verbosity = console::Verbosity::Quiet;
         if self.task.is_single {
             self.progress.finish();
@@ -442,7 +449,7 @@ impl<'a> Series<'a> {
         )
     }
 
-    /// Writes a picture, finished or not, and prints its messages.
+    /// Writes a picture, finished or interrupted, and records its messages.
     fn finish(
         &mut self,
         number: usize,
@@ -527,8 +534,8 @@ impl<'a> Series<'a> {
         Ok(())
     }
 
-    /// Refuses a picture that shows nothing, before it is written, where it is the only picture of
-    /// its scene.
+    /// Refuses a picture that shows no object before it is written, if its scene has no other
+    /// picture.
     fn refuse_empty(
         &mut self,
         loaded: &Loaded,
@@ -545,15 +552,15 @@ impl<'a> Series<'a> {
         }
     }
 
-    /// Returns the exposure chosen from the scene's first picture.
+    /// Returns the automatic exposure in stops, chosen from the scene's first picture.
     fn exposure_of(&mut self, rendered: &RenderOutput, display: Display) -> f64 {
         *self
             .exposure
             .get_or_insert_with(|| display.suited_to(rendered.shown_picture()).exposure_stops)
     }
 
-    /// Result of the run: a failure where a scene failed, a film could not be written, or a target
-    /// error is not reached.
+    /// Returns the result of the run: a failure if a scene failed, a film file could not be
+    /// written, or a target error is not reached.
     fn verdict(self) -> Result<(), Failure> {
         if let Some(error) = self.unkept {
             return Err(error.into());
@@ -581,8 +588,8 @@ impl<'a> Series<'a> {
     }
 }
 
-/// Formats the files of the pictures: for each output, the first picture's file to the last
-/// picture's.
+/// Formats the written files for the final message: for each output, the first picture's file to
+/// the last picture's file.
 fn ranges(names: &[Vec<String>]) -> Vec<String> {
     let (Some(first), Some(last)) = (names.first(), names.last()) else {
         return Vec::new();
@@ -597,10 +604,11 @@ fn ranges(names: &[Vec<String>]) -> Vec<String> {
     first.iter().zip(last).map(range).collect()
 }
 
-/// Largest size in bytes of all scenes kept for their turn; the others are loaded again.
+/// Largest estimated memory in bytes of all scenes kept in memory for their turn; further scenes
+/// are loaded again.
 const MOST_KEPT: u64 = 1 << 30;
 
-/// Estimated memory of a scene.
+/// Estimates the memory of a scene in bytes.
 fn bytes_of(scene: &Scene) -> u64 {
     estimate(scene, &Settings::from_scene(scene)).total()
 }

@@ -1,4 +1,4 @@
-//! A scene at one time of its animation, with the data shared by its pictures.
+//! A scene at a fixed time of its animation, with the data shared by its pictures at that time.
 
 use std::cell::OnceCell;
 use std::sync::atomic::AtomicBool;
@@ -13,13 +13,13 @@ use crate::preparation::prepare_loaded;
 use crate::threads::Threads;
 use crate::watch::Watch;
 
-/// A scene at one time.
+/// A scene at a fixed time of its animation.
 pub struct SceneMoment {
-    /// The loaded scene, on the rungs of the last picture.
+    /// The loaded scene, changed by the rungs of the last picture.
     pub loaded: Loaded,
-    /// Silhouette, computed where a camera frames the whole scene.
+    /// Silhouette of the scene, computed only if a camera frames the whole scene.
     silhouette: OnceCell<Silhouette>,
-    /// Prepared scene of the last picture.
+    /// The prepared scene of the last picture; `None` before the first.
     pub ready: Option<ReadyScene>,
 }
 
@@ -33,13 +33,13 @@ impl SceneMoment {
         }
     }
 
-    /// Resolves the settings of a picture.
+    /// Resolves the settings of a picture of this scene.
     pub fn settle(&mut self, task: &RenderTask, shot: &Shot) -> Result<PicturePlan, Failure> {
         task.settle_shot(&mut self.loaded.scene, shot, &self.silhouette)
     }
 
-    /// Prepares the scene for a picture, by a change of the camera alone where nothing else
-    /// differs.
+    /// Prepares the scene for a picture. If only the camera differs from the last picture, the
+    /// preparation is kept and the camera is moved.
     pub fn prepare(
         &mut self,
         plan: &PicturePlan,

@@ -1,4 +1,4 @@
-//! File names of a run's pictures.
+//! File names of the pictures of a run.
 
 use std::collections::HashMap;
 use std::path::PathBuf;
@@ -10,8 +10,9 @@ use crate::failure::Failure;
 use crate::plan::Shot;
 use crate::targets::{self, OutputFiles, OutputTarget};
 
-/// Resolves the files of each picture from names with a place for a number, without files that hold
-/// all pictures. Without a count, the series has a single picture and the names are used unchanged.
+/// Resolves the outputs of each picture from names with a place for the picture's number. Names of
+/// sheets and animations, which hold all pictures, are skipped. Without a count, the run has a
+/// single picture and the names are used unchanged.
 pub fn named(
     outputs: &[PathBuf],
     count: Option<usize>,
@@ -54,8 +55,9 @@ pub fn named(
         .collect()
 }
 
-/// Resolves the files of each picture where the user named none: after the scenes, two of which may
-/// share a name, and after the views. `read` lists the known inputs.
+/// Resolves the output of each picture if the user named none: files are named after scenes and
+/// views, with a number after the second scene of the same name. `read` lists the input files known
+/// so far.
 pub fn unnamed(
     format: PictureFormat,
     inputs: &[Input],
@@ -85,8 +87,8 @@ pub fn unnamed(
     Ok(targets)
 }
 
-/// Puts a number in place of `%d`, `%4d`, `%04d` or `####`, padded with zeros; `None` without such
-/// a place.
+/// Replaces `%d`, `%4d`, `%04d` or `####` in a name by a number, padded with zeros; `None` without
+/// such a placeholder.
 fn with_number(name: &str, number: usize) -> Option<String> {
     const MOST_DIGITS: usize = 20;
     if let Some(start) = name.find("##") {

@@ -16,7 +16,7 @@ use crate::origin;
 use crate::plan::RenderTask;
 use crate::targets::OutputFiles;
 
-/// The files, each with the pictures so far.
+/// The contact sheet and the animations of a run, each with the pictures so far.
 pub struct CombinedFiles {
     sheet: Option<(PathBuf, ContactSheet)>,
     animations: Vec<(PathBuf, AnimationWriter)>,
@@ -24,7 +24,7 @@ pub struct CombinedFiles {
 }
 
 impl CombinedFiles {
-    /// Creates the files for `count` pictures.
+    /// Checks the requested files and starts them empty, for `count` pictures.
     pub fn start(
         task: &RenderTask,
         count: usize,
@@ -67,12 +67,12 @@ impl CombinedFiles {
         })
     }
 
-    /// Whether any such file was requested.
+    /// Whether a sheet or an animation was requested.
     pub fn is_some(&self) -> bool {
         self.sheet.is_some() || !self.animations.is_empty()
     }
 
-    /// Adds the next picture to each file.
+    /// Adds the next picture to the sheet and to each animation.
     pub fn add(
         &mut self,
         picture: &Picture,
@@ -90,8 +90,9 @@ impl CombinedFiles {
         Ok(())
     }
 
-    /// Writes all files and returns their names. A failed write does not stop the others; its file
-    /// is kept beside the input or in the temporary folder, and the failure names that file.
+    /// Writes the sheet and all animations, and returns their names. A failed write does not stop
+    /// the others; its content is kept beside the input or in the temporary folder, and the failure
+    /// names the file there.
     pub fn write(
         &mut self,
         (inputs, is_free): (&InputFiles, impl Fn(&Path) -> bool),
@@ -126,8 +127,8 @@ impl CombinedFiles {
         failed.map_or(Ok(names), Err)
     }
 
-    /// Writes the pictures of an interrupted run under new names that replace no file; returns
-    /// these names.
+    /// Writes sheet and animations of an interrupted run under new names, which replace no file.
+    /// Returns the new names.
     pub fn keep(&mut self, is_free: impl Fn(&Path) -> bool) -> Result<Vec<String>, Error> {
         let sheet = self.sheet.as_ref().filter(|(_, sheet)| !sheet.is_empty());
         let sheet = sheet.map(|(path, sheet)| (path.clone(), sheet.bytes(&self.metadata)));
