@@ -1,11 +1,12 @@
-//! Tabulated directional albedos of microfacets: the part of a single reflection that Schlick's
-//! weight scales, and the energy that white microfacets lose.
+//! Tabulated directional albedos of GGX microfacets. The albedo is split in two: the energy that
+//! white microfacets lose after a single reflection, and the part that Schlick's weight scales.
 //!
-//! The tables depend on no scene, so they are constants: `albedo.table`, which a test computes anew
-//! and compares byte by byte. Isotropic microfacets have a table by roughness and cosine.
-//! Anisotropic microfacets need two angles and two roughnesses; a table as fine would be a hundred
-//! times as long. So their table holds the difference to isotropic microfacets of the roughness
-//! along the view's azimuth. That difference is small and smooth.
+//! The tables depend on no scene, so they are constants in the file `albedo.table`. A test computes
+//! the file anew and compares it byte by byte. Isotropic microfacets have a table by roughness and
+//! cosine. Anisotropic microfacets need two angles and two roughnesses, and a table as fine would
+//! be a hundred times as long. The anisotropic table is coarser: it holds the difference to
+//! isotropic microfacets whose roughness is the roughness along the view's azimuth. This difference
+//! is small and smooth.
 
 use core::array::from_fn;
 
@@ -15,8 +16,10 @@ use super::fresnel::schlick_weight;
 use super::ggx::{Ggx, LEAST_ROUGHNESS};
 use crate::number::{Number, Vector3};
 
-/// Energy that white microfacets lose in a single reflection, and the albedo of microfacets with
-/// Schlick's weight as reflectance: 0 at normal incidence, 1 at grazing incidence.
+/// An entry of a table, two numbers in [0, 1]. The first is the share of energy that white
+/// microfacets lose in a single reflection. The second is the albedo of microfacets whose
+/// reflectance is Schlick's weight, which rises from 0 at normal incidence to 1 at grazing
+/// incidence.
 pub(super) type AlbedoEntry = [f32; 2];
 
 /// Cosine-weighted mean of Schlick's weight over the hemisphere: 2·∫(1 − c)⁵·c dc.
@@ -24,11 +27,11 @@ pub(super) const MEAN_GRAZING: f64 = 1.0 / 21.0;
 
 /// Steps of roughness and of cosine in the isotropic table.
 pub(super) const STEPS: usize = 32;
-/// Steps of cosine, azimuth, lesser roughness and strength in the anisotropic table; then the steps
-/// of roughness and strength of its means.
+/// Steps of the anisotropic table: cosine, azimuth, lesser roughness and strength of the
+/// anisotropy.
 pub(super) const ANISOTROPIC: [usize; 4] = [16, 12, 12, 8];
 pub(super) const ANISOTROPIC_MEANS: usize = 24;
-/// Stored value of a difference of one.
+/// Integer that stores a difference of 1 in the anisotropic table.
 pub(super) const UNIT: f64 = 32_767.0;
 
 const ENTRIES: usize = STEPS * STEPS;
@@ -37,28 +40,29 @@ const MEANS: usize = ANISOTROPIC_MEANS * ANISOTROPIC_MEANS;
 
 /// The tables of isotropic and anisotropic albedos.
 pub(super) struct AlbedoTable {
-    /// Isotropic entries by perceptual roughness and cosine of the view, and their means over the
-    /// hemisphere by roughness. Steps are even in the square root of the roughness and in the
-    /// fourth root of the cosine, because albedos fall fast towards grazing where microfacets are
-    /// nearly smooth. With even steps of roughness and square roots of cosines, interpolated
-    /// albedos were up to .010 off at cosines from .02 on; with these steps they are up to .004
-    /// off.
+    /// Entries of isotropic microfacets by perceptual roughness and cosine of the view. Steps are
+    /// even in the square root of the roughness and in the fourth root of the cosine, because the
+    /// albedo of nearly smooth microfacets falls fast towards grazing angles. With these steps the
+    /// error of interpolation is at most 0.004 at cosines from 0.02 on. With steps even in the
+    /// roughness and in the square root of the cosine it was up to 0.010.
     pub entries: [AlbedoEntry; ENTRIES],
+    /// Means of the isotropic entries over the hemisphere, weighted by the cosine, by roughness.
     pub means: [AlbedoEntry; STEPS],
-    /// Means over the hemisphere of anisotropic microfacets, by the lesser roughness and the
-    /// strength.
+    /// Means of the anisotropic entries over the hemisphere, weighted by the cosine, by the lesser
+    /// roughness and the strength of the anisotropy.
     pub anisotropic_means: [AlbedoEntry; MEANS],
-    /// Difference of anisotropic to isotropic albedos, by the coordinates of
-    /// [`anisotropic_coordinates`]. Interpolated albedos are up to .008 off.
+    /// Differences of anisotropic to isotropic albedos, in units of 1/[`UNIT`], at the coordinates
+    /// of [`anisotropic_coordinates`]. The error of interpolation is at most 0.008.
     pub anisotropic: [[i16; 2]; DIFFERENCES],
 }
 
 pub(super) static TABLE: AlbedoTable = AlbedoTable::read(include_bytes!("albedo.table"));
 
 impl AlbedoTable {
-    /// Length of the file in bytes.
+    /// Length of `albedo.table` in bytes.
     pub const BYTES: usize = 8 * (ENTRIES + STEPS + MEANS) + 4 * DIFFERENCES;
 
+    /// Reads the tables from the bytes of `albedo.table`.
     pub const fn read(bytes: &[u8; Self::BYTES]) -> Self {
         Self {
             entries: pairs(bytes, 0),
@@ -69,7 +73,7 @@ impl AlbedoTable {
     }
 }
 
-/// Little-endian pairs of `f32` from an offset on.
+/// Reads `COUNT` pairs of little-endian `f32` from byte `from` on.
 const fn pairs<const COUNT: usize>(bytes: &[u8], from: usize) -> [AlbedoEntry; COUNT] {
     let mut out = [[0.0; 2]; COUNT];
     let mut k = 0;
@@ -86,7 +90,7 @@ const fn pairs<const COUNT: usize>(bytes: &[u8], from: usize) -> [AlbedoEntry; C
     out
 }
 
-/// Little-endian pairs of `i16` from an offset on.
+/// Reads `COUNT` pairs of little-endian `i16` from byte `from` on.
 const fn differences<const COUNT: usize>(bytes: &[u8], from: usize) -> [[i16; 2]; COUNT] {
     let mut out = [[0; 2]; COUNT];
     let mut k = 0;
@@ -98,8 +102,9 @@ const fn differences<const COUNT: usize>(bytes: &[u8], from: usize) -> [[i16; 2]
     out
 }
 
-/// Interpolation of `x` in [0, 1] among even steps: index of the lower step, and the fraction
-/// beyond it.
+/// Locates a table coordinate `x` among `steps` even steps over [0, 1]. Returns the index of the
+/// lower step, and the fraction in [0, 1] of the distance to the next step. Coordinates outside the
+/// range are clamped.
 #[inline(always)]
 pub(super) fn table_position(x: f64, steps: usize) -> (usize, f64) {
     // Zero for NaN too.
@@ -113,8 +118,8 @@ fn mix(a: [f64; 2], b: [f64; 2], share: f64) -> [f64; 2] {
     [a[0] + (b[0] - a[0]) * share, a[1] + (b[1] - a[1]) * share]
 }
 
-/// Interpolated entry for a cosine and a roughness. Below the least roughness the values are those
-/// of a mirror.
+/// Interpolates the isotropic entry at the cosine of the view and the perceptual roughness. Below
+/// [`LEAST_ROUGHNESS`] the entry is exact: a mirror loses no energy.
 #[inline(always)]
 pub(super) fn look_up(table: &AlbedoTable, cosine: f64, roughness: f64) -> [f64; 2] {
     if roughness <= LEAST_ROUGHNESS {
@@ -131,6 +136,7 @@ pub(super) fn look_up(table: &AlbedoTable, cosine: f64, roughness: f64) -> [f64;
     mix(row(j), row(j + 1), v)
 }
 
+/// Interpolates the cosine-weighted mean of the isotropic entries over the hemisphere.
 #[inline(always)]
 fn look_up_mean(table: &AlbedoTable, roughness: f64) -> [f64; 2] {
     if roughness <= LEAST_ROUGHNESS {
@@ -144,16 +150,18 @@ fn look_up_mean(table: &AlbedoTable, roughness: f64) -> [f64; 2] {
     )
 }
 
-/// Coordinates of a pair of α in the table of anisotropic means: the root of the lesser roughness,
-/// from the least roughness on, and the strength.
+/// Returns the coordinates in [0, 1] of the table of anisotropic means, for the greater and the
+/// lesser α: the square root of the lesser roughness, counted from [`LEAST_ROUGHNESS`], and the
+/// strength of the anisotropy.
 fn anisotropy_coordinates([wide, fine]: [f64; 2]) -> [f64; 2] {
     let minimum = LEAST_ROUGHNESS.sqrt();
     let strength = ((wide - fine) / (1.0 - fine).max(1e-9)).max(0.0).sqrt();
     [(fine.sqrt().sqrt() - minimum) / (1.0 - minimum), strength]
 }
 
-/// Coordinates of a direction, in the frame of anisotropic microfacets, in their table; and the
-/// roughness along the direction's azimuth. The azimuth enters by the root of that roughness.
+/// Returns the four coordinates in [0, 1] of the anisotropic table, for a unit direction in the
+/// frame of the microfacets; and the perceptual roughness along the direction's azimuth. The
+/// coordinate of the azimuth is linear in the square root of this roughness.
 fn anisotropic_coordinates(v: DVec3, [wide, fine]: [f64; 2]) -> ([f64; 4], f64) {
     let (x2, y2) = (v.x * v.x, v.y * v.y);
     let across = x2 + y2;
@@ -177,7 +185,8 @@ fn anisotropic_coordinates(v: DVec3, [wide, fine]: [f64; 2]) -> ([f64; 4], f64) 
     )
 }
 
-/// Interpolated entry for a direction in the frame of anisotropic microfacets with this α.
+/// Interpolates the entry of anisotropic microfacets with the given α along both axes, for a unit
+/// direction in their frame.
 pub(super) fn look_up_anisotropic(table: &AlbedoTable, v: DVec3, alpha: [f64; 2]) -> [f64; 2] {
     let (place, roughness) = anisotropic_coordinates(v, alpha);
     let steps: [(usize, f64); 4] = from_fn(|k| table_position(place[k], ANISOTROPIC[k]));
@@ -196,7 +205,7 @@ pub(super) fn look_up_anisotropic(table: &AlbedoTable, v: DVec3, alpha: [f64; 2]
     sum.map(|x| x.clamp(0.0, 1.0))
 }
 
-/// Cosine-weighted mean of the anisotropic entries over the hemisphere.
+/// Interpolates the cosine-weighted mean of the anisotropic entries over the hemisphere.
 fn look_up_anisotropic_mean(table: &AlbedoTable, alpha: [f64; 2]) -> [f64; 2] {
     let [(i, u), (j, v)] =
         anisotropy_coordinates(alpha).map(|x| table_position(x, ANISOTROPIC_MEANS));
@@ -211,11 +220,12 @@ fn look_up_anisotropic_mean(table: &AlbedoTable, alpha: [f64; 2]) -> [f64; 2] {
     mix(row(i), row(i + 1), u)
 }
 
-/// Spread of Schlick's weight over the microfacets, as a share of its mean.
+/// Spread of Schlick's weight over the microfacets of a surface, as a fraction of its mean.
 const SPREAD: f64 = 0.35;
 
-/// Directional albedo of microfacets, split: energy that white microfacets lose (`lost`), and the
-/// albedo of a reflectance equal to Schlick's weight (`grazing`).
+/// Directional albedo of microfacets in two parts, as in [`AlbedoEntry`]: the energy that white
+/// microfacets lose in a single reflection (`lost`), and the albedo for Schlick's weight as
+/// reflectance (`grazing`).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Albedo<N: Number> {
     pub lost: N,
@@ -235,20 +245,21 @@ impl<N: Number> Albedo<N> {
         }
     }
 
-    /// The albedo for a direction of this cosine.
+    /// Returns the albedo of isotropic microfacets, by the cosine of the view and the perceptual
+    /// roughness.
     #[inline(always)]
     pub fn at_cosine(cosine: N, roughness: N) -> Self {
         Self::of(|lane| look_up(&TABLE, cosine.lane(lane), roughness.lane(lane)))
     }
 
-    /// The cosine-weighted mean over the hemisphere.
+    /// Returns the albedo of isotropic microfacets as a cosine-weighted mean over the hemisphere.
     #[inline(always)]
     pub fn mean(roughness: N) -> Self {
         Self::of(|lane| look_up_mean(&TABLE, roughness.lane(lane)))
     }
 
-    /// The albedo for a direction on either side, by its cosine; of anisotropic microfacets where
-    /// the mask is set.
+    /// Returns the albedo for a direction, isotropic or anisotropic by lane. Lanes of the mask in
+    /// `others` take the anisotropic microfacets beside the mask; all other lanes are isotropic.
     pub fn at_cosine_either(
         direction: N::Vec3,
         cosine: N,
@@ -270,7 +281,8 @@ impl<N: Number> Albedo<N> {
         Self::select(*mask, other, own)
     }
 
-    /// [`Self::mean`], of anisotropic microfacets where the mask is set.
+    /// Returns the cosine-weighted mean over the hemisphere, isotropic or anisotropic by lane as in
+    /// [`Self::at_cosine_either`].
     pub fn mean_of_either(roughness: N, others: &Option<(N::Mask, Ggx<N>)>) -> Self {
         let own = Self::mean(roughness);
         let Some((mask, ggx)) = others else {
@@ -289,12 +301,14 @@ impl<N: Number> Albedo<N> {
         }
     }
 
-    /// Directional albedo of microfacets with the given reflectance by cosine: their reflectance at
-    /// the cosine of the mean Schlick weight. Exact for mirrors and for Schlick's formula.
-    /// Fresnel's equations rise less than in proportion to that weight, which lowers the albedo.
+    /// Returns the directional albedo of microfacets whose reflectance is a function of the cosine
+    /// of incidence. The function is evaluated at the cosine of the mean Schlick weight, which is
+    /// exact for mirrors and for Schlick's formula. Fresnel's equations rise less than in
+    /// proportion to Schlick's weight, so the mean of two shifted cosines replaces this value where
+    /// it is greater.
     pub fn sent_by(&self, reflectance: impl Fn(N) -> N) -> N {
         let scattered = N::ONE - self.lost;
-        // The reflectance at the mean of Schlick's weight, or at that mean shifted by the spread.
+        // Reflectance at the mean Schlick weight plus `factor` times the spread.
         let value_of = |factor: f64| {
             let cosine = N::of_lanes(|lane| {
                 let weight =
@@ -308,7 +322,8 @@ impl<N: Number> Albedo<N> {
         scattered * value_of(0.0).max((value_of(-1.0) + value_of(1.0)) * half)
     }
 
-    /// Directional albedo of microfacets with Schlick's reflectance from `f0` to `f90`.
+    /// Returns the directional albedo of microfacets with Schlick's reflectance, from `f0` at
+    /// normal incidence to `f90` at grazing incidence.
     #[inline(always)]
     pub fn sent(&self, f0: N, f90: N) -> N {
         f0 * (N::ONE - self.lost) + (f90 - f0) * self.grazing

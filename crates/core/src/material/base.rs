@@ -1,5 +1,5 @@
-//! The diffuse base below the microfacets of a layered surface: diffuse reflection and transmission
-//! of the light that the microfacets let in, and the multiple scattering among the microfacets.
+//! The diffuse lobe of a layered surface. It holds the diffuse reflection and transmission of the
+//! light that passes the microfacets, and the multiple scattering among the microfacets.
 
 use core::f64::consts::PI;
 
@@ -13,27 +13,30 @@ use super::lobe_kind::{Directions, LobeKind, cosine_sample_either};
 use super::reflectance::Reflectance;
 use crate::number::{Mask, Number, Vector3};
 
-/// The base of a layered surface.
+/// The diffuse lobe below the microfacets of a layered surface, for one viewing direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DiffuseBase<N: Number> {
-    /// Diffuse reflectance, and diffuse transmittance.
+    /// Diffuse reflectance by channel.
     pub(super) back: N::Vec3,
+    /// Diffuse transmittance by channel.
     pub(super) through: N::Vec3,
-    /// Factor of the multiple scattering among white microfacets.
+    /// Factor on the multiple scattering among white microfacets.
     pub(super) interreflected: N::Vec3,
     /// Whether the base transmits light.
     pub(super) both: bool,
+    /// The microfacets over the base.
     pub(super) top: DiffuseCover<N>,
 }
 
-/// Reflectance of a microfacet layer that Schlick's formula does not describe.
+/// Reflectance of microfacets that do not follow Schlick's formula: Fresnel's equations or a thin
+/// film.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Curve<N: Number> {
-    /// Lanes of this reflectance.
+    /// Lanes with this reflectance; all others follow Schlick's formula.
     pub(super) mask: N::Mask,
     pub(super) reflectance: Reflectance<N>,
-    /// Lanes of isotropic microfacets that reflect by Fresnel's equations alone; their albedo is
-    /// tabulated by the index.
+    /// Lanes of isotropic microfacets that reflect by Fresnel's equations alone. Their albedo is
+    /// tabulated by the index of refraction.
     pub(super) tabled: N::Mask,
 }
 
@@ -41,17 +44,17 @@ pub struct Curve<N: Number> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DiffuseCover<N: Number> {
     pub(super) energy_complement: EnergyComplement<N>,
-    /// Lanes of anisotropic microfacets, and those microfacets.
+    /// Mask of the lanes with anisotropic microfacets, and these microfacets.
     pub(super) anisotropic: Option<(N::Mask, Ggx<N>)>,
-    /// Reflectance in the lanes that do not follow Schlick's formula.
+    /// Reflectance of the lanes that do not follow Schlick's formula.
     pub(super) curve: Option<Curve<N>>,
-    /// Reflectances at normal and grazing incidence of glTF's sample formula, where the base gets 1
-    /// − F at the half vector.
+    /// Reflectances at normal and at grazing incidence, for glTF's sample formula alone: the base
+    /// is then weighted by 1 − F at the half vector.
     pub(super) literal: Option<[N; 2]>,
 }
 
 impl<N: Number> DiffuseCover<N> {
-    /// The layer as viewed along `wo`, at a cosine.
+    /// Returns the layer viewed along `wo`, a unit direction of the given cosine to the normal.
     pub(super) fn seen(self, wo: N::Vec3, cosine: N) -> Self {
         let albedo = Albedo::mean_of_either(self.energy_complement.roughness, &self.anisotropic);
         let [mut base, lost] = self.energy_complement.remaining(albedo);
@@ -60,7 +63,7 @@ impl<N: Number> DiffuseCover<N> {
                 None => mean_of(|cosine| self.left(N::Vec3::ZERO, cosine)[0]),
                 Some((_, ggx)) => {
                     let frame = ggx.frame();
-                    // By symmetry one quarter of the azimuths stands for all.
+                    // By symmetry a quarter of the azimuths represents all.
                     let turns = [1.0, 3.0, 5.0, 7.0]
                         .map(|eighth| N::from_f64(eighth / 32.0).sin_cos_turns());
                     mean_of(|cosine| {
@@ -88,8 +91,8 @@ impl<N: Number> DiffuseCover<N> {
         }
     }
 
-    /// Energy that remains for a direction and its cosine: below the layer, and the loss of white
-    /// microfacets.
+    /// Returns two shares of energy for a direction of the given cosine: the energy that passes the
+    /// layer to the base, and the energy that white microfacets lose in a single reflection.
     fn left(&self, direction: N::Vec3, cosine: N) -> [N; 2] {
         let albedo = Albedo::at_cosine_either(
             direction,
@@ -115,8 +118,8 @@ impl<N: Number> DiffuseCover<N> {
         [base, lost]
     }
 
-    /// Energy that remains below microfacets that reflect by Fresnel's equations: for a cosine, or
-    /// in the mean.
+    /// Returns the share of energy that passes microfacets with Fresnel's equations to the base, by
+    /// the table; at a cosine, or as the mean over the hemisphere for `None`.
     fn tabled(&self, curve: &Curve<N>, albedo: Albedo<N>, cosine: Option<N>) -> N {
         let (Some(index), roughness) = (curve.reflectance.exact, self.energy_complement.roughness)
         else {
@@ -138,8 +141,8 @@ impl<N: Number> DiffuseCover<N> {
         self.energy_complement.remaining_of(scattered, albedo.lost)[0]
     }
 
-    /// Factors of 1/π: of the reflection by a white base, and of the multiple scattering among
-    /// white microfacets.
+    /// Returns two factors of 1/π for a pair of directions: for the reflection by a white base, and
+    /// for the multiple scattering among white microfacets.
     fn factors(&self, directions: &Directions<N>) -> [N; 2] {
         let into = directions.into.max(-directions.into);
         let ([base, lost], seen) = (
@@ -154,7 +157,8 @@ impl<N: Number> DiffuseCover<N> {
 }
 
 impl<N: Number> DiffuseBase<N> {
-    /// Probability of reflection where the base both reflects and transmits.
+    /// Returns the probability of sampling the reflection; the rest is the probability of sampling
+    /// the transmission.
     fn back_share(&self) -> N {
         let (back, through) = (
             (self.back + self.interreflected).max_element(),

@@ -1,42 +1,47 @@
-//! Tabulated directional albedos of rough dielectric boundaries by their index: the reflection of
-//! microfacets by Fresnel's equations, and the energy that single scattering, reflected and
-//! refracted together, loses.
+//! Tabulated directional albedos of rough dielectric boundaries by their index of refraction: the
+//! share of light that microfacets reflect by Fresnel's equations, and the share that single
+//! scattering, reflected and refracted together, loses.
 //!
-//! The tables depend on no scene, so they are constants: `boundary.table`, which a test computes
-//! anew and compares byte by byte. Each row ends with its cosine-weighted mean over the hemisphere.
+//! The tables depend on no scene, so they are constants in the file `boundary.table`. A test
+//! computes the file anew and compares it byte by byte. Each row of cosines ends with its
+//! cosine-weighted mean over the hemisphere.
 
 use super::albedo::table_position;
 use super::fresnel::dielectric_in_air;
 use super::ggx::LEAST_ROUGHNESS;
 
-/// Steps of index, roughness and cosine in the table of reflection, and in the table of loss.
+/// Steps of index, roughness and cosine in the table of reflection.
 pub(super) const REFLECTED: [usize; 3] = [33, 24, 32];
+/// Steps of index, roughness and cosine in the tables of loss.
 pub(super) const LOST: [usize; 3] = [33, 20, 20];
-/// Stored value of a share of one.
+/// Integer that stores a share of 1.
 pub(super) const UNIT: f64 = 65_535.0;
-/// Greatest index of the tables.
+/// Greatest index of refraction of the tables.
 pub(super) const MOST_INDEX: f64 = 1e3;
 
+/// Returns the number of entries of a table, with a mean at the end of each row of cosines.
 const fn places([indices, roughnesses, cosines]: [usize; 3]) -> usize {
     indices * roughnesses * (cosines + 1)
 }
 
-/// The tables of reflection and loss.
+/// The tables of reflection and loss at rough dielectric boundaries, as shares in units of
+/// 1/[`UNIT`].
 pub(super) struct BoundaryTable {
-    /// Share of light from the thin side that is reflected.
+    /// Reflected share of light from the side of lower index.
     pub reflected: [u16; places(REFLECTED)],
-    /// Lost shares of light from the thin side, then of light from the dense side: for microfacets
-    /// that reflect by Fresnel's equations, and for microfacets that refract all light that they
-    /// can.
+    /// Lost shares in four tables. Two are for light from the side of lower index, two for light
+    /// from the side of higher index. The first of each two holds microfacets that reflect by
+    /// Fresnel's equations; the second holds microfacets that reflect only under total reflection.
     pub lost: [u16; 4 * places(LOST)],
 }
 
 pub(super) static TABLE: BoundaryTable = BoundaryTable::read(include_bytes!("boundary.table"));
 
 impl BoundaryTable {
-    /// Length of the file in bytes.
+    /// Length of `boundary.table` in bytes.
     pub const BYTES: usize = 2 * (places(REFLECTED) + 4 * places(LOST));
 
+    /// Reads the tables from the bytes of `boundary.table`.
     pub const fn read(bytes: &[u8; Self::BYTES]) -> Self {
         Self {
             reflected: shares(bytes, 0),
@@ -45,7 +50,7 @@ impl BoundaryTable {
     }
 }
 
-/// Little-endian shares from an offset on.
+/// Reads `COUNT` little-endian `u16` from byte `from` on.
 const fn shares<const COUNT: usize>(bytes: &[u8], from: usize) -> [u16; COUNT] {
     let mut out = [0; COUNT];
     let mut k = 0;
@@ -56,8 +61,9 @@ const fn shares<const COUNT: usize>(bytes: &[u8], from: usize) -> [u16; COUNT] {
     out
 }
 
-/// Coordinate of an index, at least one, in [0, 1]: finer towards one, where reflection begins, and
-/// towards the greatest index, where it is total.
+/// Returns the table coordinate in [0, 1] of an index of refraction, at least 1. Steps are finer
+/// towards index 1, where reflection begins, and towards [`MOST_INDEX`], where reflection is nearly
+/// total.
 fn place_of(index: f64) -> f64 {
     let value_of = |index: f64| {
         let root = (0.5 * (index - 1.0).max(0.0)).sqrt().sqrt();
@@ -66,20 +72,21 @@ fn place_of(index: f64) -> f64 {
     value_of(index) / value_of(MOST_INDEX)
 }
 
-/// Cell of a table around an index, a roughness and a cosine.
+/// Interpolation cell of a table around an index, a roughness and a cosine.
 struct TableCell {
-    /// Entry at the cell's least index, roughness and cosine.
+    /// Position in the table of the entry at the cell's least index, roughness and cosine.
     first: usize,
-    /// Distance between entries of neighbouring roughnesses, and of neighbouring indices.
+    /// Distance in entries between neighbouring roughnesses, and between neighbouring indices.
     strides: [usize; 2],
-    /// Fractions of the cell for the index and the roughness, and for the cosine; no cosine selects
-    /// the mean over the hemisphere.
+    /// Fractions in [0, 1] across the cell, for the index and for the roughness.
     shares: [f64; 2],
+    /// Fraction in [0, 1] across the cell for the cosine; `None` for the mean over the hemisphere.
     along: Option<f64>,
 }
 
 impl TableCell {
-    /// The cell in a table of these steps; without a cosine, in its column of means.
+    /// Returns the cell in a table with the given steps; without a cosine, the cell lies in the
+    /// column of means.
     #[inline(always)]
     fn new(
         [indices, roughnesses, cosines]: [usize; 3],
@@ -103,7 +110,7 @@ impl TableCell {
         }
     }
 
-    /// Interpolated value of the table in the cell.
+    /// Interpolates the table in the cell.
     #[inline(always)]
     fn value(&self, table: &[u16]) -> f64 {
         let entry = |index: usize| f64::from(table[index]) / UNIT;
@@ -118,8 +125,8 @@ impl TableCell {
     }
 }
 
-/// Share of light from the thin side that microfacets of an index, at least one, reflect by
-/// Fresnel's equations; the mean over the hemisphere without a cosine.
+/// Returns the share of light from the side of lower index that microfacets reflect by Fresnel's
+/// equations. `index` is at least 1. Without a cosine, the share is the mean over the hemisphere.
 pub(super) fn reflected(index: f64, roughness: f64, cosine: Option<f64>) -> f64 {
     if roughness <= LEAST_ROUGHNESS {
         return cosine.map_or_else(
@@ -130,8 +137,9 @@ pub(super) fn reflected(index: f64, roughness: f64, cosine: Option<f64>) -> f64 
     TableCell::new(REFLECTED, index, roughness, cosine).value(&TABLE.reflected)
 }
 
-/// Shares that microfacets lose: with Fresnel's equations, and where they refract all light that
-/// they can. `eta` is the index on the incident side over the other.
+/// Returns two shares of light that single scattering loses: for microfacets that reflect by
+/// Fresnel's equations, and for microfacets that reflect only under total reflection. `eta` is the
+/// index on the incident side over the index on the opposite side.
 pub(super) fn lost(eta: f64, roughness: f64, cosine: Option<f64>) -> [f64; 2] {
     let (side, index) = if eta > 1.0 { (1, eta) } else { (0, 1.0 / eta) };
     let cell = TableCell::new(LOST, index, roughness, cosine);
@@ -139,10 +147,10 @@ pub(super) fn lost(eta: f64, roughness: f64, cosine: Option<f64>) -> [f64; 2] {
     [0, 1].map(|selected| cell.value(&tables[2 * side + selected]))
 }
 
-/// Cosine-weighted mean reflectance of a smooth boundary of an index, at least one, over the
-/// hemisphere on its thin side (Duntley 1942).
+/// Returns the cosine-weighted mean reflectance of a smooth boundary over the hemisphere on its
+/// side of lower index (Duntley 1942). `index` is at least 1.
 pub(super) fn mean_reflectance(index: f64) -> f64 {
-    // Closer to one, only the cancellation error of large numbers remains.
+    // Closer to index 1, only the cancellation error of large numbers would remain.
     if index < 1.0 + 1e-4 {
         return 0.0;
     }

@@ -1,16 +1,15 @@
 //! The BSDF of a surface at a point: a list of lobes, evaluated, sampled and weighted together. The
-//! family of lobe kinds is a parameter, so that surfaces of common kinds carry no code of the
-//! others.
+//! type of the lobes is a parameter, so that code for common materials contains no rare lobes.
 
 use super::frame::ShadingFrame;
 use super::lobe::Lobe;
 use super::lobe_kind::{Directions, LobeFamily};
 use crate::number::{Mask, Number, Vector3};
 
-/// Most lobes of a surface of the common kinds.
+/// Greatest number of lobes of a BSDF of [`Lobe`]s.
 pub const MOST_LOBES: usize = 6;
 
-/// The BSDF of a surface at a point: at most `MOST` lobes of one family of kinds.
+/// The BSDF of a surface at a point: at most `MOST` lobes of the type `L`.
 #[derive(Clone, Copy, Debug)]
 pub struct Bsdf<N: Number, L: LobeFamily<N> = Lobe<N>, const MOST: usize = MOST_LOBES> {
     normal: N::Vec3,
@@ -21,21 +20,21 @@ pub struct Bsdf<N: Number, L: LobeFamily<N> = Lobe<N>, const MOST: usize = MOST_
 /// A sampled incident direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BsdfSample<N: Number> {
-    /// Whether the sample is valid: a sampled direction may carry no light. All other fields are
-    /// zero where it is not.
+    /// Whether the sample is valid. A sample that carries no light is invalid, and its other fields
+    /// are zero.
     pub some: N::Mask,
-    /// Unit, away from the surface.
+    /// Unit direction, away from the surface.
     pub direction: N::Vec3,
     /// BSDF value · |cosine| / density; its mean is the albedo.
     pub weight: N::Vec3,
     /// Density by solid angle; zero for a delta lobe.
     pub density: N,
-    /// Whether a delta lobe was sampled; light sampling never yields its direction.
+    /// Whether a delta lobe was sampled. Light sampling never yields the direction of a delta lobe.
     pub delta: N::Mask,
 }
 
 impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
-    /// A surface without lobes, which is black.
+    /// Creates a BSDF without lobes, which is black.
     #[inline(always)]
     pub fn new(normal: N::Vec3) -> Self {
         Self {
@@ -45,13 +44,13 @@ impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
         }
     }
 
-    /// Resets the BSDF in place to no lobes about another normal.
+    /// Resets the BSDF in place: no lobes, and another normal.
     #[inline(always)]
     pub fn renew(&mut self, normal: N::Vec3) {
         (self.normal, self.count) = (normal, 0);
     }
 
-    /// Adds a lobe; ignores lobes beyond `MOST`.
+    /// Adds a lobe. A BSDF that already holds `MOST` lobes ignores it.
     #[inline(always)]
     pub fn add(&mut self, lobe: L) {
         if let Some(slot) = self.lobes.get_mut(self.count) {
@@ -60,7 +59,7 @@ impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
         }
     }
 
-    /// Returns the BSDF with one more lobe: see [`Self::add`].
+    /// Returns the BSDF with an additional lobe, as by [`Self::add`].
     #[inline(always)]
     #[must_use]
     pub fn with_lobe(mut self, lobe: L) -> Self {
@@ -68,13 +67,13 @@ impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
         self
     }
 
-    /// The shading normal, on the viewer's side.
+    /// Returns the shading normal, on the viewer's side.
     #[inline(always)]
     pub fn normal(&self) -> N::Vec3 {
         self.normal
     }
 
-    /// Its lobes.
+    /// Returns the lobes in the order of their addition.
     #[inline(always)]
     pub fn lobes(&self) -> &[L] {
         &self.lobes[..self.count]
@@ -86,7 +85,8 @@ impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
         self.lobes().iter().all(L::is_delta)
     }
 
-    /// Sums the values over the lobes, and the densities weighted by importance.
+    /// Sums the lobes' values, and their densities weighted by importance. `value_of` returns the
+    /// value and the density of a lobe.
     #[inline(always)]
     fn sum(
         &self,
@@ -103,7 +103,8 @@ impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
         (value, sum)
     }
 
-    /// BRDF from `wi`, above the surface, to `wo`; zero for delta lobes.
+    /// Evaluates the BRDF for light from `wi`, above the surface, towards `wo`. Delta lobes
+    /// contribute zero.
     #[inline(always)]
     pub fn eval(&self, wo: N::Vec3, wi: N::Vec3) -> N::Vec3 {
         self.sum(
@@ -120,7 +121,8 @@ impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
         self.lobes().iter().any(L::is_transmissive)
     }
 
-    /// [`Self::eval`] of the diffuse part alone, for a light without highlights.
+    /// Evaluates the diffuse part of the BRDF, for lights that make no highlights. The directions
+    /// are as in [`Self::eval`].
     #[inline(always)]
     pub fn eval_diffuse(&self, wo: N::Vec3, wi: N::Vec3) -> N::Vec3 {
         let diffuse =
@@ -133,7 +135,8 @@ impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
         .0
     }
 
-    /// The importance of each lobe, by which lobes are chosen, and their sum.
+    /// Returns the sampling weight of each lobe, for the cosine of the view, and the sum of the
+    /// weights.
     #[inline(always)]
     fn importances(&self, cosine: N) -> ([N; MOST], N) {
         let (mut each, mut sum) = ([N::ZERO; MOST], N::ZERO);
@@ -144,21 +147,22 @@ impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
         (each, sum)
     }
 
-    /// Density by solid angle with which [`Self::sample`] returns `wi`. Delta lobes have no
-    /// density; their share of the choice lowers it.
+    /// Returns the density by solid angle with which [`Self::sample`] returns `wi`. Delta lobes
+    /// have no density; the probability of choosing them lowers the density of the other lobes.
     #[inline(always)]
     pub fn pdf(&self, wo: N::Vec3, wi: N::Vec3) -> N {
         self.eval_and_pdf(wo, wi).1
     }
 
-    /// [`Self::eval`] and [`Self::pdf`] together, which share most of their work. Includes
-    /// transmission, for a light on either side of the surface.
+    /// Returns the BSDF and the density of [`Self::pdf`], which share most of their computation.
+    /// Unlike [`Self::eval`], it includes transmission for a light below the surface.
     #[inline(always)]
     pub fn eval_and_pdf(&self, wo: N::Vec3, wi: N::Vec3) -> (N::Vec3, N) {
         let cosine = self.normal.dot(wo);
         self.eval_and_pdf_by(&self.importances(cosine), cosine, wo, wi)
     }
 
+    /// [`Self::eval_and_pdf`] with the lobes' sampling weights already computed.
     #[inline(always)]
     fn eval_and_pdf_by(
         &self,
@@ -185,8 +189,8 @@ impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
         )
     }
 
-    /// Samples a direction by three numbers in [0, 1), in a frame about the normal. The first
-    /// number chooses the lobe.
+    /// Samples an incident direction by three random numbers in [0, 1), in a frame about the
+    /// normal. The first number chooses the lobe.
     #[inline(always)]
     pub fn sample(
         &self,
@@ -219,7 +223,8 @@ impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
                 weight = N::Vec3::select(chosen, share / (importance / total), weight);
                 delta = delta | chosen;
             } else {
-                // The position of the choice within the lobe's share is a number in [0, 1) again.
+                // The position of the first number within the interval of the chosen lobe is again
+                // uniform in [0, 1).
                 let rest = ((choice * total - start) / importance).max(N::ZERO);
                 direction = N::Vec3::select(
                     chosen,
@@ -248,9 +253,9 @@ impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
         }
     }
 
-    /// The lobe that each able lane samples: the last lobe of positive importance with a sum of
-    /// preceding importances not above `target`. The search starts at the last lobe, so that
-    /// rounding leaves no gap behind it.
+    /// Returns a mask for each lobe of the lanes that sample it. A lane of the mask `able` samples
+    /// the last lobe of positive importance whose preceding importances sum to at most `target`.
+    /// The search starts at the last lobe, so that rounding leaves no gap at the end.
     #[inline(always)]
     fn chosen(&self, importances: &[N; MOST], target: N, able: N::Mask) -> [N::Mask; MOST] {
         let (mut chosen, mut left) = ([N::Mask::default(); MOST], able);

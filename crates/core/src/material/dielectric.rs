@@ -1,9 +1,10 @@
-//! A dielectric boundary: smooth, by Fresnel's equations, or rough, with microfacets that each
-//! reflect and refract as a smooth boundary ("Microfacet Models for Refraction through Rough
-//! Surfaces", Walter, Marschner, Li, Torrance 2007). Microfacets are sampled by visible normals.
+//! A dielectric boundary, smooth or rough. A smooth boundary follows Fresnel's equations. The
+//! microfacets of a rough boundary each reflect and refract as a smooth boundary ("Microfacet
+//! Models for Refraction through Rough Surfaces", Walter, Marschner, Li, Torrance 2007), and are
+//! sampled by visible normals.
 //!
-//! Paths carry power across smooth and rough boundaries alike: radiance is not scaled by the square
-//! of the index, since a path that leaves the glass undoes that factor.
+//! Radiance is not scaled by the square of the index at a boundary, smooth or rough: a path that
+//! enters and leaves the glass would undo this factor.
 
 use super::frame::ShadingFrame;
 use super::ggx::{Ggx, alpha, mirrored, sample_wm};
@@ -11,26 +12,27 @@ use super::interface::Interface;
 use super::lobe_kind::{Directions, LobeKind, on_disk};
 use crate::number::{Mask, Number, Vector3};
 
-/// The boundary from the side of the view.
+/// A dielectric boundary, viewed from one side.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dielectric<N: Number> {
-    /// Index on the ray's side over the index beyond; in `f64`, because refraction near the
-    /// critical angle cancels.
+    /// Index on the ray's side over the index on the far side. It is in `f64`, because refraction
+    /// near the critical angle loses digits by cancellation.
     pub eta: N::Exact,
-    /// The same ratio in the lanes' precision, enough for microfacets.
+    /// [`Self::eta`] in the precision of the lanes, which suffices for microfacets.
     pub facet_eta: N,
-    /// Share of the surface that this boundary covers.
+    /// Share of the surface's area that this boundary covers, 0 to 1.
     pub share: N,
-    /// Factor of the reflection.
+    /// Factor on the reflection by channel.
     pub reflected: N::Vec3,
-    /// Factor of the transmission.
+    /// Factor on the transmission by channel.
     pub transmitted: N::Vec3,
     /// Perceptual roughness, the square root of the microfacet α; `None` for a smooth boundary.
     pub roughness: Option<N>,
 }
 
-/// Unpolarised reflectance of a microfacet, and the cosine beyond, from the cosine of incidence and
-/// the index there over the index beyond. Total reflection returns 1 and a cosine of zero.
+/// Returns the unpolarised Fresnel reflectance of a microfacet, and the cosine of the refracted
+/// angle. `cosine` is that of incidence, `eta` the index on the incident side over the index on the
+/// far side. Total reflection returns 1 and a cosine of zero.
 #[inline(always)]
 pub(super) fn fresnel<N: Number>(cosine: N, eta: N) -> (N, N) {
     let c = cosine.max(N::ZERO).min(N::ONE);
@@ -47,8 +49,8 @@ pub(super) fn fresnel<N: Number>(cosine: N, eta: N) -> (N, N) {
 }
 
 impl<N: Number> Dielectric<N> {
-    /// The microfacet normal that refracts between the two directions, its cosines to them (that to
-    /// the light is negative), and whether it exists.
+    /// Returns the microfacet normal that refracts between `wo` and `wi`, its cosines to `wo`
+    /// (positive) and to `wi` (negative), and a mask of the lanes in which such a normal exists.
     #[inline(always)]
     pub(super) fn refracting_half(&self, directions: &Directions<N>) -> (N::Vec3, [N; 2], N::Mask) {
         let along = directions.wo * self.facet_eta + directions.wi;
@@ -84,7 +86,7 @@ impl<N: Number> LobeKind<N> for Dielectric<N> {
         self.roughness.is_some()
     }
 
-    /// Reflection by the microfacets.
+    /// Evaluates the reflection by the microfacets.
     #[inline(always)]
     fn eval_and_pdf(&self, directions: &Directions<N>) -> (N::Vec3, N) {
         let Some(roughness) = self.roughness else {
@@ -100,7 +102,7 @@ impl<N: Number> LobeKind<N> for Dielectric<N> {
         )
     }
 
-    /// Transmission by the microfacets.
+    /// Evaluates the transmission by the microfacets.
     #[inline(always)]
     fn eval_and_pdf_through(&self, directions: &Directions<N>) -> (N::Vec3, N) {
         let Some(roughness) = self.roughness else {
@@ -110,16 +112,16 @@ impl<N: Number> LobeKind<N> for Dielectric<N> {
             Ggx::isotropic(directions.normal, roughness),
             self.refracting_half(directions),
         );
-        // The density of visible normals, times the Jacobian of refraction, times the transmitted
-        // share.
+        // The density of visible normals times the Jacobian of refraction; the transmitted share
+        // follows below.
         let seen =
             N::from_f64(2.0) * out / (directions.out + ggx.root(directions.wo, directions.out));
         let denominator = self.facet_eta * out + into;
         let spread = seen * -into / (ggx.inverse_d(facet) * denominator * denominator);
         let density = (N::ONE - fresnel(out, self.facet_eta).0) * spread;
         let below = -directions.into;
-        // Smith's G₁ of the far side, over the cosine: masking on one side is independent of
-        // masking on the other.
+        // The factor after the density is Smith's G₁ of the far side over its cosine: masking on
+        // the two sides is independent.
         let value = self.transmitted
             * (self.share * density * N::from_f64(2.0) / (below + ggx.root(directions.wi, below)));
         let lit = able & directions.out.greater_than(N::ZERO) & below.greater_than(N::ZERO);
@@ -129,7 +131,8 @@ impl<N: Number> LobeKind<N> for Dielectric<N> {
         )
     }
 
-    /// The first number chooses reflection or refraction. Zero for a direction on the wrong side.
+    /// Samples a reflected or a refracted direction, chosen by `choice`. The direction is zero
+    /// where the microfacet sends it to the wrong side of the surface.
     #[inline(always)]
     fn sample(
         &self,
@@ -150,7 +153,7 @@ impl<N: Number> LobeKind<N> for Dielectric<N> {
         let (reflectance, beyond) = fresnel(cosine, eta);
         let mirrored = mirrored::<N>(wo, facet);
         let refracted = facet * (eta * cosine - beyond) - wo * eta;
-        // Light on the wrong side would hit another microfacet; it is lost here.
+        // Light on the wrong side would hit another microfacet and counts as lost.
         let above = mirrored.z().greater_than(N::ZERO);
         let mirrored = N::Vec3::select(above, mirrored, N::Vec3::ZERO);
         let below = N::ZERO.greater_than(refracted.z());

@@ -1,37 +1,42 @@
-//! Energy conservation of microfacets by their directional albedos: the base receives exactly the
-//! energy that the microfacets leave, and the energy of multiple scattering returns.
+//! Energy conservation of microfacets by their directional albedos. The base below receives exactly
+//! the energy that the microfacets do not reflect, and a lobe returns the energy of multiple
+//! scattering.
 //!
-//! With E(o) the directional albedo towards o and Ē its cosine-weighted mean, the lobe (1 −
+//! Let E(o) be the directional albedo towards o, and Ē its cosine-weighted mean. Then the lobe (1 −
 //! E(o))·(1 − E(i))/(π·(1 − Ē)) has the albedo 1 − E(o) ("A Microfacet Based Coupled Specular-Matte
 //! BRDF Model with Importance Sampling", Kelemen, Szirmay-Kalos 2001; "Revisiting Physically Based
-//! Shading at Imageworks", Kulla, Conty 2017). The lobe is reciprocal and keeps exactly the energy
-//! that E leaves. Two uses share this formula: the base below a layer, where E is the layer's
-//! albedo, and the multiple scattering among microfacets, where E is the albedo of white ones.
-//! Refused for the base: glTF's 1 − F(h·l), by which white plastic reflects 1.89 times the incident
-//! light at 89.5°; 1 − E(o) alone (Cycles, OpenPBR), which conserves energy but is not reciprocal;
-//! min(1 − E(o), 1 − E(i)), the rule of coats, which never gains energy but loses 5 % head-on.
+//! Shading at Imageworks", Kulla, Conty 2017). The lobe is reciprocal and conserves energy exactly.
+//! Two lobes use this formula: the base below a layer, with the layer's albedo E, and the multiple
+//! scattering among microfacets, with the albedo E of white microfacets.
+//!
+//! Three other factors for the base were refused. By glTF's 1 − F(h·l), white plastic reflects 1.89
+//! times the incident light at 89.5°. The factor 1 − E(o) alone (Cycles, OpenPBR) conserves energy
+//! but is not reciprocal. The factor min(1 − E(o), 1 − E(i)), used for coats, never gains energy
+//! but loses 5 % at normal incidence.
 
 use super::albedo::{Albedo, MEAN_GRAZING};
 use crate::number::{Mask, Number, Vector3};
 
-/// Directional albedo of microfacets with Schlick's reflectance from `f0` to 1.
+/// Returns the directional albedo in [0, 1] of microfacets with Schlick's reflectance, from `f0` at
+/// normal incidence to 1 at grazing incidence.
 pub(super) fn directional_albedo(f0: f64, roughness: f64, cosine: f64) -> f64 {
     Albedo::<f64>::at_cosine(cosine, roughness)
         .sent(f0, 1.0)
         .clamp(0.0, 1.0)
 }
 
-/// Factor on the multiple scattering of white microfacets for reflectances from `f0` to `f90`:
-/// F̄²·Ē/(1 − F̄·(1 − Ē)) with the mean reflectance F̄ (Kulla, Conty 2017). `lost` is 1 − Ē, the
-/// mean loss of white microfacets.
+/// Returns the factor on the multiple scattering of white microfacets, for microfacets with
+/// Schlick's reflectance from `f0` to `f90`: F̄²·Ē/(1 − F̄·(1 − Ē)) with the mean reflectance F̄
+/// (Kulla, Conty 2017). `lost` is 1 − Ē, the mean loss of white microfacets.
 #[inline(always)]
 pub(super) fn interreflected_of<N: Number>(f0: N, f90: N, lost: N) -> N {
     let mean = f0 + (f90 - f0) * N::from_f64(MEAN_GRAZING);
     mean * mean * (N::ONE - lost) / (N::ONE - mean * lost)
 }
 
-/// Factors of multiple scattering: of dielectric microfacets with these reflectances at normal and
-/// grazing incidence, and of all microfacets, with the shares of dielectric and metal.
+/// Returns two factors as [`interreflected_of`] does: for the dielectric microfacets alone, and for
+/// the mixture of dielectric and metal by `shares`. `[f0, f90]` are the dielectric reflectances at
+/// normal and grazing incidence, `metal` is the metal's reflectance at normal incidence.
 #[inline(always)]
 pub(super) fn interreflections<N: Number>(
     [f0, f90]: [N; 2],
@@ -49,8 +54,8 @@ pub(super) fn interreflections<N: Number>(
     )
 }
 
-/// Cosine-weighted mean over the hemisphere of a function of the cosine: Gauss's rule in the
-/// cosine's square.
+/// Returns the cosine-weighted mean of a function of the cosine over the hemisphere, by
+/// Gauss–Legendre quadrature in the squared cosine.
 pub(super) fn mean_of<N: Number>(value_of: impl Fn(N) -> N) -> N {
     const RULE: [[f64; 2]; 4] = [
         [0.069_431_844_202_973_7, 0.173_927_422_568_726_9],
@@ -63,27 +68,28 @@ pub(super) fn mean_of<N: Number>(value_of: impl Fn(N) -> N) -> N {
     })
 }
 
-/// Energy that a microfacet layer leaves to the base below, and energy that white microfacets leave
-/// to multiple scattering, for one viewing direction.
+/// Shares of energy 1 − E for one viewing direction: the energy that passes a microfacet layer to
+/// the base below, and the energy that white microfacets leave to multiple scattering.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EnergyComplement<N: Number> {
-    /// Reflectance of the layer at normal and at grazing incidence, and its factor on the multiple
-    /// scattering of white microfacets.
+    /// Three properties of the layer: its reflectances at normal and at grazing incidence, and its
+    /// factor on the multiple scattering of white microfacets.
     layer: [N; 3],
     /// Perceptual roughness.
     pub(super) roughness: N,
-    /// Remaining energy towards the view over its mean: of the layer, and of white microfacets.
+    /// Remaining energy 1 − E(o) for the view over the mean 1 − Ē: for the layer, and for white
+    /// microfacets.
     pub(super) view_factors: [N; 2],
-    /// Remaining energy towards the view: the albedo of a white base there, and of the multiple
-    /// scattering of white microfacets. Importance for choosing a lobe.
+    /// Remaining energy 1 − E(o) for the view: for the layer, where it is the albedo of a white
+    /// base, and for white microfacets. These numbers are the sampling weights of the lobes.
     pub(super) shown: [N; 2],
 }
 
-/// Least mean that counts as above zero.
+/// Lower limit of a mean that divides.
 const LEAST_MEAN: f64 = 1e-6;
 
 impl<N: Number> EnergyComplement<N> {
-    /// The remainder of a layer, before a viewing direction is set.
+    /// Creates the shares of a layer, without a viewing direction.
     #[inline(always)]
     pub(super) fn new(layer: [N; 3], roughness: N) -> Self {
         Self {
@@ -94,7 +100,8 @@ impl<N: Number> EnergyComplement<N> {
         }
     }
 
-    /// Sets the viewing direction by its remaining energy and the mean.
+    /// Sets the viewing direction, by the remaining energy for it and the mean of the remaining
+    /// energy.
     #[inline(always)]
     pub(super) fn seen_with(self, left: [N; 2], mean: [N; 2]) -> Self {
         let over = |k: usize| left[k] / mean[k].max(N::from_f64(LEAST_MEAN));
@@ -105,7 +112,7 @@ impl<N: Number> EnergyComplement<N> {
         }
     }
 
-    /// Sets the viewing direction by its cosine.
+    /// Sets the viewing direction by its cosine to the normal; `mean` is the mean albedo.
     #[inline(always)]
     pub(super) fn seen_at(self, cosine: N, mean: Albedo<N>) -> Self {
         self.seen_with(
@@ -114,13 +121,14 @@ impl<N: Number> EnergyComplement<N> {
         )
     }
 
-    /// Remaining energy: below the layer, and of white microfacets.
+    /// Returns the remaining energy 1 − E for an albedo: for the layer, and for white microfacets.
     #[inline(always)]
     pub(super) fn remaining(&self, albedo: Albedo<N>) -> [N; 2] {
         self.remaining_of(albedo.sent(self.layer[0], self.layer[1]), albedo.lost)
     }
 
-    /// Remaining energy for a layer with the given single-scattering albedo.
+    /// Returns the remaining energy 1 − E as [`Self::remaining`] does, for a layer whose
+    /// single-scattering albedo is `scattered`. `lost` is the loss of white microfacets.
     #[inline(always)]
     pub(super) fn remaining_of(&self, scattered: N, lost: N) -> [N; 2] {
         [
@@ -129,9 +137,10 @@ impl<N: Number> EnergyComplement<N> {
         ]
     }
 
-    /// Single-scattering albedo of a layer by Fresnel's equations, from the albedo of the bare
-    /// index and its reflectance at normal incidence. A colour's addition at normal incidence falls
-    /// as Schlick's weight rises.
+    /// Returns the single-scattering albedo of a layer that follows Fresnel's equations.
+    /// `scattered` is the albedo of the index of refraction alone, `normal` its reflectance at
+    /// normal incidence. Where a tint changes the reflectance at normal incidence, the difference
+    /// fades as Schlick's weight rises.
     pub(super) fn sent_exactly(&self, scattered: N, normal: N, albedo: Albedo<N>) -> N {
         let falling = (N::ONE - albedo.lost - albedo.grazing).max(N::ZERO);
         (self.layer[1] * scattered + (self.layer[0] - self.layer[1] * normal) * falling)
@@ -148,8 +157,8 @@ impl<N: Number> EnergyComplement<N> {
             .any()
     }
 
-    /// Factors of 1/π for light from a direction: of the reflection by a white base, and of the
-    /// multiple scattering of white microfacets.
+    /// Returns two factors of 1/π for light at a cosine: for the reflection by a white base, and
+    /// for the multiple scattering of white microfacets.
     #[inline(always)]
     pub(super) fn factors(&self, cosine: N) -> [N; 2] {
         let left = self.remaining(Albedo::at_cosine(cosine, self.roughness));

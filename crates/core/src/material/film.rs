@@ -1,10 +1,11 @@
 //! Thin-film interference: soap, oil, and the colours of tempered steel.
 //!
-//! As in "A Practical Extension to Microfacet Theory for the Modeling of Varying Iridescence"
-//! (Belcour, Barla 2017), each term of the series of reflections in the film is averaged over the
-//! observer's response before it becomes a colour. Here all terms above a threshold are summed, and
-//! each is averaged by a table of the observer's own curves instead of fits to them. The result is
-//! the sum over wavelengths to about a thousandth.
+//! The light reflected in the film is a series of terms, by the number of internal reflections.
+//! Each term is averaged over the observer's response before it becomes a colour, as in "A
+//! Practical Extension to Microfacet Theory for the Modeling of Varying Iridescence" (Belcour,
+//! Barla 2017). Unlike the paper, all terms above a threshold are summed, and a table of the
+//! observer's curves replaces the paper's fits. The error against a sum over wavelengths is about a
+//! thousandth.
 
 use super::spectrum::coherence;
 use super::stage::layer;
@@ -13,21 +14,23 @@ use crate::number::{Number, Vector3};
 layer! {
     /// A thin film.
     ThinFilm
-    /// Share of the surface under the film.
+    /// Share of the surface under the film, 0 to 1.
     share: Share by share;
-    /// Index of refraction.
+    /// Index of refraction of the film.
     ior: Constant by constant;
     /// Thickness in nanometres.
     thickness: Thickness by thickness;
 }
 
-/// Most terms of the series, and the amplitude below which the series ends.
+/// Greatest number of terms of the series.
 const TERMS: usize = 64;
+/// Amplitude of a term below which the series ends.
 const LEAST: f64 = 1e-5;
 
 impl<N: Number> ThinFilm<N> {
-    /// Reflectance of microfacets under the film at this cosine of incidence outside. `bare` is
-    /// their reflectance without the film, `f0` the bare reflectance at normal incidence.
+    /// Returns the reflectance of microfacets under the film at a cosine of incidence in air.
+    /// `bare` is their reflectance at this cosine without the film, `f0` the same at normal
+    /// incidence.
     pub(super) fn over(&self, bare: N::Vec3, f0: N::Vec3, cosine: N) -> N::Vec3 {
         let filmed = N::Vec3::of_lanes(|lane| {
             let ior = N::exact_lane(self.ior, lane);
@@ -43,17 +46,19 @@ impl<N: Number> ThinFilm<N> {
     }
 }
 
-/// Amplitude reflection coefficients of a boundary between two indices, for both polarisations, by
-/// the cosines on its sides.
+/// Returns the amplitude reflection coefficients of a boundary between two indices of refraction,
+/// for perpendicular and parallel polarisation. `ci` and `ct` are the cosines on the incident and
+/// the transmitted side.
 fn amplitudes([here, beyond]: [f64; 2], [ci, ct]: [f64; 2]) -> [f64; 2] {
     let across = (here * ci - beyond * ct) / (here * ci + beyond * ct).max(f64::MIN_POSITIVE);
     let along = (beyond * ci - here * ct) / (beyond * ci + here * ct).max(f64::MIN_POSITIVE);
     [across, along]
 }
 
-/// Reflectance in red, green and blue of a film in air over a base, at a cosine of incidence. `f0`
-/// is the base's reflectance in air at normal incidence; the base counts as a dielectric of that
-/// reflectance, as in glTF's extension.
+/// Returns the reflectance in red, green and blue of a film in air over a base, at a cosine of
+/// incidence in air. `ior` is the film's index, `thickness` is in nanometres. `f0` is the base's
+/// reflectance in air at normal incidence. The base counts as a dielectric with this reflectance,
+/// as in KHR_materials_iridescence.
 pub(super) fn reflectance(cosine: f64, ior: f64, thickness: f64, f0: [f64; 3]) -> [f64; 3] {
     let cosine = cosine.clamp(0.0, 1.0);
     let within = |index: f64| {
@@ -65,7 +70,7 @@ pub(super) fn reflectance(cosine: f64, ior: f64, thickness: f64, f0: [f64; 3]) -
     let path = 2.0 * ior * thickness.max(0.0) * inside;
     let first = amplitudes([1.0, ior], [cosine, inside]);
     let mut out = [0.0; 3];
-    // The bases of the channels are often equal.
+    // Index and coefficients of the base, by channel.
     let bases = f0.map(|f0| {
         let root = f0.clamp(0.0, 0.9999).sqrt();
         let base = (1.0 + root) / (1.0 - root);

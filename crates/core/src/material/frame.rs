@@ -2,21 +2,21 @@
 
 use crate::number::{Number, Vector3};
 
-/// An orthonormal frame. Right-handed (tangent × bitangent = normal), or left-handed where a
-/// texture appears mirrored.
+/// An orthonormal frame about a shading normal: right-handed (tangent × bitangent = normal), or
+/// left-handed where a texture appears mirrored.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShadingFrame<N: Number> {
-    /// Unit, perpendicular to the normal.
+    /// Unit tangent, perpendicular to the normal.
     pub tangent: N::Vec3,
-    /// Unit, perpendicular to both.
+    /// Unit bitangent, perpendicular to the normal and to the tangent.
     pub bitangent: N::Vec3,
-    /// Unit.
+    /// Unit normal.
     pub normal: N::Vec3,
 }
 
 impl<N: Number> ShadingFrame<N> {
-    /// Any frame about a unit normal ("Building an Orthonormal Basis, Revisited", Duff et al.
-    /// 2017).
+    /// Creates a frame about a unit normal, with any tangent ("Building an Orthonormal Basis,
+    /// Revisited", Duff et al. 2017).
     #[inline(always)]
     pub fn from_normal(normal: N::Vec3) -> Self {
         let n = normal;
@@ -30,11 +30,11 @@ impl<N: Number> ShadingFrame<N> {
         }
     }
 
-    /// The frame about a unit normal with its tangent as close as possible to a direction, such as
-    /// the direction of a texture's columns. The bitangent is then up in the texture; `mirrored`
-    /// flips it where the normal's side sees the texture mirrored. Falls back to
-    /// [`Self::from_normal`] if the direction is zero, along the normal, or too long or short to be
-    /// squared.
+    /// Creates the frame about a unit normal whose tangent is as close as possible to a direction,
+    /// such as the direction in which a texture's u grows. The bitangent then points up in the
+    /// texture. `mirrored` flips the bitangent in lanes where the texture appears mirrored from the
+    /// normal's side. The tangent is that of [`Self::from_normal`] if the direction is zero, along
+    /// the normal, or too long or too short to be squared.
     #[inline(always)]
     pub fn from_tangent(normal: N::Vec3, direction: N::Vec3, mirrored: N::Mask) -> Self {
         let across = |v: N::Vec3| v - normal * normal.dot(v);
@@ -42,8 +42,8 @@ impl<N: Number> ShadingFrame<N> {
         let squared = first.dot(first);
         // Below this threshold, rounding dominates the remainder of the direction.
         let given = squared.greater_than(direction.dot(direction) * N::from_f64(1e-10));
-        // A direction nearly along the normal still leans after one projection; two suffice
-        // (Kahan).
+        // After a single projection, a direction nearly along the normal is not yet perpendicular.
+        // Two projections suffice (Kahan).
         let tangent = across(first * (N::ONE / squared.sqrt())).normalize();
         let tangent = N::Vec3::select(given, tangent, Self::from_normal(normal).tangent);
         let up = normal.cross(tangent);
@@ -54,7 +54,7 @@ impl<N: Number> ShadingFrame<N> {
         }
     }
 
-    /// Components of a direction along tangent, bitangent and normal.
+    /// Returns the components of a world direction along tangent, bitangent and normal.
     #[inline(always)]
     pub fn to_local(&self, v: N::Vec3) -> N::Vec3 {
         N::Vec3::new(
@@ -64,7 +64,7 @@ impl<N: Number> ShadingFrame<N> {
         )
     }
 
-    /// Direction of these components.
+    /// Returns the world direction with the given components along tangent, bitangent and normal.
     #[inline(always)]
     pub fn to_world(&self, v: N::Vec3) -> N::Vec3 {
         self.tangent * v.x() + self.bitangent * v.y() + self.normal * v.z()

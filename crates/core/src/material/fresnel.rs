@@ -2,22 +2,23 @@
 
 use crate::number::{Number, Vector3};
 
-/// Schlick's weight between the reflectance at normal incidence and the reflectance at grazing
-/// incidence, by the cosine of the angle of incidence ("An Inexpensive BRDF Model for
-/// Physically-based Rendering", 1994).
+/// Returns Schlick's weight (1 − cos)⁵: 0 at normal incidence, 1 at grazing incidence ("An
+/// Inexpensive BRDF Model for Physically-based Rendering", 1994).
 #[inline(always)]
 pub fn schlick_weight<N: Number>(cosine: N) -> N {
     (N::ONE - cosine.min(N::ONE)).powi(5)
 }
 
-/// Schlick's reflectance from `f0` at normal incidence to one at grazing incidence.
+/// Returns Schlick's reflectance at a cosine of incidence, from `f0` at normal incidence to 1 at
+/// grazing incidence.
 #[inline(always)]
 pub fn schlick<N: Number>(f0: N::Vec3, cosine: N) -> N::Vec3 {
     f0 + (N::Vec3::ONE - f0) * schlick_weight(cosine)
 }
 
-/// Reflectance of a rough surface under uniform light, by the analytic fit of "Physically Based
-/// Shading on Mobile" (Karis 2014). The fit lies within 0.02 of the integral.
+/// Returns the reflectance of a rough surface under uniform light, by the analytic fit of
+/// "Physically Based Shading on Mobile" (Karis 2014). `facing` is the cosine of the view. The fit
+/// lies within 0.02 of the integral.
 #[inline(always)]
 pub fn environment_reflectance<N: Number>(f0: N::Vec3, roughness: N, facing: N) -> N::Vec3 {
     let c = N::from_f64;
@@ -34,9 +35,9 @@ pub fn environment_reflectance<N: Number>(f0: N::Vec3, roughness: N, facing: N) 
         .min(N::Vec3::ONE)
 }
 
-/// Exact unpolarised reflectance of a dielectric (Fresnel's equations), by the cosines of the
-/// incident and the transmitted angle and the index on the incident side over the other. Under
-/// total reflection the transmitted cosine is `None` and the reflectance 1.
+/// Returns the unpolarised reflectance of a dielectric by Fresnel's equations. `incident` and
+/// `transmitted` are the cosines of the two angles; `None` means total reflection and returns 1.
+/// `eta` is the index on the incident side over the index on the transmitted side.
 pub fn dielectric(incident: f64, transmitted: Option<f64>, eta: f64) -> f64 {
     let (ci, Some(ct)) = (incident.clamp(0.0, 1.0), transmitted) else {
         return 1.0;
@@ -49,8 +50,8 @@ pub fn dielectric(incident: f64, transmitted: Option<f64>, eta: f64) -> f64 {
     (0.5 * (perpendicular * perpendicular + parallel * parallel)).clamp(0.0, 1.0)
 }
 
-/// Exact unpolarised reflectance of a conductor in air with the complex index n + ik, by the cosine
-/// of the angle of incidence (Born, Wolf, "Principles of Optics", 1999, §14.4).
+/// Returns the unpolarised reflectance of a conductor in air with the complex index n + ik, at a
+/// cosine of incidence, by Fresnel's equations (Born, Wolf, "Principles of Optics", 1999, §14.4).
 pub fn conductor(cosine: f64, [n, k]: [f64; 2]) -> f64 {
     let c = cosine.clamp(0.0, 1.0);
     let (c2, s2) = (c * c, 1.0 - c * c);
@@ -62,7 +63,7 @@ pub fn conductor(cosine: f64, [n, k]: [f64; 2]) -> f64 {
     let along = across * (length * c2 + s2 * s2 - 2.0 * p * c * s2)
         / (length * c2 + s2 * s2 + 2.0 * p * c * s2);
     let both = 0.5 * (across + along);
-    // At grazing incidence, 0/0 stands for total reflection.
+    // A result of 0/0 occurs at grazing incidence, where reflection is total.
     if both.is_finite() {
         both.clamp(0.0, 1.0)
     } else {
@@ -70,8 +71,8 @@ pub fn conductor(cosine: f64, [n, k]: [f64; 2]) -> f64 {
     }
 }
 
-/// Exact unpolarised reflectance of a dielectric in air, by the cosine of the angle of incidence
-/// outside and the index.
+/// Returns the unpolarised reflectance of a dielectric of index `ior` in air by Fresnel's
+/// equations, at the cosine of incidence in air.
 pub fn dielectric_in_air(cosine: f64, ior: f64) -> f64 {
     let c = cosine.clamp(0.0, 1.0);
     dielectric(
@@ -81,21 +82,22 @@ pub fn dielectric_in_air(cosine: f64, ior: f64) -> f64 {
     )
 }
 
-/// Choice of the reflectance formulas.
+/// Choice of the formulas for the reflectance of materials.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum FresnelRule {
-    /// Schlick's formula everywhere, for glass and for conductors with a complex index too.
+    /// Schlick's formula for every material, glass and conductors with a complex index included.
     Schlick,
-    /// glTF's sample formulas to the letter: as [`Self::Conserving`], but the diffuse base is
-    /// weighted by 1 − F at the half vector, which gains energy at grazing views.
+    /// glTF's sample formulas, literally. They differ from [`Self::Conserving`] in the weight 1 − F
+    /// at the half vector of the diffuse base, which gains energy at grazing views.
     Model,
-    /// Schlick's formula for the metallic-roughness model, which is defined by it; Fresnel's
-    /// equations for glass and for complex indices. The diffuse base loses the directional albedo
-    /// of the microfacets over it (albedo scaling), so that no energy is gained.
+    /// Schlick's formula for the metallic-roughness model, as glTF defines the model; Fresnel's
+    /// equations for glass and for complex indices. The diffuse base is scaled by one minus the
+    /// directional albedo of the microfacets over the base (albedo scaling), so that no energy is
+    /// gained.
     #[default]
     Conserving,
-    /// As [`Self::Conserving`], with Fresnel's equations for every material with an index. Metals
-    /// with a colour alone keep Schlick's formula.
+    /// As [`Self::Conserving`], but with Fresnel's equations for every material with an index of
+    /// refraction. Metals that have only a colour keep Schlick's formula.
     Exact,
 }
 

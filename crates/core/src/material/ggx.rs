@@ -9,28 +9,30 @@ use super::frame::ShadingFrame;
 use super::lobe_kind::{Directions, on_disk};
 use crate::number::{Number, Vector3};
 
-/// Least perceptual roughness of a glossy lobe: below it, the highlight of a delta light is a
+/// Least perceptual roughness of a glossy lobe. A smoother surface would show a delta light as a
 /// spike.
 pub(super) const LEAST_ROUGHNESS: f64 = 0.03;
 
-/// α of a perceptual roughness.
+/// Returns the microfacet α of a perceptual roughness: the square, at least that of
+/// [`LEAST_ROUGHNESS`].
 #[inline(always)]
 pub(super) fn alpha<N: Number>(roughness: N) -> N {
     roughness.max(N::from_f64(LEAST_ROUGHNESS)).powi(2)
 }
 
-/// A GGX distribution about a normal.
+/// A GGX distribution of microfacets about a normal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ggx<N: Number> {
+    /// Unit normal of the surface.
     pub(super) normal: N::Vec3,
-    /// Unit tangent and bitangent; `None` for isotropic microfacets.
+    /// Unit tangent and bitangent of anisotropic microfacets; `None` for isotropic microfacets.
     axes: Option<[N::Vec3; 2]>,
-    /// α along the axes.
+    /// α along the tangent and along the bitangent.
     pub(super) alpha: [N; 2],
 }
 
 impl<N: Number> Ggx<N> {
-    /// An isotropic distribution.
+    /// Creates an isotropic distribution with a perceptual roughness.
     #[inline(always)]
     pub fn isotropic(normal: N::Vec3, roughness: N) -> Self {
         Self {
@@ -40,9 +42,9 @@ impl<N: Number> Ggx<N> {
         }
     }
 
-    /// An anisotropic distribution, rougher along the frame's tangent by a strength from 0 to 1, as
-    /// in glTF's KHR_materials_anisotropy: α along the tangent rises from the roughness's α to one
-    /// with the square of the strength.
+    /// Creates an anisotropic distribution, rougher along the frame's tangent, as in
+    /// KHR_materials_anisotropy. With the square of `strength`, from 0 to 1, the α along the
+    /// tangent rises from the α of `roughness` to 1.
     #[inline]
     pub fn anisotropic(frame: ShadingFrame<N>, roughness: N, strength: N) -> Self {
         let alpha = alpha(roughness);
@@ -59,12 +61,13 @@ impl<N: Number> Ggx<N> {
         }
     }
 
-    /// Perceptual roughness of comparable isotropic microfacets.
+    /// Returns the perceptual roughness of isotropic microfacets with the geometric mean of both α.
     pub fn roughness(&self) -> N {
         (self.alpha[0] * self.alpha[1]).sqrt().sqrt()
     }
 
-    /// The frame of the axes; any frame for isotropic microfacets.
+    /// Returns the frame of normal, tangent and bitangent; for isotropic microfacets, a frame with
+    /// any tangent.
     pub(super) fn frame(&self) -> ShadingFrame<N> {
         let value_of = |[tangent, bitangent]: [N::Vec3; 2]| ShadingFrame {
             tangent,
@@ -75,8 +78,8 @@ impl<N: Number> Ggx<N> {
             .map_or_else(|| ShadingFrame::from_normal(self.normal), value_of)
     }
 
-    /// Inverse of the density D at a microfacet normal. The isotropic form (hx² + hy²)/α² + hz²
-    /// keeps its digits at low roughness.
+    /// Returns 1/D, the inverse of the distribution's density at a microfacet normal. The isotropic
+    /// form uses (hx² + hy²)/α² + hz², which keeps its digits at low roughness.
     #[inline(always)]
     pub(super) fn inverse_d(&self, half: N::Vec3) -> N {
         let (hz, [wide, fine], pi) = (self.normal.dot(half), self.alpha, N::from_f64(PI));
@@ -94,8 +97,9 @@ impl<N: Number> Ggx<N> {
         area * slope * slope
     }
 
-    /// cos·(1 + 2Λ) for a direction of this cosine; √(α² + (1 − α²)·cos²) for isotropic
-    /// microfacets. Smith's masking is G₁ = 2·cos/(cos + root).
+    /// Returns the root cos·(1 + 2Λ) in Smith's masking G₁ = 2·cos/(cos + root), for a unit
+    /// direction of the given cosine to the normal. For isotropic microfacets it is √(α² + (1 −
+    /// α²)·cos²).
     #[inline(always)]
     pub(super) fn root(&self, v: N::Vec3, cosine: N) -> N {
         let [wide, fine] = self.alpha;
@@ -111,8 +115,8 @@ impl<N: Number> Ggx<N> {
         }
     }
 
-    /// BRDF of white microfacets, D·G₂/(4·cosₒ·cosᵢ), and the density by solid angle of directions
-    /// mirrored at visible normals, D·G₁/(4·cosₒ).
+    /// Returns the BRDF of white microfacets, D·G₂/(4·cosₒ·cosᵢ), and the density by solid angle of
+    /// directions mirrored at visible normals, D·G₁/(4·cosₒ).
     #[inline(always)]
     pub(super) fn eval_and_pdf(&self, directions: &Directions<N>) -> (N, N) {
         let (d, root) = (
@@ -127,7 +131,8 @@ impl<N: Number> Ggx<N> {
         )
     }
 
-    /// BRDF of microfacets with this reflectance, and the density of its sampling.
+    /// Returns the BRDF of microfacets with a reflectance, and the density by solid angle of
+    /// [`Self::sample_mirrored`].
     #[inline(always)]
     pub(super) fn reflected(
         &self,
@@ -145,9 +150,10 @@ impl<N: Number> Ggx<N> {
         )
     }
 
-    /// Samples a visible normal along `wo` by two numbers in [0, 1), and the direction mirrored
-    /// there. The direction is zero where it lies below the surface's normal: that light would hit
-    /// another microfacet and is lost, and no other lobe may take it for transmission.
+    /// Samples a microfacet normal visible along `wo` by two random numbers in [0, 1). Returns this
+    /// normal and `wo` mirrored at it. A mirrored direction below the surface is replaced by zero:
+    /// its light would hit another microfacet and counts as lost, and no other lobe may take it for
+    /// transmission.
     pub(super) fn sample_mirrored(
         &self,
         normal: N::Vec3,
@@ -172,15 +178,16 @@ impl<N: Number> Ggx<N> {
     }
 }
 
-/// Mirrors `wo` at a microfacet normal.
+/// Returns `wo` mirrored at a unit microfacet normal.
 #[inline(always)]
 pub(super) fn mirrored<N: Number>(wo: N::Vec3, facet: N::Vec3) -> N::Vec3 {
     facet * (N::from_f64(2.0) * wo.dot(facet)) - wo
 }
 
-/// Samples a visible normal along `wo`, for the α along both axes and a point of the unit disk
-/// ("Sampling the GGX Distribution of Visible Normals", Heitz 2018). The half-ellipsoid of
-/// microfacets is stretched to a hemisphere, which projects to half a disk and half an ellipse.
+/// Samples a microfacet normal visible along `wo`, for the α along both axes, by a uniform point of
+/// the unit disk ("Sampling the GGX Distribution of Visible Normals", Heitz 2018). Directions are
+/// in the frame of the microfacets. Stretching by α turns the half-ellipsoid of microfacets into a
+/// hemisphere, whose projection along `wo` is half a disk and half an ellipse.
 #[inline(always)]
 pub(super) fn sample_wm<N: Number>(wo: N::Vec3, [ax, ay]: [N; 2], [a, b]: [N; 2]) -> N::Vec3 {
     let seen = N::Vec3::new(ax * wo.x(), ay * wo.y(), wo.z()).normalize();

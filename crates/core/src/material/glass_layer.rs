@@ -1,5 +1,5 @@
-//! Glass boundaries with a tinted reflection or a thin film: of solid bodies, which refract, and of
-//! thin walls, which do not.
+//! Glass boundaries whose reflection is tinted or has a thin film: boundaries of solid bodies,
+//! which refract, and thin walls, which do not.
 
 use glam::DVec3;
 
@@ -13,21 +13,22 @@ use super::interreflected::{Interreflected, mean_reflectance};
 use super::lobe_kind::{Directions, LobeKind, kept_unit};
 use crate::number::{Mask, Number, Vector3};
 
-/// Changes to the Fresnel reflectance of a boundary.
+/// Fresnel reflectance of a boundary with a tint, a thin film, or another formula.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TintedFresnel<N: Number> {
-    /// Factor of the reflectance; the rest is transmitted.
+    /// Factor on the reflectance by channel. Light that is not reflected is transmitted.
     pub reflected: N::Vec3,
-    /// Thin film on the boundary.
+    /// Thin film on the boundary; `None` for a boundary without a film.
     pub film: Option<ThinFilm<N>>,
     /// Reflectance formula.
     pub rule: FresnelRule,
-    /// Index of the inside over the outside.
+    /// Index of refraction of the inside over the outside.
     pub ior: N::Exact,
 }
 
 impl<N: Number> TintedFresnel<N> {
-    /// Reflectance of a lane by the cosines outside and inside; `None` under total reflection.
+    /// Returns the reflectance of a lane by channel, from the cosines outside and inside; `None`
+    /// stands for total reflection.
     fn reflectance(&self, lane: usize, cosines: Option<[f64; 2]>) -> [f64; 3] {
         let Some([outside, inside]) = cosines else {
             return [1.0; 3];
@@ -35,7 +36,7 @@ impl<N: Number> TintedFresnel<N> {
         let ior = N::exact_lane(self.ior, lane);
         let f0 = ((ior - 1.0) / (ior + 1.0)).powi(2);
         let share = match self.rule {
-            // Schlick's formula needs the angle on the thin side.
+            // Schlick's formula needs the angle on the side of lower index.
             FresnelRule::Schlick => {
                 f0 + (1.0 - f0) * schlick_weight(if ior < 1.0 { inside } else { outside })
             }
@@ -57,11 +58,12 @@ impl<N: Number> TintedFresnel<N> {
     }
 }
 
-/// Cosines on the thin side at which a filmed boundary is compared with a bare boundary.
+/// Cosines on the side of lower index at which [`TintedFresnel::of_fresnel`] compares reflectances.
 const COMPARED: [f64; 5] = [1.0, 0.8, 0.5, 0.25, 0.1];
 
 impl<N: Number> TintedFresnel<N> {
-    /// Least and greatest ratio of the reflectance to the Fresnel reflectance over the angles.
+    /// Returns the least and the greatest ratio of this reflectance to the plain Fresnel
+    /// reflectance, over the angles of [`COMPARED`].
     pub(super) fn of_fresnel(&self) -> [N::Vec3; 2] {
         if self.film.is_none() && self.rule != FresnelRule::Schlick {
             return [self.reflected; 2];
@@ -89,18 +91,19 @@ impl<N: Number> TintedFresnel<N> {
     }
 }
 
-/// The boundary of a solid body.
+/// The boundary of a solid body, with a tinted or filmed reflection.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LayeredDielectric<N: Number> {
     pub(super) tinted_fresnel: TintedFresnel<N>,
-    /// The untinted boundary.
+    /// The boundary without tint and film.
     pub(super) boundary: Dielectric<N>,
-    /// Lanes with a ray from outside.
+    /// Lanes whose ray comes from outside.
     pub(super) outside: N::Mask,
 }
 
 impl<N: Number> LayeredDielectric<N> {
-    /// Reflectance of a lane's microfacet, and its Fresnel reflectance.
+    /// Returns two reflectances of a lane's microfacet at a cosine of incidence: with tint and film
+    /// by channel, and the plain Fresnel reflectance.
     fn at(&self, lane: usize, cosine: f64) -> (DVec3, f64) {
         let (exact, beyond) = facet_fresnel(cosine, N::exact_lane(self.boundary.eta, lane));
         let own = cosine.clamp(0.0, 1.0);
@@ -112,7 +115,8 @@ impl<N: Number> LayeredDielectric<N> {
         (self.tinted_fresnel.reflectance(lane, cosines).into(), exact)
     }
 
-    /// Scales a value of the untinted boundary by `of` its tinted and its Fresnel reflectance.
+    /// Scales a value of the untinted boundary by `of(tinted, plain)`, a function of the tinted and
+    /// the plain Fresnel reflectance at a cosine of incidence. The density stays.
     fn tint(
         &self,
         (own, density): (N::Vec3, N),
@@ -189,7 +193,8 @@ impl<N: Number> LobeKind<N> for LayeredDielectric<N> {
         self.boundary.sample(frame, wo, local, choice, point)
     }
 
-    /// A smooth boundary reflects or refracts by chance.
+    /// Samples the smooth boundary: reflects if `u` is below the greatest reflectance of the
+    /// channels, else refracts.
     fn sample_delta(&self, normal: N::Vec3, wo: N::Vec3, u: N) -> (N::Vec3, N::Vec3) {
         let drawn = |lane: usize| {
             let interface = Interface::new(
@@ -198,7 +203,8 @@ impl<N: Number> LobeKind<N> for LayeredDielectric<N> {
                 N::exact_lane(self.boundary.eta, lane),
             );
             let (found, _) = self.at(lane, interface.cos_incident);
-            // The strongest channel gives the probability, so that no weight exceeds one.
+            // The greatest reflectance of the channels is the probability of reflection, so that no
+            // weight exceeds one.
             let chance = found.max_element();
             match interface.refracted {
                 Some(direction) if u.lane(lane) >= chance => (
@@ -223,21 +229,23 @@ impl<N: Number> LobeKind<N> for LayeredDielectric<N> {
 }
 
 /// A thin wall that does not refract: two parallel boundaries with all reflections between them.
-/// The wall reflects 2R/(1 + R) of a boundary's R and transmits (1 − R)/(1 + R): straight on where
-/// it is smooth, along the microfacets' mirror direction flipped below where it is rough.
+/// For a reflectance R of each boundary, the wall reflects 2R/(1 + R) and transmits (1 − R)/(1 +
+/// R). A smooth wall transmits straight on. A rough wall transmits along the direction mirrored at
+/// the microfacet, flipped to the far side.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ThinDielectric<N: Number> {
     pub(super) tinted_fresnel: TintedFresnel<N>,
-    /// Share of the surface that is a thin wall.
+    /// Share of the surface's area that is a thin wall, 0 to 1.
     pub(super) share: N,
-    /// Factor of the transmission.
+    /// Factor on the transmission by channel.
     pub(super) transmitted: N::Vec3,
     /// The microfacets; `None` for a smooth wall.
     pub(super) ggx: Option<Ggx<N>>,
 }
 
 impl<N: Number> ThinDielectric<N> {
-    /// Reflectance of the wall in a lane at a cosine of incidence, in each channel.
+    /// Returns the reflectance 2R/(1 + R) of the wall in a lane, by channel, at a cosine of
+    /// incidence.
     fn at(&self, lane: usize, cosine: f64) -> [f64; 3] {
         let (ior, c) = (
             N::exact_lane(self.tinted_fresnel.ior, lane),
@@ -249,11 +257,13 @@ impl<N: Number> ThinDielectric<N> {
             .map(|r| 2.0 * r / (1.0 + r))
     }
 
+    /// Returns the reflectance of the wall in all lanes.
     fn reflectance(&self, cosine: N) -> N::Vec3 {
         <N::Vec3 as Vector3<N>>::of_lanes(|lane| self.at(lane, cosine.lane(lane)).into())
     }
 
-    /// Multiple scattering among the wall's microfacets, for a viewing direction and the normal.
+    /// Returns the lobe of multiple scattering among the wall's microfacets. `seen` holds the
+    /// viewing direction and the normal.
     pub(super) fn interreflected(
         &self,
         roughness: N,
@@ -270,7 +280,8 @@ impl<N: Number> ThinDielectric<N> {
         )
     }
 
-    /// Straight transmission of a smooth wall, by the cosine of incidence.
+    /// Returns the transmittance of a smooth wall for light straight on, at a cosine of incidence;
+    /// zero for a rough wall.
     pub(super) fn straight(&self, cosine: N) -> N::Vec3 {
         if self.ggx.is_some() {
             return N::Vec3::ZERO;
@@ -306,7 +317,8 @@ impl<N: Number> LobeKind<N> for ThinDielectric<N> {
         (value, found.max_element() * density)
     }
 
-    /// As [`Self::eval_and_pdf`] for the light mirrored above the surface.
+    /// Evaluates the transmission: as [`Self::eval_and_pdf`], with the light's direction mirrored
+    /// to the viewer's side.
     fn eval_and_pdf_through(&self, directions: &Directions<N>) -> (N::Vec3, N) {
         let Some(ggx) = &self.ggx else {
             return (N::Vec3::ZERO, N::ZERO);

@@ -1,15 +1,14 @@
-//! Smooth interfaces: reflected and refracted directions, and reflectance.
+//! Reflection and refraction of a ray at a smooth interface: both directions, and the reflectance.
 //!
-//! All arithmetic is in `f64`. Towards 90° on the thin side, the cosine there is the root of a
+//! All arithmetic is in `f64`. Towards 90° on the side of lower index, the cosine is the root of a
 //! small difference and magnifies errors of direction and normal by η²·cosᵢ/cosₜ: 400 times at
-//! 89.9°, 4000 times at 89.99°. So neither the lengths of stored vectors, 1 up to rounding, nor a
-//! sum in `f32` may enter.
+//! 89.9°, 4000 times at 89.99°. Therefore vectors are normalised here, and no sum is in `f32`.
 
 use glam::DVec3;
 
 use super::fresnel;
 
-/// A ray at an interface.
+/// Reflection and refraction of a ray at a smooth interface.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Interface {
     /// Unit direction of the reflected ray.
@@ -18,13 +17,14 @@ pub(crate) struct Interface {
     pub refracted: Option<DVec3>,
     /// Cosine of the angle of incidence.
     pub cos_incident: f64,
-    /// Index on the incident side over the other.
+    /// Index on the incident side over the index on the far side.
     eta: f64,
 }
 
 impl Interface {
-    /// `n` is the normal on the ray's side, `eta` the index there over the index beyond. `d` and
-    /// `n` may have any length.
+    /// Reflects and refracts a ray of direction `d` at the normal `n`, which points to the ray's
+    /// side. `d` and `n` may have any length. `eta` is the index on the ray's side over the index
+    /// on the far side.
     #[inline]
     pub fn new(d: DVec3, n: DVec3, eta: f64) -> Self {
         let (d, n) = (d / d.length_squared().sqrt(), n / n.length_squared().sqrt());
@@ -49,16 +49,16 @@ impl Interface {
         }
     }
 
-    /// Schlick's reflectance at an angle with this cosine.
+    /// Returns Schlick's reflectance at a cosine of incidence.
     pub fn schlick(&self, cosine: f64) -> f64 {
         let r0 = ((1.0 - self.eta) / (1.0 + self.eta)).powi(2);
         r0 + (1.0 - r0) * fresnel::schlick_weight(cosine)
     }
 
-    /// Exact unpolarised reflectance; 1 under total reflection.
+    /// Returns the unpolarised reflectance by Fresnel's equations; 1 under total reflection.
     pub fn fresnel(&self) -> f64 {
-        // Media of equal index reflect nothing: the two cosines must be equal to the last bit at
-        // grazing angles, where one minus the sine's square has few digits.
+        // Media of equal index must reflect nothing, so both cosines have to be equal to the last
+        // bit. At grazing angles, one minus the squared sine has too few digits for this.
         let (c, eta) = (self.cos_incident, self.eta);
         let beyond = ((1.0 - eta) * (1.0 + eta) + eta * eta * c * c)
             .max(0.0)

@@ -1,11 +1,11 @@
-//! Multiple scattering among the microfacets of a rough boundary, reflected or transmitted: the
-//! energy that single scattering loses.
+//! Multiple scattering among the microfacets of a rough boundary. A reflected and a transmitted
+//! lobe return the energy that single scattering loses.
 //!
-//! With L(o) the lost share of light from o and L̄ its cosine-weighted mean, the lobe
-//! L(o)·L(i)/(π·L̄) on each side returns the loss, divided between the sides ("Revisiting
-//! Physically Based Shading at Imageworks", Kulla, Conty 2017). Between sides the lobe is
-//! reciprocal, up to the square of the index, if the transmitted share follows the étendue of the
-//! loss: n²·L̄·t is equal on both sides.
+//! Let L(o) be the share of light from o that single scattering loses, and L̄ its cosine-weighted
+//! mean. The lobes L(o)·L(i)/(π·L̄) of the two sides, times the shares r and t with r + t = 1,
+//! return the loss ("Revisiting Physically Based Shading at Imageworks", Kulla, Conty 2017). The
+//! transmitted lobe is reciprocal, up to the square of the index, if n²·L̄·t is equal on both
+//! sides.
 
 use core::f64::consts::PI;
 
@@ -17,36 +17,38 @@ use super::ggx::Ggx;
 use super::lobe_kind::{Directions, LobeKind, cosine_sample_either};
 use crate::number::{Number, Vector3};
 
-/// Least mean that counts as above zero.
+/// Lower limit of a mean that divides.
 const LEAST_MEAN: f64 = 1e-6;
 
-/// The microfacets.
+/// Kind of the boundary whose microfacets scatter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum LossyGgx<N: Number> {
-    /// Microfacets of a boundary: the index on the view's side over the other, and the least and
-    /// the greatest ratio to the Fresnel reflectance.
+    /// A dielectric boundary: `eta` is the index on the view's side over the index on the far side,
+    /// `tint` the least and the greatest ratio of the reflectance to the Fresnel reflectance.
     Boundary { eta: N, tint: [N::Vec3; 2] },
-    /// Microfacets of a thin wall, the same on both sides; with the lanes of anisotropic
-    /// microfacets.
+    /// A thin wall, equal on both sides, with the mask of the lanes whose microfacets are
+    /// anisotropic.
     Wall {
         anisotropic: Option<(N::Mask, Ggx<N>)>,
     },
 }
 
-/// Multiple scattering for one viewing direction.
+/// Lobe of the multiple scattering among the microfacets of a boundary, for one viewing direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interreflected<N: Number> {
     lossy_ggx: LossyGgx<N>,
     roughness: N,
-    /// Factors on the loss for the direction of light: of reflection, and of transmission.
+    /// Factor on the lost share L(i) of the light, for reflection.
     back: N::Vec3,
+    /// Factor on the lost share L(i) of the light, for transmission.
     on: N::Vec3,
-    /// Reflected and transmitted share, in the strongest channel.
+    /// Reflected and transmitted share of the light along the view, in the strongest channel.
     shown: [N; 2],
 }
 
 impl<N: Number> Interreflected<N> {
-    /// Multiple scattering at a boundary that covers a share of a surface, for a viewing cosine.
+    /// Creates the lobe of a dielectric boundary that covers a share of the surface, for the cosine
+    /// of the view. `eta` and `tint` are as in [`LossyGgx::Boundary`].
     pub(super) fn of_boundary(
         eta: N,
         roughness: N,
@@ -65,7 +67,8 @@ impl<N: Number> Interreflected<N> {
         };
         let [own, beyond] =
             [eta, N::ONE / eta].map(|eta| bare.of_boundary_towards(eta, tint, None));
-        // Mean transmission of a smooth boundary.
+        // Mean reflectance of a smooth boundary on its side of lower index, and a factor on the
+        // mean transmittance: 1 on the side of lower index, 1/η² on the side of higher index.
         let smooth = |lane: usize| {
             let eta = eta.lane(lane);
             [
@@ -87,8 +90,9 @@ impl<N: Number> Interreflected<N> {
         )
     }
 
-    /// Multiple scattering at a thin wall that covers a share of a surface, viewed along `wo`; with
-    /// the wall's mean reflectance.
+    /// Creates the lobe of a thin wall that covers a share of the surface. `wo` holds the viewing
+    /// direction and the normal, the last argument the wall's mean reflectance and its factor on
+    /// the transmission.
     pub(super) fn of_wall(
         roughness: N,
         anisotropic: Option<(N::Mask, Ggx<N>)>,
@@ -114,8 +118,8 @@ impl<N: Number> Interreflected<N> {
         )
     }
 
-    /// Sets the viewing direction by its loss, the shares of reflection and transmission, and the
-    /// mean loss on each side.
+    /// Sets the viewing direction, by its lost share, the shares of reflection and transmission,
+    /// and the mean loss on each side.
     fn seen(self, lost: N::Vec3, shares: [N::Vec3; 2], means: [N::Vec3; 2]) -> Self {
         let [back, on] =
             [0, 1].map(|k| lost * shares[k] * inverse::<N>(means[k]) / N::from_f64(PI));
@@ -127,6 +131,8 @@ impl<N: Number> Interreflected<N> {
         }
     }
 
+    /// Returns the share of light that a dielectric boundary loses by single scattering, at a
+    /// cosine on the side with the relative index `eta`; `None` for the mean over the hemisphere.
     fn of_boundary_towards(&self, eta: N, tint: [N::Vec3; 2], cosine: Option<N>) -> N::Vec3 {
         let both = <N::Vec3 as Vector3<N>>::of_lanes(|lane| {
             let [whole, clear] = boundary::lost(
@@ -137,12 +143,13 @@ impl<N: Number> Interreflected<N> {
             glam::DVec3::new(whole, clear, 0.0)
         });
         let clear = N::Vec3::splat(both.y());
-        // The lesser value where the ratio varies, so that no energy is gained.
+        // Of the values for the least and the greatest tint, the lesser gains no energy.
         let [least, most] = tint.map(|tint| clear + tint * (both.x() - both.y()));
         least.min(most).max(N::Vec3::ZERO).min(N::Vec3::ONE)
     }
 
-    /// Lost share of light from a direction of this cosine, on the view's side or beyond.
+    /// Returns the share of light from a direction that single scattering loses. The direction lies
+    /// on the view's side, or on the far side where `beyond`.
     fn lost_towards(&self, direction: N::Vec3, cosine: N, beyond: bool) -> N::Vec3 {
         match &self.lossy_ggx {
             LossyGgx::Boundary { eta, tint } => self.of_boundary_towards(
@@ -156,20 +163,21 @@ impl<N: Number> Interreflected<N> {
         }
     }
 
-    /// Probability of sampling the view's side.
+    /// Returns the probability of sampling a reflected direction.
     fn back_share(&self) -> N {
         let sum = self.shown[0] + self.shown[1];
         N::select(sum.greater_than(N::ZERO), self.shown[0] / sum, N::ONE)
     }
 }
 
-/// Inverse of means, each clamped to the least mean.
+/// Returns the inverse of each component, which is first raised to at least [`LEAST_MEAN`].
 pub(super) fn inverse<N: Number>(of: N::Vec3) -> N::Vec3 {
     let one = |mean: N| N::ONE / mean.max(N::from_f64(LEAST_MEAN));
     N::Vec3::new(one(of.x()), one(of.y()), one(of.z()))
 }
 
-/// Cosine-weighted mean over the hemisphere of a reflectance by cosine.
+/// Returns the cosine-weighted mean over the hemisphere of a reflectance that depends on the
+/// cosine.
 pub(super) fn mean_reflectance<N: Number>(value_of: impl Fn(N) -> N::Vec3) -> N::Vec3 {
     let channel = |k: fn(N::Vec3) -> N| mean_of(|cosine| k(value_of(cosine)));
     N::Vec3::new(channel(|v| v.x()), channel(|v| v.y()), channel(|v| v.z()))

@@ -1,5 +1,4 @@
-//! Lambert's lobe for matte surfaces: a lobe family of one kind, so that its paths carry no code of
-//! other kinds.
+//! Lambert's lobe for matte surfaces. A BSDF of this type alone contains no code of other lobes.
 
 use core::f64::consts::PI;
 
@@ -7,7 +6,7 @@ use super::frame::ShadingFrame;
 use super::lobe_kind::{Directions, LobeFamily, LobeKind, cosine_sample};
 use crate::number::{Number, Vector3};
 
-/// Lambert's lobe: the same radiance in every direction.
+/// Lambert's lobe, which reflects the same radiance in every direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lambert<N: Number> {
     /// Diffuse reflectance.

@@ -1,10 +1,10 @@
 //! The lobes of layered surfaces: lobes of glTF's extensions, and lobes of the metallic-roughness
-//! model under other layers. They are rarer and costlier than [`Lobe`](super::Lobe)s, and compiled
-//! apart from them.
+//! model under a coat or sheen. These lobes are rarer and costlier than [`Lobe`](super::Lobe)s, so
+//! a separate type keeps their code out of common materials.
 //!
-//! Layers below a coat or sheen are scaled by min(1 − E(out), 1 − E(in)), with the directional
-//! albedo E of the cover. This factor is reciprocal, exact for mirrors, and gains no energy
-//! together with the cover's own lobe.
+//! Layers below a coat or sheen are scaled by min(1 − E(out), 1 − E(in)), where E is the
+//! directional albedo of the coat or sheen. This factor is reciprocal and exact for mirrors.
+//! Together with the lobe of the coat or sheen it gains no energy.
 
 use super::base::DiffuseBase;
 use super::energy::directional_albedo;
@@ -18,22 +18,22 @@ use super::sheen::Sheen;
 use super::stage::layer;
 use crate::number::{Number, Vector3};
 
-/// Reflectance of a coat at normal incidence: its index is 1.5.
+/// Reflectance of a coat at normal incidence, for the index of refraction 1.5.
 pub(super) const COAT: f64 = 0.04;
 
 layer! {
     /// A clear coat over a surface.
     Coat
-    /// Share of the surface under the coat.
+    /// Share of the surface under the coat, 0 to 1.
     weight: Share by share;
     /// Perceptual roughness.
     roughness: Share by share;
-    /// The coat's normal, with a normal map of its own.
+    /// Unit normal of the coat, which may have its own normal map.
     normal: Normal by normal;
 }
 
 impl<N: Number> Coat<N> {
-    /// Directional albedo of the coat.
+    /// Returns the directional albedo of the coat for a direction, 0 to 1.
     fn reflected_share(&self, direction: N::Vec3) -> N {
         let cosine = self.normal.dot(direction).max(N::ZERO);
         self.weight
@@ -43,7 +43,7 @@ impl<N: Number> Coat<N> {
     }
 }
 
-/// The layers over a lobe.
+/// The layers over a lobe; `None` where a layer is absent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Coating<N: Number> {
     pub(super) coat: Option<Coat<N>>,
@@ -57,8 +57,8 @@ impl<N: Number> Coating<N> {
         sheen: None,
     };
 
-    /// Share of light that passes the layers on its way in or out, in a direction above the
-    /// surface.
+    /// Returns the share of light that passes the layers once, in or out, along a direction above
+    /// the surface.
     pub(super) fn pass_once(&self, normal: N::Vec3, direction: N::Vec3) -> N {
         let coat = self
             .coat
@@ -68,8 +68,8 @@ impl<N: Number> Coating<N> {
         })
     }
 
-    /// Factor of the layers on a lobe's value for the two directions. Transmitted light passes them
-    /// once.
+    /// Returns the factor of the layers on the value of the lobe below, for a pair of directions.
+    /// Transmitted light passes the layers once, reflected light twice.
     fn pass_both(&self, directions: &Directions<N>) -> N {
         let out = self.pass_once(directions.normal, directions.wo);
         N::select(
@@ -80,11 +80,12 @@ impl<N: Number> Coating<N> {
     }
 }
 
-/// Microfacets, rough or mirror-smooth, about a normal; a coat's normal may differ from the
-/// surface's.
+/// Lobe of rough microfacets or of a smooth mirror, about its own normal. A coat's normal may
+/// differ from the surface's normal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct GgxLobe<N: Number> {
     pub(super) ggx: Ggx<N>,
+    /// Whether the lobe is a mirror, a delta lobe.
     pub(super) smooth: bool,
     pub(super) reflectance: Reflectance<N>,
 }
@@ -102,7 +103,8 @@ impl<N: Number> LobeKind<N> for GgxLobe<N> {
         if self.smooth {
             return (N::Vec3::ZERO, N::ZERO);
         }
-        // The lobe's cosine differs from the surface's.
+        // The BSDF multiplies by the cosine to the surface's normal, so the value is corrected for
+        // the lobe's normal.
         let own_directions = directions.about(self.ggx.normal);
         let (scattered, density) = self
             .ggx
@@ -135,7 +137,7 @@ impl<N: Number> LobeKind<N> for GgxLobe<N> {
     fn sample_delta(&self, normal: N::Vec3, wo: N::Vec3, _: N) -> (N::Vec3, N::Vec3) {
         let own = self.ggx.normal;
         let direction = mirrored::<N>(wo, own);
-        // A coat's normal may mirror the direction into the surface, where the light is lost.
+        // A coat's normal may mirror the direction into the surface. This light counts as lost.
         let above = normal.dot(direction).greater_than(N::ZERO);
         (
             direction,
@@ -144,12 +146,12 @@ impl<N: Number> LobeKind<N> for GgxLobe<N> {
     }
 }
 
-/// The lobes of layered surfaces.
+/// Kinds of the lobes of layered surfaces.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum LayerLobe<N: Number> {
-    /// The diffuse base.
+    /// The diffuse base below the microfacets.
     Diffuse(DiffuseBase<N>),
-    /// Fibres.
+    /// The fibres of sheen.
     Sheen(Sheen<N>),
     /// Rough microfacets, or a smooth mirror.
     Ggx(GgxLobe<N>),
@@ -161,7 +163,7 @@ pub(super) enum LayerLobe<N: Number> {
     Interreflected(Interreflected<N>),
 }
 
-/// Dispatches a call to the lobe's kind.
+/// Dispatches an expression to the variant of a [`LayerLobe`].
 macro_rules! ask {
     ($lobe:expr, $of:ident => $question:expr) => {
         match &$lobe {
@@ -175,17 +177,17 @@ macro_rules! ask {
     };
 }
 
-/// A lobe with the layers over it.
+/// A lobe of a layered surface together with the layers over it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CoatedLobe<N: Number> {
     lobe: LayerLobe<N>,
     coating: Coating<N>,
-    /// Importance for choosing the lobe, for the viewing direction.
+    /// Sampling weight of the lobe for the viewing direction.
     importance: N,
 }
 
 impl<N: Number> CoatedLobe<N> {
-    /// A lobe under a coating, seen along `wo` about a normal.
+    /// Creates a lobe under a coating, viewed along `wo`; `normal` is the surface's normal.
     pub(super) fn new(
         lobe: LayerLobe<N>,
         coating: Coating<N>,
@@ -204,8 +206,8 @@ impl<N: Number> CoatedLobe<N> {
         }
     }
 
-    /// The bare lobe's value under its coating; zero where the lobe is zero, also for opposite
-    /// directions without a half vector.
+    /// Scales a lobe's value by the factor of its coating; the density stays. A value of zero stays
+    /// zero also for opposite directions, which have no half vector.
     fn coated(&self, directions: &Directions<N>, (own, density): (N::Vec3, N)) -> (N::Vec3, N) {
         let (some, none) = (self.importance.greater_than(N::ZERO), N::Vec3::ZERO);
         let scattered = if own == none {
@@ -216,7 +218,8 @@ impl<N: Number> CoatedLobe<N> {
         (scattered, density)
     }
 
-    /// Straight transmission of light from −`wo`; non-zero for smooth thin walls alone.
+    /// Returns the transmittance for light straight on, from −`wo` to `wo`. Only smooth thin walls
+    /// have any.
     pub(super) fn straight(&self, normal: N::Vec3, wo: N::Vec3) -> N::Vec3 {
         let LayerLobe::ThinDielectric(wall) = &self.lobe else {
             return N::Vec3::ZERO;

@@ -1,4 +1,4 @@
-//! Layered surfaces: the metallic-roughness model with the layers of glTF's extensions.
+//! Layered surfaces: the metallic-roughness model of glTF with the layers of its extensions.
 
 use super::albedo::Albedo;
 use super::base::{Curve, DiffuseBase, DiffuseCover};
@@ -15,42 +15,43 @@ use super::sheen::Sheen;
 use super::stage::{LayerStage, ReadAt, layer};
 use crate::number::{Mask, Number, Vector3};
 
-/// Most lobes of a layered surface.
+/// Greatest number of lobes of a layered surface.
 pub const MOST_LAYERS: usize = 9;
 
 /// The BSDF of a layered surface at a point.
 pub type LayeredBsdf<N> = Bsdf<N, CoatedLobe<N>, MOST_LAYERS>;
 
 layer! {
-    /// Anisotropic microfacets.
+    /// Anisotropy of the microfacets.
     Anisotropy
     /// Strength, from 0 (isotropic) to 1.
     strength: Share by share;
-    /// The frame; the surface is rougher along its tangent.
+    /// Frame whose tangent is the rougher direction.
     frame: Frame by frame;
 }
 
 layer! {
     /// Diffuse transmission.
     Diffused
-    /// Share of the diffuse reflection that is transmitted instead.
+    /// Share of the diffuse light that is transmitted instead of reflected, 0 to 1.
     share: Share by share;
     /// Colour of the transmission.
     colour: Tint by tint;
 }
 
-/// A layered surface, at a [stage](LayerStage).
+/// A layered surface. The type parameter decides what its fields are: inputs before a hit, or
+/// numbers at a hit (see [`LayerStage`]).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Layered<S: LayerStage> {
     /// The metallic-roughness base.
     pub base: S::Base,
     /// Index of refraction of the dielectric part.
     pub ior: S::Constant,
-    /// Factor of the dielectric part's reflectance (KHR_materials_specular).
+    /// Factor on the dielectric part's reflectance, 0 to 1 (KHR_materials_specular).
     pub specular: S::Share,
     /// Colour of the dielectric part's reflectance at normal incidence.
     pub specular_colour: S::Colour,
-    /// Complex index of the metal, n and k, in place of its colour.
+    /// Complex index n and k of the metal by channel, in place of the metal's colour.
     pub conductor: Option<[S::Spectrum; 2]>,
     /// Whether glass is a thin wall, without refraction.
     pub thin: bool,
@@ -60,9 +61,9 @@ pub struct Layered<S: LayerStage> {
     pub anisotropy: Option<Anisotropy<S>>,
     /// A thin film on the microfacets.
     pub film: Option<ThinFilm<S>>,
-    /// Sheen over all layers but the coat.
+    /// Sheen over all layers except the coat.
     pub sheen: Option<Sheen<S>>,
-    /// A clear coat over everything.
+    /// A clear coat over all layers.
     pub coat: Option<Coat<S>>,
     /// Choice of the reflectance formulas.
     pub rule: FresnelRule,
@@ -71,7 +72,7 @@ pub struct Layered<S: LayerStage> {
 }
 
 impl<S: LayerStage> Layered<S> {
-    /// Reads the fields at a point, over a base of this index.
+    /// Evaluates all fields at a hit, over a given base with a given index of refraction.
     pub fn at<N: Number>(
         &self,
         here: &impl ReadAt<S, N>,
@@ -100,7 +101,7 @@ impl<S: LayerStage> Layered<S> {
 }
 
 impl<N: Number> LayeredBsdf<N> {
-    /// Straight transmission of light from −`wo`.
+    /// Returns the transmittance for light straight on, from −`wo` to `wo`.
     pub fn straight(&self, wo: N::Vec3) -> N::Vec3 {
         self.lobes().iter().fold(N::Vec3::ZERO, |sum, lobe| {
             sum + lobe.straight(self.normal(), wo)
@@ -109,7 +110,7 @@ impl<N: Number> LayeredBsdf<N> {
 }
 
 impl<N: Number> Layered<N> {
-    /// A surface without any layers.
+    /// Creates a surface without layers.
     pub fn from_base(base: MetallicRoughness<N>, ior: N::Exact) -> Self {
         Self {
             base,
@@ -128,7 +129,8 @@ impl<N: Number> Layered<N> {
         }
     }
 
-    /// Reflectance of the microfacets; `dielectric` is the share that is neither metal nor glass.
+    /// Returns the reflectance of the microfacets. `dielectric` is the share of the surface that is
+    /// neither metal nor glass.
     fn reflectance(&self, dielectric: N) -> Reflectance<N> {
         let normal =
             (self.specular_colour * self.base.dielectric).min(N::Vec3::ONE) * self.specular;
@@ -144,14 +146,16 @@ impl<N: Number> Layered<N> {
         }
     }
 
-    /// The BSDF, viewed along `wo`.
+    /// Returns the BSDF for light transport, viewed along `wo`. `outside` is the mask of the lanes
+    /// whose ray comes from outside.
     pub fn transport(&self, normal: N::Vec3, wo: N::Vec3, outside: N::Mask) -> LayeredBsdf<N> {
         let mut bsdf = LayeredBsdf::new(normal);
         self.add_to(&mut bsdf, wo, outside);
         bsdf
     }
 
-    /// Lanes of anisotropic microfacets, and those microfacets; `None` if no lane has any.
+    /// Returns the mask of the lanes with anisotropic microfacets, and these microfacets; `None` if
+    /// all lanes are isotropic.
     fn anisotropic(&self) -> Option<(N::Mask, Ggx<N>)> {
         let Anisotropy { strength, frame } = self.anisotropy?;
         let mask = strength.greater_than(N::ZERO);
@@ -159,7 +163,7 @@ impl<N: Number> Layered<N> {
             .then(|| (mask, Ggx::anisotropic(frame, self.base.roughness, strength)))
     }
 
-    /// The microfacets about a normal.
+    /// Returns the microfacets about a normal, anisotropic if any lane is.
     fn ggx(&self, normal: N::Vec3) -> Ggx<N> {
         self.anisotropic().map_or_else(
             || Ggx::isotropic(normal, self.base.roughness),
@@ -167,8 +171,8 @@ impl<N: Number> Layered<N> {
         )
     }
 
-    /// Adds the lobes, viewed along `wo`, to an empty BSDF. The BSDF is filled in place, since it
-    /// is too large to be moved.
+    /// Adds all lobes, viewed along `wo`, to an empty BSDF. The BSDF is filled in place, because
+    /// moving it would be slow.
     pub fn add_to(&self, bsdf: &mut LayeredBsdf<N>, wo: N::Vec3, outside: N::Mask) {
         let (through, normal) = (self.base.through(), bsdf.normal());
         let mut list = LayeredBuilder {
@@ -176,7 +180,8 @@ impl<N: Number> Layered<N> {
             wo,
             coating: Coating::NONE,
         };
-        // From inside a body, the layers lie beyond the boundary, its paint's microfacets too.
+        // For a ray inside a body, all layers and the microfacets of the paint lie beyond the
+        // boundary.
         let over = if self.base.glass.is_none() || self.thin {
             N::ONE
         } else {
@@ -216,7 +221,8 @@ impl<N: Number> Layered<N> {
         self.glass(&mut list, through, outside);
     }
 
-    /// Adds the diffuse base below the microfacets, and the multiple scattering among them.
+    /// Adds the lobe of the diffuse base below the microfacets and of the multiple scattering among
+    /// the microfacets. `over` is 1 in lanes where microfacets cover the base, else 0.
     fn diffuse(&self, list: &mut LayeredBuilder<'_, N>, reflectance: &Reflectance<N>, over: N) {
         let (albedo, zero) = (self.base.albedo(), N::Vec3::ZERO);
         let (back, through) = self
@@ -228,7 +234,7 @@ impl<N: Number> Layered<N> {
                 )
             });
         let roughness = self.base.roughness;
-        // Anisotropic microfacets count as rough even where the smoother axis is smooth.
+        // Anisotropic microfacets count as rough, even if the smoother of their axes is smooth.
         let (anisotropic, mut rough) = (
             self.anisotropic(),
             roughness.greater_than(N::from_f64(LEAST_ROUGHNESS)),
@@ -259,8 +265,8 @@ impl<N: Number> Layered<N> {
         {
             return;
         }
-        // The dielectric microfacets over the base, in the share `over`: metal beside the base
-        // takes no light from the base.
+        // Only dielectric microfacets lie over the base. Metal lies beside the base and takes no
+        // light from it.
         let alone = Reflectance {
             shares: [over, N::ZERO],
             ..*reflectance
@@ -320,7 +326,7 @@ impl<N: Number> Layered<N> {
         }));
     }
 
-    /// Adds the boundary of glass in its share.
+    /// Adds the boundary lobes of glass, which covers a share of the surface.
     fn glass(&self, list: &mut LayeredBuilder<'_, N>, share: N, outside: N::Mask) {
         let Some(glass) = self
             .base
@@ -389,7 +395,7 @@ impl<N: Number> Layered<N> {
     }
 }
 
-/// Builder of the list of lobes.
+/// Builder that adds lobes to a BSDF, each under the current coating.
 struct LayeredBuilder<'a, N: Number> {
     bsdf: &'a mut LayeredBsdf<N>,
     wo: N::Vec3,
@@ -397,6 +403,7 @@ struct LayeredBuilder<'a, N: Number> {
 }
 
 impl<N: Number> LayeredBuilder<'_, N> {
+    /// Adds a lobe under the current coating.
     fn push(&mut self, lobe: LayerLobe<N>) {
         self.bsdf.add(CoatedLobe::new(
             lobe,
@@ -406,7 +413,7 @@ impl<N: Number> LayeredBuilder<'_, N> {
         ));
     }
 
-    /// Adds microfacets in rough lanes and a mirror in smooth lanes.
+    /// Adds a lobe of microfacets for the rough lanes, and a mirror for the smooth lanes.
     fn add_ggx(&mut self, ggx: Ggx<N>, reflectance: Reflectance<N>, roughness: N) {
         let rough = roughness.greater_than(N::from_f64(LEAST_ROUGHNESS));
         for (of, smooth) in [(rough, false), (!rough, true)] {

@@ -1,4 +1,4 @@
-//! The lobes of a BSDF: plain data, each with its value, its density and its weight.
+//! The lobes of common materials, each with its value, density and sampling.
 
 use core::f64::consts::PI;
 
@@ -12,26 +12,26 @@ use super::lambert::Lambert;
 use super::lobe_kind::{Directions, LobeFamily, LobeKind, cosine_sample, kept_unit, on_disk};
 use crate::number::{Mask, Number, Vector3};
 
-/// One component of a BSDF.
+/// A lobe of a BSDF.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Lobe<N: Number> {
-    /// Lambert's lobe below microfacets that reflect by Schlick's formula, and the multiple
-    /// scattering among the microfacets.
+    /// Lambert's lobe below microfacets that reflect by Schlick's formula, plus the multiple
+    /// scattering among these microfacets.
     Diffuse {
-        /// Diffuse reflectance for the light below the microfacets.
+        /// Diffuse reflectance for the light that passes the microfacets.
         albedo: N::Vec3,
-        /// Factor of the multiple scattering among white microfacets.
+        /// Factor on the multiple scattering among white microfacets.
         interreflected: N::Vec3,
-        /// Energy that the microfacets leave.
+        /// Energy that passes the microfacets or is left to multiple scattering.
         energy_complement: EnergyComplement<N>,
     },
-    /// Lambert's lobe: the same radiance in every direction.
+    /// Lambert's lobe, which reflects the same radiance in every direction.
     Lambert(Lambert<N>),
     /// GGX microfacets with Schlick's reflectance from `f0` to `f90`.
     Rough {
-        /// Reflectance of a facet at normal incidence.
+        /// Reflectance of a microfacet at normal incidence.
         f0: N::Vec3,
-        /// Reflectance of a facet at grazing incidence.
+        /// Reflectance of a microfacet at grazing incidence.
         f90: N::Vec3,
         /// Perceptual roughness; the microfacet α is its square.
         roughness: N,
@@ -94,7 +94,8 @@ impl<N: Number> LobeKind<N> for Lobe<N> {
                 interreflected,
                 energy_complement,
             } => {
-                // Matte surfaces of the classic model have no layer and need no table.
+                // Matte surfaces of the classic model have no microfacets, so the tables are not
+                // needed.
                 if !energy_complement.is_covered()
                     && !interreflected.max_element().greater_than(N::ZERO).any()
                 {
@@ -108,7 +109,7 @@ impl<N: Number> LobeKind<N> for Lobe<N> {
                 let reflectance = f0 + (f90 - f0) * schlick_weight(directions.tilt);
                 let (value, density) =
                     Ggx::isotropic(directions.normal, roughness).reflected(directions, reflectance);
-                // Zero for opposite directions too, which have no half vector.
+                // The selection also gives zero for opposite directions, which have no half vector.
                 let some = f0.max(f90).max_element().greater_than(N::ZERO);
                 (N::Vec3::select(some, value, N::Vec3::ZERO), density)
             }
@@ -166,8 +167,8 @@ impl<N: Number> LobeKind<N> for Lobe<N> {
             Self::Rough { roughness, .. } => {
                 let facet = sample_wm::<N>(local, [alpha(roughness); 2], on_disk([u, v]));
                 let mirrored = mirrored::<N>(local, facet);
-                // Light mirrored below the surface would hit another microfacet and is lost; no
-                // other lobe may take it for transmission.
+                // Light mirrored below the surface would hit another microfacet and counts as lost.
+                // No other lobe may take its direction for transmission.
                 N::Vec3::select(mirrored.z().greater_than(N::ZERO), mirrored, N::Vec3::ZERO)
             }
             _ => cosine_sample::<N>([u, v]),
@@ -205,8 +206,8 @@ impl<N: Number> LobeKind<N> for Lobe<N> {
 }
 
 impl<N: Number> Lobe<N> {
-    /// Reflectance of a mirror or of microfacets at this cosine to their normal; zero for other
-    /// lobes.
+    /// Returns the reflectance of a mirror or of microfacets at a cosine of incidence; zero for
+    /// other lobes.
     #[inline(always)]
     pub fn reflectance(&self, cosine: N) -> N::Vec3 {
         let (Self::Rough { f0, f90, .. } | Self::Mirror { f0, f90 }) = *self else {

@@ -1,24 +1,27 @@
-//! The interface of all kinds of lobes, and the pair of directions that they evaluate.
+//! The interface of all lobes, and the pair of directions for which a lobe is evaluated.
 
 use super::frame::ShadingFrame;
 use crate::number::{Number, Vector3};
 
-/// Two unit directions away from a surface, with the quantities that lobes share.
+/// A pair of unit directions `wo` and `wi` away from a surface, with derived quantities that
+/// several lobes need.
 #[derive(Clone, Copy, Debug)]
 pub struct Directions<N: Number> {
     pub(super) normal: N::Vec3,
     pub(super) wo: N::Vec3,
     pub(super) wi: N::Vec3,
-    /// Half vector, unit.
+    /// Unit half vector of `wo` and `wi`.
     pub(super) half: N::Vec3,
-    /// Cosines of `wo` and of `wi` to the normal.
+    /// Cosine of `wo` to the normal.
     pub(super) out: N,
+    /// Cosine of `wi` to the normal; negative below the surface.
     pub(super) into: N,
-    /// Cosine between `wi` and `half`.
+    /// Cosine between `wi` and `half`, at least zero.
     pub(super) tilt: N,
 }
 
 impl<N: Number> Directions<N> {
+    /// Creates the pair about a unit normal.
     #[inline(always)]
     pub(super) fn new(normal: N::Vec3, wo: N::Vec3, wi: N::Vec3) -> Self {
         let half = (wi + wo).normalize();
@@ -33,7 +36,7 @@ impl<N: Number> Directions<N> {
         }
     }
 
-    /// The pair with `wi` above the surface, mirrored there if it lies below.
+    /// Returns the pair with `wi` above the surface: a `wi` below is mirrored at the surface.
     pub(super) fn folded(&self) -> Self {
         let up = self.wi - self.normal * (N::from_f64(2.0) * self.into);
         Self::new(
@@ -43,7 +46,7 @@ impl<N: Number> Directions<N> {
         )
     }
 
-    /// The pair about another normal.
+    /// Returns the pair with its cosines to another normal.
     pub(super) fn about(&self, normal: N::Vec3) -> Self {
         Self {
             normal,
@@ -54,39 +57,42 @@ impl<N: Number> Directions<N> {
     }
 }
 
-/// A lobe that a [`Bsdf`](super::Bsdf) holds.
+/// A type of lobe that a [`Bsdf`](super::Bsdf) can hold.
 pub trait LobeFamily<N: Number>: LobeKind<N> + Copy + core::fmt::Debug {
-    /// A lobe of value zero.
+    /// A black lobe, which fills unused slots.
     const NOTHING: Self;
-    /// Whether lobes may have other normals than the surface's.
+    /// Whether a lobe's normal may differ from the surface's normal.
     const COATED: bool = false;
 }
 
-/// A lobe: value, density and sampling. By default it neither transmits nor reflects diffusely.
+/// A lobe: value, density and sampling. The default methods are those of a lobe that neither
+/// transmits nor reflects diffusely.
 pub trait LobeKind<N: Number> {
-    /// Estimate of the albedo for an outgoing direction of this cosine, by which lobes are chosen.
+    /// Returns the sampling weight of the lobe: an estimate of its albedo for the cosine of `wo`.
     fn importance(&self, cosine: N) -> N;
-    /// Whether the lobe is a delta distribution, with neither a value nor a density.
+    /// Whether the lobe is a delta distribution, whose value and density are zero.
     fn is_delta(&self) -> bool {
         false
     }
-    /// Whether the lobe transmits, other than as a delta.
+    /// Whether the lobe transmits light without being a delta distribution.
     fn is_transmissive(&self) -> bool {
         false
     }
-    /// BRDF for a light above the surface, and the density by solid angle with which
-    /// [`Self::sample`] returns the light's direction.
+    /// Returns the BRDF for light from `wi` above the surface, and the density by solid angle with
+    /// which [`Self::sample`] returns `wi`.
     fn eval_and_pdf(&self, directions: &Directions<N>) -> (N::Vec3, N);
-    /// Diffuse part of the BRDF, for lights that make no highlights.
+    /// Returns the diffuse part of the BRDF, for lights that make no highlights.
     fn eval_diffuse(&self, _pair: &Directions<N>) -> N::Vec3 {
         N::Vec3::ZERO
     }
-    /// BTDF for a light below the surface, and the density of that light's direction.
+    /// Returns the BTDF for light from `wi` below the surface, and the density by solid angle with
+    /// which [`Self::sample`] returns `wi`.
     fn eval_and_pdf_through(&self, _pair: &Directions<N>) -> (N::Vec3, N) {
         (N::Vec3::ZERO, N::ZERO)
     }
-    /// Samples `wi` for `wo`, given in the world and in the frame about the surface's normal, by
-    /// three numbers in [0, 1). For non-delta lobes.
+    /// Samples `wi` by three random numbers in [0, 1); zero for a failed sample. `_wo` and `_local`
+    /// are the same direction, in the world and in the frame. Delta lobes use
+    /// [`Self::sample_delta`].
     fn sample(
         &self,
         _frame: &ShadingFrame<N>,
@@ -97,16 +103,16 @@ pub trait LobeKind<N: Number> {
     ) -> N::Vec3 {
         N::Vec3::ZERO
     }
-    /// Direction and weight of a delta lobe; a number in [0, 1) chooses between reflection and
-    /// refraction.
+    /// Samples a delta lobe: returns `wi` and the weight. The random number in [0, 1) chooses
+    /// between reflection and refraction.
     fn sample_delta(&self, normal: N::Vec3, _wo: N::Vec3, _u: N) -> (N::Vec3, N::Vec3) {
         (normal, N::Vec3::ZERO)
     }
 }
 
-/// Normalises a mirrored direction: its length strays from 1 by the rounding of each normal along
-/// the path. The direction changes only if its length is off by four millionths, after ten mirrors
-/// at the earliest, and keeps its bits otherwise.
+/// Normalises a mirrored direction whose length differs from 1 by more than four millionths;
+/// returns other directions unchanged. The rounding error of each mirror's normal changes the
+/// length, and exceeds this limit after ten mirrors at the earliest.
 #[inline(always)]
 pub(super) fn kept_unit<N: Number>(direction: N::Vec3) -> N::Vec3 {
     let off = N::ONE - direction.dot(direction);
@@ -118,22 +124,23 @@ pub(super) fn kept_unit<N: Number>(direction: N::Vec3) -> N::Vec3 {
     )
 }
 
-/// Uniform point of the unit disk for two numbers in [0, 1).
+/// Returns a uniform point of the unit disk for two random numbers in [0, 1).
 #[inline(always)]
 pub(super) fn on_disk<N: Number>([u, v]: [N; 2]) -> [N; 2] {
     let [cos, sin] = v.sin_cos_turns();
     [u.sqrt() * cos, u.sqrt() * sin]
 }
 
-/// Cosine-weighted direction about the third axis for two numbers in [0, 1): a point of the disk,
-/// raised to the hemisphere (Malley).
+/// Returns a cosine-weighted direction about the z axis for two random numbers in [0, 1): a point
+/// of the unit disk, raised to the hemisphere (Malley).
 #[inline(always)]
 pub(crate) fn cosine_sample<N: Number>([u, v]: [N; 2]) -> N::Vec3 {
     let [x, y] = on_disk([u, v]);
     N::Vec3::new(x, y, (N::ONE - u).max(N::ZERO).sqrt())
 }
 
-/// Cosine-weighted direction in a frame: above where the mask is set, below elsewhere.
+/// Returns a cosine-weighted world direction about the normal of a frame: above the surface in the
+/// lanes of the mask `above`, below in the others.
 pub(super) fn cosine_sample_either<N: Number>(
     frame: &ShadingFrame<N>,
     above: N::Mask,

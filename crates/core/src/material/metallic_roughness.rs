@@ -1,4 +1,4 @@
-//! The metallic-roughness model: inputs, and the lobes that they yield.
+//! The metallic-roughness model: its inputs at a point, and the lobes of its BSDF.
 
 use super::albedo::Albedo;
 use super::bsdf::Bsdf;
@@ -9,27 +9,29 @@ use super::interreflected::Interreflected;
 use super::lobe::Lobe;
 use crate::number::{Mask, Number, Vector3};
 
-/// Glass in a share of a surface.
+/// Glass in a share of a surface's area.
 ///
-/// A partly transmissive dielectric is a mixture by area: glass in its share, paint in the rest.
-/// From outside this equals glTF's mixture of a diffuse and a transmissive base under one specular
-/// reflection. From inside, light hits either glass, which reflects all of it beyond the critical
-/// angle, or the back of the paint, which has no boundary before it. So no angle counts twice, and
-/// the albedo is at most one from both sides, rough or smooth.
+/// A partly transmissive dielectric is a mixture by area: a share of glass, and paint (an opaque
+/// dielectric) in the rest. From outside, this equals glTF's mixture of a diffuse and a
+/// transmissive base under a common specular reflection. From inside, light hits either glass, with
+/// total reflection beyond the critical angle, or the back of the paint, which has no microfacets
+/// on this side. So no reflection counts twice, and the albedo is at most 1 from both sides, rough
+/// or smooth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Glass<N: Number> {
-    /// Glass share of the dielectric part.
+    /// Share of glass in the dielectric part, 0 to 1.
     pub share: N,
     /// Index of refraction of the inside over the outside.
     pub ior: N::Exact,
-    /// Factor of the reflection.
+    /// Factor on the reflection by channel.
     pub reflected: N::Vec3,
-    /// Factor of the transmission.
+    /// Factor on the transmission by channel.
     pub transmitted: N::Vec3,
 }
 
 impl<N: Number> Glass<N> {
-    /// Index on the ray's side over the index beyond.
+    /// Returns the index on the ray's side over the index on the far side. `outside` is the mask of
+    /// the lanes whose ray comes from outside.
     #[inline(always)]
     pub fn eta(&self, outside: N::Mask) -> N::Exact {
         let ior = |lane| N::exact_lane(self.ior, lane);
@@ -42,17 +44,17 @@ impl<N: Number> Glass<N> {
         })
     }
 
-    /// Whether the boundary refracts. Nearly equal indices refract next to nothing, however the
-    /// microfacets lie.
+    /// Whether the boundary refracts noticeably. Between nearly equal indices, rough microfacets
+    /// refract by negligible angles.
     #[inline(always)]
     pub(super) fn bends(&self) -> N::Mask {
         N::of_lanes(|lane| (N::exact_lane(self.ior, lane) - 1.0).abs())
             .greater_than(N::from_f64(LEAST_BEND))
     }
 
-    /// Multiple scattering among the microfacets of a rough boundary. `seen` is the boundary's
-    /// share of the surface and the viewing cosine, `tint` the least and the greatest ratio to the
-    /// Fresnel reflectance.
+    /// Returns the lobe of multiple scattering among the microfacets of a rough boundary. `seen`
+    /// holds the boundary's share of the surface and the cosine of the view, `tint` the least and
+    /// the greatest ratio of the reflectance to the Fresnel reflectance.
     #[inline(never)]
     pub(super) fn interreflected(
         &self,
@@ -66,7 +68,8 @@ impl<N: Number> Glass<N> {
         Interreflected::of_boundary(eta, roughness, seen, tint, self.transmitted)
     }
 
-    /// The boundary in this share of a surface, smooth or of a roughness.
+    /// Returns the lobe of the boundary, which covers a share of the surface; smooth without a
+    /// roughness.
     #[inline(always)]
     pub fn boundary(&self, outside: N::Mask, share: N, roughness: Option<N>) -> Dielectric<N> {
         let (
@@ -88,36 +91,37 @@ impl<N: Number> Glass<N> {
     }
 }
 
-/// The inputs of the metallic-roughness model at a point.
+/// Inputs of the metallic-roughness model at a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MetallicRoughness<N: Number> {
     /// Base colour.
     pub base: N::Vec3,
-    /// Metal share, from 0 (dielectric) to 1.
+    /// Share of metal, from 0 (dielectric) to 1 (metal).
     pub metallic: N,
-    /// Perceptual roughness.
+    /// Perceptual roughness, from 0 (mirror) to 1; the microfacet α is its square.
     pub roughness: N,
     /// Reflectance of the dielectric part at normal incidence.
     pub dielectric: N,
-    /// Reflectance of the dielectric part at grazing incidence: 1 unless a factor lowers it.
+    /// Reflectance of the dielectric part at grazing incidence: 1, or less by
+    /// KHR_materials_specular.
     pub grazing: N,
-    /// The glass of the dielectric part, if it transmits.
+    /// Glass in the dielectric part; `None` for an opaque material.
     pub glass: Option<Glass<N>>,
 }
 
-/// Least difference of an index from one at which a rough boundary scatters; closer to one it
-/// counts as smooth.
+/// Least difference of an index of refraction from 1 at which a boundary counts as rough. Closer to
+/// 1, it counts as smooth.
 const LEAST_BEND: f64 = 5e-3;
 
 impl<N: Number> MetallicRoughness<N> {
-    /// Glass share of the surface.
+    /// Returns the share of the surface that is glass.
     #[inline(always)]
     pub fn through(&self) -> N {
         self.glass
             .map_or(N::ZERO, |glass| glass.share * (N::ONE - self.metallic))
     }
 
-    /// Opaque dielectric share of the surface.
+    /// Returns the share of the surface that is an opaque dielectric, neither glass nor metal.
     #[inline(always)]
     pub fn painted(&self) -> N {
         let dielectric = N::ONE - self.metallic;
@@ -125,19 +129,20 @@ impl<N: Number> MetallicRoughness<N> {
             .map_or(dielectric, |glass| dielectric * (N::ONE - glass.share))
     }
 
-    /// Diffuse albedo.
+    /// Returns the diffuse albedo by channel, before microfacets take their share.
     #[inline(always)]
     pub fn albedo(&self) -> N::Vec3 {
         self.base * self.painted()
     }
 
-    /// Reflectance at normal incidence.
+    /// Returns the reflectance at normal incidence of the mixture of dielectric and metal.
     #[inline(always)]
     pub fn f0(&self) -> N::Vec3 {
         self.facet_reflectance(N::ONE - self.metallic).0
     }
 
-    /// Reflectances at normal and at grazing incidence of microfacets with this dielectric share.
+    /// Returns the reflectances at normal and at grazing incidence of microfacets, for a share of
+    /// dielectric.
     #[inline(always)]
     fn facet_reflectance(&self, dielectric: N) -> (N::Vec3, N) {
         (
@@ -146,13 +151,14 @@ impl<N: Number> MetallicRoughness<N> {
         )
     }
 
-    /// The diffuse lobe, and the lanes where it is non-zero. `over` is one where dielectric
-    /// microfacets cover the base. `compensated` adds the multiple scattering among all
-    /// microfacets, of which the share `dielectric` is dielectric.
+    /// Returns the diffuse lobe for the cosine of the view, and the mask of the lanes in which it
+    /// is non-zero. `over` is 1 in lanes where dielectric microfacets cover the base, else 0.
+    /// `compensated` adds the multiple scattering among the microfacets; `dielectric` is the
+    /// dielectric share of these.
     ///
-    /// The base belongs to the dielectric part and loses the albedo of that part's microfacets:
-    /// metal beside the base takes no light from the base, as in glTF's mixture of a metal and a
-    /// dielectric.
+    /// The base is part of the dielectric and loses the albedo of the dielectric's microfacets
+    /// alone. Metal lies beside the base and takes no light from it, as in glTF's mixture of a
+    /// metal and a dielectric.
     #[inline(always)]
     fn diffuse(
         &self,
@@ -197,7 +203,7 @@ impl<N: Number> MetallicRoughness<N> {
         )
     }
 
-    /// The glossy lobe of a surface of nearly no roughness: a mirror.
+    /// Returns the glossy lobe of a nearly smooth surface, a mirror.
     #[inline(always)]
     pub fn mirror(&self) -> Lobe<N> {
         let (f0, f90) = self.facet_reflectance(N::ONE - self.metallic);
@@ -207,8 +213,8 @@ impl<N: Number> MetallicRoughness<N> {
         }
     }
 
-    /// The lobes of local lighting: diffuse and glossy. Their number is known at compile time, so
-    /// the list is optimised away.
+    /// Returns the BSDF of local lighting: a diffuse and a glossy lobe. Their number is known at
+    /// compile time, so the list is optimised away.
     #[inline(always)]
     pub fn local_bsdf(&self, normal: N::Vec3, wo: N::Vec3) -> Bsdf<N> {
         let f0 = self.f0();
@@ -220,10 +226,11 @@ impl<N: Number> MetallicRoughness<N> {
         })
     }
 
-    /// The lobes for light transport, viewed along `wo`. Unlike [`Self::local_bsdf`], nearly smooth
-    /// surfaces are mirrors, rough surfaces include multiple scattering among microfacets (where
-    /// `compensated`), and a glass boundary, smooth or rough, has its own lobes. The other lobes
-    /// then cover paint and metal alone.
+    /// Returns the BSDF for light transport, viewed along `wo`. It differs from
+    /// [`Self::local_bsdf`] in three points. Nearly smooth surfaces are mirrors. Rough surfaces
+    /// include multiple scattering among microfacets if `compensated`. A glass boundary has its own
+    /// lobes, and the other lobes then cover paint and metal alone. `outside` is the mask of the
+    /// lanes whose ray comes from outside.
     #[inline(always)]
     pub fn transport(
         &self,
@@ -235,7 +242,7 @@ impl<N: Number> MetallicRoughness<N> {
         let zero = N::Vec3::ZERO;
         let through = self.through();
         let glassy = through.greater_than(N::ZERO);
-        // From inside a body, the back of its paint has no boundary.
+        // For a ray inside a body, the back of the paint has no microfacets.
         let over = if self.glass.is_some() {
             N::select(outside, N::ONE, N::ZERO)
         } else {
@@ -290,8 +297,8 @@ impl<N: Number> MetallicRoughness<N> {
         bsdf
     }
 
-    /// The BSDF of [`Self::transport`] for lanes that are all rough and do not transmit. Its two
-    /// lobes have kinds known at compile time.
+    /// Returns the BSDF of [`Self::transport`] for lanes that are all rough and opaque (see
+    /// [`Self::is_rough`]). The kinds of its two lobes are known at compile time.
     #[inline(always)]
     pub fn rough(&self, normal: N::Vec3, wo: N::Vec3, compensated: bool) -> Bsdf<N, Lobe<N>, 2> {
         let dielectric = N::ONE - self.metallic;
@@ -304,7 +311,8 @@ impl<N: Number> MetallicRoughness<N> {
         })
     }
 
-    /// Whether the surface has no specular reflection, so that the diffuse lobe is its whole BSDF.
+    /// Whether the surface has no specular reflection, by lane. The diffuse lobe is then the only
+    /// lobe.
     #[inline(always)]
     pub fn is_matte(&self) -> N::Mask {
         !(self.metallic.greater_than(N::ZERO)
@@ -312,7 +320,7 @@ impl<N: Number> MetallicRoughness<N> {
             | self.grazing.greater_than(N::ZERO))
     }
 
-    /// Whether [`Self::rough`] applies, by lane.
+    /// Whether the surface is rough and opaque, by lane, as [`Self::rough`] requires.
     #[inline(always)]
     pub fn is_rough(&self) -> N::Mask {
         let rough = self.roughness.greater_than(N::from_f64(LEAST_ROUGHNESS));

@@ -1,10 +1,11 @@
-//! BSDFs: a few [lobes](Lobe) on the stack, to be evaluated, sampled and weighted.
+//! BSDFs: short lists of [lobes](Lobe) on the stack, which can be evaluated, sampled and weighted.
 //!
-//! Directions are unit and point away from the surface; the normal is on the side of `wo`, the
-//! direction to the viewer. Everything is generic over a [`Number`](crate::number::Number): `f32`
-//! and `f64` for a single path, [`Lanes`](crate::number::Lanes) for many paths side by side. Kinds
-//! and number of lobes are the same for all lanes, since paths are sorted by the material that they
-//! hit; every other value differs by lane. Refraction goes lane by lane, because it needs `f64`.
+//! Directions are unit and point away from the surface. The normal is on the side of `wo`, the
+//! direction to the viewer. The code is generic over a [`Number`](crate::number::Number): `f32` and
+//! `f64` for a single path, [`Lanes`](crate::number::Lanes) for several paths side by side. All
+//! lanes have the same number and kinds of lobes, because paths are sorted by the material of their
+//! hit. All other values differ by lane. Refraction is computed lane by lane, because it needs
+//! `f64`.
 //!
 //! ```
 //! use glam::DVec3;
@@ -67,16 +68,20 @@ pub use sheen::Sheen;
 pub(crate) use spectrum::{HeroWavelength, index_at};
 pub use stage::{LayerStage, ReadAt};
 
-/// Tables that materials need; they depend on no scene.
+/// The lazily computed tables that a scene's materials need. Their content depends on no scene.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct MaterialTables {
+    /// Directional albedos of sheen.
     pub sheen: bool,
+    /// Interference of thin films.
     pub films: bool,
+    /// Wavelengths of dispersion.
     pub wavelengths: bool,
 }
 
 impl MaterialTables {
-    /// Computes the missing tables: in preparation, before timing starts.
+    /// Computes the tables that are missing. Preparation calls it, so that rendering times do not
+    /// include the tables.
     pub(crate) fn prepare(&self) {
         if self.sheen {
             LazyLock::force(&sheen::SENT);

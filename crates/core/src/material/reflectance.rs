@@ -1,5 +1,5 @@
-//! Reflectance of the microfacets of a layered surface: shares of a dielectric and a metal, by
-//! Schlick's formula or the exact ones, with or without a thin film.
+//! Reflectance of the microfacets of a layered surface: a mixture of a dielectric and a metal, by
+//! Schlick's formula or by Fresnel's equations, with or without a thin film.
 
 use super::film::ThinFilm;
 use super::fresnel::{conductor, dielectric_in_air, schlick, schlick_weight};
@@ -12,18 +12,20 @@ pub struct Reflectance<N: Number> {
     pub shares: [N; 2],
     /// Reflectance of the dielectric part at normal and at grazing incidence.
     pub dielectric: [N::Vec3; 2],
-    /// Index of the dielectric part, for Fresnel's equations in place of Schlick's formula.
+    /// Index of refraction of the dielectric part, if it follows Fresnel's equations instead of
+    /// Schlick's formula.
     pub exact: Option<N::Exact>,
-    /// Reflectance of the metal at normal incidence; it is one at grazing incidence.
+    /// Reflectance of the metal at normal incidence. At grazing incidence it is 1.
     pub metal: N::Vec3,
-    /// Complex index of the metal, n and k, for Fresnel's equations in place of Schlick's formula.
+    /// Complex index n and k of the metal by channel, if it follows Fresnel's equations instead of
+    /// Schlick's formula.
     pub conductor: Option<[N::Vec3; 2]>,
-    /// A thin film over the dielectric and the metal part.
+    /// A thin film over dielectric and metal; `None` without a film.
     pub film: Option<ThinFilm<N>>,
 }
 
 impl<N: Number> Reflectance<N> {
-    /// The reflectance at a cosine of incidence.
+    /// Returns the reflectance at a cosine of incidence.
     pub fn at(&self, cosine: N) -> N::Vec3 {
         let cosine = cosine.max(N::ZERO).min(N::ONE);
         let mut sum = N::Vec3::ZERO;
@@ -44,7 +46,7 @@ impl<N: Number> Reflectance<N> {
         sum
     }
 
-    /// The dielectric part's reflectance without the film.
+    /// Returns the reflectance of the dielectric part, without film, at a cosine of incidence.
     fn of_dielectric(&self, cosine: N) -> N::Vec3 {
         let [normal, grazing] = self.dielectric;
         let schlick = schlick_weight(cosine);
@@ -60,27 +62,30 @@ impl<N: Number> Reflectance<N> {
             }
         };
         let exact = N::of_lanes(|lane| value_of(N::exact_lane(ior, lane), cosine.lane(lane)));
-        // A colour's addition at normal incidence falls as Schlick's weight rises.
+        // Where a tint changes the reflectance at normal incidence, the difference fades as
+        // Schlick's weight rises.
         let added = (normal - grazing * self.at_normal()) * (N::ONE - schlick);
         (grazing * exact + added)
             .max(N::Vec3::ZERO)
             .min(N::Vec3::ONE)
     }
 
-    /// Fresnel reflectance of the dielectric part's index at normal incidence.
+    /// Returns the Fresnel reflectance at normal incidence of the index [`Self::exact`]; zero
+    /// without an index.
     pub(super) fn at_normal(&self) -> N {
         let ior = |lane| self.exact.map_or(1.0, |ior| N::exact_lane(ior, lane));
         N::of_lanes(|lane| ((ior(lane) - 1.0) / (ior(lane) + 1.0)).powi(2))
     }
 
-    /// Whether any lane reflects.
+    /// Whether the reflectance is above zero in any lane.
     pub fn is_some(&self) -> bool {
         let dielectric = self.dielectric[0].max(self.dielectric[1]).max_element() * self.shares[0];
         dielectric.max(self.shares[1]).greater_than(N::ZERO).any()
     }
 }
 
-/// Reflectance of a metal by its complex index in each channel.
+/// Returns the reflectance of a metal with a complex index n + ik by channel, at a cosine of
+/// incidence.
 pub(super) fn of_conductor<N: Number>(cosine: N, [n, k]: [N::Vec3; 2]) -> N::Vec3 {
     N::Vec3::of_lanes(|lane| {
         let (n, k) = (n.lane(lane), k.lane(lane));

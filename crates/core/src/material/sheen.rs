@@ -10,20 +10,21 @@ use super::lobe_kind::{Directions, LobeKind, on_disk};
 use super::stage::layer;
 use crate::number::{Number, Vector3};
 
-/// Least perceptual roughness: below it, the exponent 1/α is too large for the digits.
+/// Least perceptual roughness. For a smoother sheen, the exponent 1/α would exceed the precision.
 const LEAST: f64 = 0.07;
 
 layer! {
     /// Fibres on a surface.
     Sheen
-    /// Colour, including the strength.
+    /// Colour, which is also the strength of the sheen.
     colour: Tint by tint;
     /// Perceptual roughness; α is its square.
     roughness: Share by share;
 }
 
 impl<N: Number> Sheen<N> {
-    /// Directional albedo: of white fibres, times the colour's strongest channel.
+    /// Returns the directional albedo at a cosine: that of white fibres times the strongest channel
+    /// of the colour.
     pub(super) fn sent(&self, cosine: N) -> N {
         let share = N::of_lanes(|lane| {
             looked_up(&SENT, cosine.lane(lane), self.roughness.lane(lane)).clamp(0.0, 1.0)
@@ -66,7 +67,8 @@ impl<N: Number> LobeKind<N> for Sheen<N> {
         _: N,
         point: [N; 2],
     ) -> N::Vec3 {
-        // Uniform over the hemisphere: equal heights have equal areas (Archimedes).
+        // The direction is uniform over the hemisphere: zones of equal height have equal areas
+        // (Archimedes).
         let [x, y] = on_disk([N::ONE, point[1]]);
         let height = N::ONE - point[0];
         let across = (N::ONE - height * height).max(N::ZERO).sqrt();
@@ -74,17 +76,19 @@ impl<N: Number> LobeKind<N> for Sheen<N> {
     }
 }
 
-/// D·V of white fibres. The published lobe reflects up to 2.5 times the incident light at grazing
-/// views of smooth fibres; the excess over one is scaled away, symmetrically in both directions.
+/// Returns the BRDF D·V of white fibres, from the cosines of `wo`, `wi` and the half vector to the
+/// normal. The published lobe reflects up to 2.5 times the incident light at grazing views of
+/// smooth fibres. The excess over 1 is scaled away, symmetrically in `wo` and `wi`.
 fn charlie(roughness: f64, [out, into, half]: [f64; 3]) -> f64 {
-    // The margin of a fiftieth covers the error of the table.
+    // The factor 1.02 covers the error of interpolation.
     let maximum = (1.02
         * looked_up(&PUBLISHED, out, roughness).max(looked_up(&PUBLISHED, into, roughness)))
     .max(1.0);
     published(roughness, [out, into, half]) / maximum
 }
 
-/// D·V as published.
+/// Returns the BRDF D·V of white fibres as published, from the cosines of `wo`, `wi` and the half
+/// vector to the normal.
 fn published(roughness: f64, [out, into, half]: [f64; 3]) -> f64 {
     if !(out > 0.0 && into > 0.0) {
         return 0.0;
@@ -95,7 +99,8 @@ fn published(roughness: f64, [out, into, half]: [f64; 3]) -> f64 {
     density / ((1.0 + hidden(out, alpha) + hidden(into, alpha)) * 4.0 * out * into)
 }
 
-/// Λ of the paper: the masking of fibres by each other, fitted for α = 0 and 1.
+/// Returns the paper's Λ, the masking of fibres by each other, at a cosine. The paper gives fits
+/// for α = 0 and α = 1, between which the parameters are interpolated.
 fn hidden(cosine: f64, alpha: f64) -> f64 {
     let share = (1.0 - alpha) * (1.0 - alpha);
     let mix = |rough: f64, smooth: f64| rough + (smooth - rough) * share;
@@ -113,16 +118,20 @@ fn hidden(cosine: f64, alpha: f64) -> f64 {
     }
 }
 
-/// Steps of cosine and of roughness in the table of albedos, and points of the sum for an entry.
+/// Steps of cosine and of roughness in the tables of albedos.
 const STEPS: usize = 24;
+/// Points of the sum for an entry of a table: heights, and azimuths.
 const POINTS: [usize; 2] = [48, 24];
 
+/// A BRDF by roughness and the three cosines of [`charlie`].
 type SheenLobe = fn(f64, [f64; 3]) -> f64;
 
-/// Directional albedos of the published lobe, and of the limited lobe.
+/// Directional albedos of the published lobe, by roughness and cosine.
 static PUBLISHED: LazyLock<Vec<f64>> = LazyLock::new(|| table(published));
+/// Directional albedos of the scaled lobe [`charlie`], by roughness and cosine.
 pub(super) static SENT: LazyLock<Vec<f64>> = LazyLock::new(|| table(charlie));
 
+/// Tabulates the directional albedos of a lobe: `STEPS` roughnesses by `STEPS` cosines.
 fn table(lobe: SheenLobe) -> Vec<f64> {
     let share = |i: usize| i as f64 / (STEPS - 1) as f64;
     let entry = |i: usize| {
@@ -136,17 +145,19 @@ fn table(lobe: SheenLobe) -> Vec<f64> {
     (0..STEPS * STEPS).map(entry).collect()
 }
 
-/// Cosine of a table coordinate: finer towards grazing, where sheen is strongest.
+/// Returns the cosine at a table coordinate in [0, 1]. Steps are finer towards grazing angles,
+/// where sheen is strongest.
 fn cosine_of(share: f64) -> f64 {
     (share * share).max(1e-3)
 }
 
-/// Directional albedo of a lobe by a midpoint rule over the hemisphere.
+/// Integrates a lobe to its directional albedo at a cosine, by the midpoint rule over the
+/// hemisphere.
 fn summed(lobe: SheenLobe, cosine: f64, roughness: f64, [heights, turns]: [usize; 2]) -> f64 {
     let sine = (1.0 - cosine * cosine).sqrt();
     let mut sum = 0.0;
     for i in 0..heights {
-        // Finer towards grazing, like the cosines of the table.
+        // Steps are finer towards grazing angles, as in the table.
         let share = (i as f64 + 0.5) / heights as f64;
         let into = share * share;
         let across = (1.0 - into * into).sqrt();
@@ -160,7 +171,7 @@ fn summed(lobe: SheenLobe, cosine: f64, roughness: f64, [heights, turns]: [usize
     sum * TAU / (heights * turns) as f64
 }
 
-/// Interpolated entry of a table for a cosine and a roughness.
+/// Interpolates a table at a cosine and a perceptual roughness.
 fn looked_up(table: &[f64], cosine: f64, roughness: f64) -> f64 {
     let ((i, u), (j, v)) = (
         table_position(cosine.max(0.0).sqrt(), STEPS),

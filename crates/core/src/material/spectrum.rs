@@ -1,19 +1,20 @@
-//! Wavelengths, for the few spectral effects: the colour of each wavelength, the dispersion of
-//! glass, and the interference in thin films.
+//! Wavelengths for the spectral effects: the colour of a wavelength, the dispersion of glass, and
+//! the interference in thin films.
 
 use std::sync::LazyLock;
 
-/// First visible wavelength in nanometres, and the number of steps of one nanometre from it.
+/// First visible wavelength in nanometres.
 const FIRST: f64 = 380.0;
+/// Number of visible wavelengths, in steps of one nanometre from [`FIRST`].
 const STEPS: usize = 350;
 
-/// Wavelengths of the Fraunhofer lines F, d and C in nanometres, at which the index of glass is
-/// given.
+/// Wavelengths in nanometres of the Fraunhofer lines F, d and C, which define the index and the
+/// Abbe number of a glass.
 pub(crate) const LINES: [f64; 3] = [486.13, 587.56, 656.27];
 
-/// The standard observer's response to a wavelength, as linear Rec. 709 red, green and blue
-/// (negative outside its gamut): "Simple Analytic Approximations to the CIE XYZ Color Matching
-/// Functions" (Wyman, Sloan, Shirley 2013), as sums of lobes.
+/// Returns the standard observer's response to a wavelength as linear Rec. 709 red, green and blue,
+/// which are negative outside the gamut. The response is a sum of lobes ("Simple Analytic
+/// Approximations to the CIE XYZ Color Matching Functions", Wyman, Sloan, Shirley 2013).
 fn observed(nanometres: f64) -> [f64; 3] {
     let lobe = |height: f64, centre: f64, [below, above]: [f64; 2]| {
         let t = (nanometres - centre) / if nanometres < centre { below } else { above };
@@ -31,20 +32,22 @@ fn observed(nanometres: f64) -> [f64; 3] {
     ]
 }
 
-/// Wavelength at the middle of a step.
+/// Returns the wavelength in nanometres at the middle of a step.
 fn middle(step: usize) -> f64 {
     FIRST + step as f64 + 0.5
 }
 
-/// Weight of each step in each channel. The sum of each channel is one, so that uniform light is
-/// white.
+/// Response of the observer for each step and channel. Each channel sums to 1, so that a uniform
+/// spectrum is white.
 static SHARES: LazyLock<Vec<[f64; 3]>> =
     LazyLock::new(|| normalised(|step| observed(middle(step))));
 
-/// The same weights clamped to the gamut, so that they can weight a path.
+/// The responses of [`SHARES`] without negative channels, so that they can weight a path. Each
+/// channel sums to 1.
 static WITHIN: LazyLock<Vec<[f64; 3]>> =
     LazyLock::new(|| normalised(|step| observed(middle(step)).map(|c| c.max(0.0))));
 
+/// Evaluates a function at every step and scales each channel to the sum 1.
 fn normalised(value_of: impl Fn(usize) -> [f64; 3]) -> Vec<[f64; 3]> {
     let all: Vec<[f64; 3]> = (0..STEPS).map(value_of).collect();
     let sums = [0, 1, 2].map(|k| all.iter().map(|c| c[k]).sum::<f64>());
@@ -53,8 +56,8 @@ fn normalised(value_of: impl Fn(usize) -> [f64; 3]) -> Vec<[f64; 3]> {
         .collect()
 }
 
-/// Cumulative probability up to and including each step; a step's probability is the mean of its
-/// channels' weights.
+/// Cumulative probability of sampling each step or an earlier step. The probability of a step is
+/// the mean of its three channels in [`WITHIN`].
 pub(super) static CHANCES: LazyLock<Vec<f64>> = LazyLock::new(|| {
     let mut sum = 0.0;
     let each = WITHIN.iter().map(|[r, g, b]| {
@@ -67,14 +70,15 @@ pub(super) static CHANCES: LazyLock<Vec<f64>> = LazyLock::new(|| {
 /// The single wavelength of a path after dispersion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct HeroWavelength {
+    /// The wavelength in nanometres.
     pub nanometres: f64,
-    /// Factor on the path's throughput; white in the mean over all wavelengths.
+    /// Factor on the path's throughput by channel. Its mean over all samples is white.
     pub weight: [f64; 3],
 }
 
 impl HeroWavelength {
-    /// Samples a wavelength for a number in [0, 1): the probability follows visibility, and the
-    /// weight is its inverse.
+    /// Samples a wavelength for a random number in [0, 1), with a density in proportion to the
+    /// observer's response. The weight is the response over the density.
     pub fn drawn(u: f64) -> Self {
         let chances = &*CHANCES;
         let step = chances.partition_point(|&sum| sum <= u).min(STEPS - 1);
@@ -92,19 +96,21 @@ impl HeroWavelength {
     }
 }
 
-/// Index of refraction at a wavelength in nanometres, at least one, by Cauchy's equation with two
-/// terms. `ior` is the index at the d line; the Abbe number is 20 over `dispersion`.
+/// Returns the index of refraction at a wavelength in nanometres, at least 1, by Cauchy's equation
+/// with two terms. `ior` is the index at the Fraunhofer line d. The Abbe number is 20 over
+/// `dispersion`.
 pub(crate) fn index_at(ior: f64, dispersion: f64, nanometres: f64) -> f64 {
     let per = |wavelength: f64| 1.0 / (wavelength * wavelength);
     let [f, d, c] = LINES.map(per);
     (ior + (ior - 1.0) * dispersion / 20.0 * (per(nanometres) - d) / (f - c)).max(1.0)
 }
 
-/// Step of the table of [`coherence`] in nanometres, and its number of entries.
+/// Step of the table [`COHERENCE`], in nanometres of path.
 const APART: f64 = 4.0;
+/// Number of entries of the table [`COHERENCE`].
 const ENTRIES: usize = 3000;
 
-/// The mean over white light of cos(2π·path/λ) in each channel, by the path in steps.
+/// Mean of cos(2π·path/λ) over white light, by channel, for optical paths in steps of [`APART`].
 pub(super) static COHERENCE: LazyLock<Vec<[f64; 3]>> = LazyLock::new(|| {
     let mut table = vec![[0.0; 3]; ENTRIES];
     for (step, shares) in SHARES.iter().enumerate() {
@@ -121,8 +127,9 @@ pub(super) static COHERENCE: LazyLock<Vec<[f64; 3]>> = LazyLock::new(|| {
     table
 });
 
-/// Interference that remains at this optical path, in nanometres, in the mean over white light, in
-/// each channel: from one, where all wavelengths agree, to zero.
+/// Returns the mean of cos(2π·path/λ) over white light by channel, for an optical path in
+/// nanometres. It is 1 at a path of zero, where all wavelengths are in phase, and falls to 0 for
+/// long paths.
 pub(super) fn coherence(path: f64) -> [f64; 3] {
     let at = path / APART;
     if at.is_nan() || at >= (ENTRIES - 1) as f64 {

@@ -1,5 +1,5 @@
-//! The two stages of a prepared layer: inputs that may vary over the surface, and their values at a
-//! point. A layer's fields are listed once for both.
+//! The field types of a material layer. Before a hit, a layer's fields are inputs that may vary
+//! over the surface; at a hit, they are numbers. A macro lists the fields of a layer once for both.
 
 use core::fmt::Debug;
 
@@ -7,29 +7,29 @@ use super::ShadingFrame;
 use super::metallic_roughness::MetallicRoughness;
 use crate::number::Number;
 
-/// Types of the fields of layers at a stage, by kind.
+/// The type of each kind of field in a layer, before a hit or at a hit.
 pub trait LayerStage {
-    /// A share, from 0 to 1.
+    /// A number from 0 to 1.
     type Share: Copy + Debug + PartialEq;
-    /// A colour whose channels are shares.
+    /// A colour with channels from 0 to 1.
     type Tint: Copy + Debug + PartialEq;
-    /// A colour without negative channels.
+    /// A colour whose channels are at least 0.
     type Colour: Copy + Debug + PartialEq;
-    /// Nanometres, from 0 on.
+    /// A length in nanometres, at least 0.
     type Thickness: Copy + Debug + PartialEq;
-    /// The same number everywhere, in f64.
+    /// A number in `f64` that is constant over the surface.
     type Constant: Copy + Debug + PartialEq;
-    /// A number for each channel, the same everywhere.
+    /// A number for each channel, constant over the surface.
     type Spectrum: Copy + Debug + PartialEq;
-    /// A normal other than the surface's.
+    /// A layer's own normal.
     type Normal: Copy + Debug + PartialEq;
-    /// A frame on the surface.
+    /// A frame with a tangent on the surface.
     type Frame: Copy + Debug + PartialEq;
     /// The metallic-roughness model below the layers.
     type Base: Copy + Debug + PartialEq;
 }
 
-/// Values at a point, or at a point for each lane.
+/// The field types at a hit: numbers, each with a value per lane.
 impl<N: Number> LayerStage for N {
     type Share = N;
     type Tint = N::Vec3;
@@ -42,27 +42,28 @@ impl<N: Number> LayerStage for N {
     type Base = MetallicRoughness<N>;
 }
 
-/// Evaluates fields of a stage at a point, or at a point for each lane.
+/// Evaluates the fields of a layer at a hit, or at a hit for each lane.
 pub trait ReadAt<S: LayerStage, N: Number> {
-    /// A share, clamped.
+    /// Evaluates a number, clamped to 0..1.
     fn share(&self, input: &S::Share) -> N;
-    /// A colour, clamped.
+    /// Evaluates a colour, clamped to 0..1.
     fn tint(&self, input: &S::Tint) -> N::Vec3;
-    /// A colour, clamped below.
+    /// Evaluates a colour, at least 0.
     fn colour(&self, input: &S::Colour) -> N::Vec3;
-    /// Nanometres, clamped below.
+    /// Evaluates a length in nanometres, at least 0.
     fn thickness(&self, input: &S::Thickness) -> N;
-    /// A constant.
+    /// Returns a constant.
     fn constant(&self, input: &S::Constant) -> N::Exact;
-    /// A constant for each channel.
+    /// Returns a constant by channel.
     fn spectrum(&self, input: &S::Spectrum) -> N::Vec3;
-    /// A unit normal on the side of the surface's.
+    /// Evaluates a unit normal, on the same side as the surface's normal.
     fn normal(&self, input: &S::Normal) -> N::Vec3;
-    /// A frame about the surface's normal.
+    /// Evaluates a frame about the surface's normal.
     fn frame(&self, input: &S::Frame) -> ShadingFrame<N>;
 }
 
-/// Defines a layer's struct from a list of fields: `field: Kind by reader;`.
+/// Defines the struct of a layer from a list of fields `name: Kind by method;`, where the method of
+/// [`ReadAt`] evaluates the field.
 macro_rules! layer {
     ($(#[$meta:meta])* $Name:ident $($(#[$of:meta])* $field:ident: $Kind:ident by $read:ident;)*) => {
         $(#[$meta])*
