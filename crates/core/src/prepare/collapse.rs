@@ -1,6 +1,6 @@
-//! Detection of shapes that lose their extent when their coordinates are stored: differences of
-//! large numbers below the resolution of the stored scalar. Preparation checks this, because it
-//! knows the scalar: an extent lost in `f32` may exist in `f64`.
+//! Detection of shapes that collapse when their coordinates are rounded for storage, because
+//! differences of large coordinates lie below the resolution of the scalar. Preparation makes the
+//! check, because validation does not know the scalar: an extent lost in `f32` may exist in `f64`.
 
 use glam::{DMat3, DVec3};
 use raywright_bvh::Real;
@@ -14,21 +14,22 @@ use crate::scene::{Generator, Object, Scene, Shape};
 use crate::shape::own_origin;
 use crate::validate::{MOST, Problem, list, no_area};
 
-/// The lost extent of a shape that would vanish.
+/// The extent that a collapsing shape loses.
 struct CollapseLoss {
-    /// Path of the field within the shape.
+    /// Path of the shape's field, for the message.
     key: &'static str,
-    /// Description of the lost extent.
+    /// Description of the lost extent, for the message.
     label: &'static str,
-    /// Whether the cause is the shape's distance from the origin.
+    /// Whether the shape's distance from the origin is the cause.
     far: bool,
 }
 
-/// Whether a shape moved by an offset vanishes under rounding of its coordinates.
+/// Whether a shape collapses if its coordinates, moved by an offset, are rounded.
 pub(super) fn collapses(shape: &Shape, offset: DVec3, round: impl Fn(f64) -> f64) -> bool {
     loss(shape, offset, round).is_some()
 }
 
+/// Returns the extent that a shape loses if its coordinates, moved by an offset, are rounded.
 fn loss(shape: &Shape, offset: DVec3, round: impl Fn(f64) -> f64) -> Option<CollapseLoss> {
     let stored = |p: DVec3| (p + offset).to_array().map(&round).into();
     let flat = |[a, b, c]: [DVec3; 3]| a == b || b == c || c == a || no_area(b - a, c - a);
@@ -76,20 +77,21 @@ fn loss(shape: &Shape, offset: DVec3, round: impl Fn(f64) -> f64) -> Option<Coll
     }
 }
 
-/// A number rounded to the stored scalar.
+/// Rounds a number to the stored scalar `R`.
 pub(crate) fn rounded<R: Real>(x: f64) -> f64 {
     R::from_f64(x).to_f64()
 }
 
-/// The translation that is applied to a shape's own numbers. `None`: the shape is rotated, scaled
-/// or moving, and keeps its own space.
+/// Returns the translation of an object that is only translated; such a shape is stored in
+/// translated coordinates. `None` for a rotated, scaled or moving object, whose shape is stored in
+/// its own coordinates.
 fn moved_by(object: &Object) -> Option<DVec3> {
     let map = affine(&object.transform);
     (map.matrix3 == DMat3::IDENTITY && ends(object).is_none()).then_some(map.translation)
 }
 
-/// The listed objects, and the first object of each generator, that vanish when stored; at most a
-/// hundred.
+/// Returns a problem for each listed object that collapses when stored, and for each generator's
+/// first such object; at most [`MOST`] problems.
 pub(crate) fn collapsed<R: Real>(scene: &Scene) -> Vec<Problem> {
     collapsed_about::<R>(
         scene,
@@ -97,7 +99,7 @@ pub(crate) fn collapsed<R: Real>(scene: &Scene) -> Vec<Problem> {
     )
 }
 
-/// [`collapsed`] for coordinates relative to an origin.
+/// Returns the problems of [`collapsed`] for coordinates relative to an origin.
 pub(super) fn collapsed_about<R: Real>(scene: &Scene, origin: DVec3) -> Vec<Problem> {
     let objects = scene.objects.iter().enumerate();
     let listed =
@@ -109,6 +111,7 @@ pub(super) fn collapsed_about<R: Real>(scene: &Scene, origin: DVec3) -> Vec<Prob
     listed.chain(generated).take(MOST).collect()
 }
 
+/// Returns the problem of a listed object, if it collapses.
 fn listed<R: Real>(path: &str, object: &Object, origin: DVec3) -> Option<Problem> {
     let offset =
         moved_by(object).map_or_else(|| -own_origin(&object.shape), |offset| offset - origin);
@@ -125,7 +128,7 @@ fn listed<R: Real>(path: &str, object: &Object, origin: DVec3) -> Option<Problem
     ))
 }
 
-/// The first object of a generator that vanishes at its position.
+/// Returns the problem of a generator's first object that collapses at its position.
 fn generated<R: Real>(path: &str, generator: &Generator, origin: DVec3) -> Option<Problem> {
     let object = &generator.object;
     let placed = matches!(
@@ -158,7 +161,8 @@ fn generated<R: Real>(path: &str, generator: &Generator, origin: DVec3) -> Optio
     ))
 }
 
-/// `kept`: whether the shape survives in double precision.
+/// Returns the problem of a collapsing object, with hints. `which` names the object of a generator,
+/// `nearer` is a hint about its place. `kept` tells whether the shape survives in double precision.
 fn problem<R: Real>(
     path: &str,
     loss: &CollapseLoss,

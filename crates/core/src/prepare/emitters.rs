@@ -1,5 +1,5 @@
-//! Preparation of area lights: objects of uniformly emissive materials or, for a path tracer, of
-//! any emissive material.
+//! Preparation of area lights. For a path tracer, any emissive object is an area light; for other
+//! integrators, only an object of uniform emission.
 
 use glam::{DAffine3, DMat3, DVec3};
 use raywright_bvh::shapes::{AnyShape, Quad, SampleArea, TransformedShape, Triangle};
@@ -16,25 +16,27 @@ use crate::scene::{Colour, MOST_UV_SETS, Material as MaterialData, MeshData, Sce
 use crate::shape::placed_shape;
 use crate::texture::TextureTables;
 
-/// Selection of emitters.
+/// Selection of the emissive materials whose objects become area lights.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct EmitterFilter {
-    /// Emitters of uniform emission.
+    /// Whether uniform emission is selected.
     pub even: bool,
-    /// Emitters of varying emission.
+    /// Whether varying emission is selected.
     pub varied: bool,
-    /// Whether emission is evaluated at hits, as a path tracer does for partly transparent
-    /// surfaces.
+    /// Whether the emission of partly transparent surfaces is evaluated at each hit, as by a path
+    /// tracer.
     pub read: bool,
 }
 
-/// Numbers of points at which varying emission is evaluated: in all; along each side of a
-/// triangle, least and most; along each side of a shape.
+/// Greatest number of points at which varying emission is evaluated while preparing a scene.
 const POINTS: u64 = 1 << 20;
+/// Least and greatest number of points along each side of a triangle.
 const EACH: [u64; 2] = [2, 32];
+/// Number of points along each side of a shape that is no mesh.
 const OF_SHAPE: usize = 8;
 
-/// Points along each side of a triangle of varying emission, for a number of such triangles.
+/// Returns the number of points along each side of a triangle of varying emission, for the number
+/// of such triangles in the scene.
 pub(super) fn points_across(triangles: u64) -> u64 {
     let [minimum, maximum] = EACH;
     (POINTS / triangles.max(1)).isqrt().clamp(minimum, maximum)
@@ -50,7 +52,8 @@ pub(super) enum Emission {
 }
 
 impl EmitterFilter {
-    /// Emission of a material that is selected; `None` without any.
+    /// Returns the emission of a material, or `None` if the material does not emit or is not
+    /// selected.
     pub fn of(self, material: &MaterialData) -> Option<Emission> {
         match material.even_emission() {
             Some(_) if self.even && self.read && material.is_cut() => Some(Emission::Varied),
@@ -61,7 +64,7 @@ impl EmitterFilter {
     }
 }
 
-/// Number of triangles of varying emission.
+/// Counts the triangles of selected varying emission in a scene.
 fn varied_triangles(
     scene: &Scene,
     lookup: &SceneLookup<'_>,
@@ -88,7 +91,8 @@ fn varied_triangles(
     Ok(sum)
 }
 
-/// Lists the emitters, with coordinates relative to an origin, in the order of the scene's objects.
+/// Lists the area lights in the order of the scene's objects, with coordinates relative to an
+/// origin.
 ///
 /// # Errors
 /// [`PrepareError::Cancelled`].
@@ -104,7 +108,7 @@ pub(super) fn emitters<R: Real>(
     let across = points_across(varied);
     list.reserve_cells(varied, across);
     let across = across as usize;
-    // A generator's objects differ only in position, which does not change the area.
+    // The area of the last shape is reused, because a generator's objects differ only in position.
     let mut last: Option<(&Shape, DMat3, f64)> = None;
     for (index, placed_object) in all_about(scene, origin).enumerate() {
         if index.is_multiple_of(BLOCK) {
@@ -148,14 +152,15 @@ pub(super) fn emitters<R: Real>(
     Ok(list)
 }
 
-/// Source of emission.
+/// Emission of an object while its area lights are added.
 enum EmissionSource<'a, R: Real> {
     /// Uniform radiance.
     Even(R::Vec3),
+    /// Radiance evaluated at each point.
     Varied(VaryingEmission<'a, R>),
 }
 
-/// Varying emission.
+/// Varying emission of an object's material.
 struct VaryingEmission<'a, R: Real> {
     material: &'a super::PreparedMaterial<R>,
     texture_tables: &'a TextureTables<R>,
@@ -164,9 +169,9 @@ struct VaryingEmission<'a, R: Real> {
 }
 
 impl<R: Real> VaryingEmission<'_, R> {
-    /// Radiance at a point, times the surface's alpha. Inputs known only to meshes or rays are left
-    /// out: the value serves means, by which emitters are chosen, and no picture's expectation
-    /// depends on them.
+    /// Evaluates the radiance at a point times the surface's alpha. Inputs that depend on the ray
+    /// are replaced by constants. The values serve only as sampling weights of emitters, which do
+    /// not change the expectation of a picture.
     fn at(&self, surface: &Surface<R>, uv: [[R; 2]; MOST_UV_SETS], colour: [R; 4]) -> R::Vec3 {
         let interaction = Interaction {
             surface: *surface,
@@ -186,7 +191,7 @@ impl<R: Real> VaryingEmission<'_, R> {
         let context = self.texture_tables.shading_context(&interaction);
         let emission = self.material.emission_at(&context) * self.material.alpha_at(&context);
         let brightest = emission.max_element();
-        // Leaves out NaN too.
+        // The comparison is also false for NaN.
         if brightest > R::ZERO && emission.is_finite() {
             emission.max(Vector::ZERO)
         } else {
@@ -195,15 +200,17 @@ impl<R: Real> VaryingEmission<'_, R> {
     }
 }
 
-/// Evaluates `at` at the middles of a grid's cells, `across` along each side, row by row.
+/// Evaluates `at` at the centres of a grid of `across` × `across` cells over the unit square, row
+/// by row, and replaces the content of `found`.
 fn look<R: Real>(across: usize, found: &mut Vec<R::Vec3>, mut at: impl FnMut([R; 2]) -> R::Vec3) {
     let step = |i: usize| R::from_f64((i as f64 + 0.5) / across as f64);
     found.clear();
     found.extend((0..across * across).map(|i| at([step(i % across), step(i / across)])));
 }
 
-/// Adds a transformed shape and returns its area. A pure translation is applied to the shape's own
-/// numbers, as in the geometry.
+/// Adds a shape under a transform as an area light, and returns its area. `area` is the known area
+/// of an equal shape, if any. As in the geometry, a pure translation moves the shape's own
+/// coordinates.
 fn shape<R: Real>(
     list: &mut EmitterList<R>,
     shape: &Shape,
@@ -235,7 +242,8 @@ fn shape<R: Real>(
     Some(list.add_transformed(transformed_shape, emission, side, area))
 }
 
-/// Adds the triangles of an object's transformed mesh.
+/// Adds the triangles of a transformed mesh as area lights. Two triangles that form a parallelogram
+/// of uniform emission become a quad.
 fn mesh<R: Real>(
     list: &mut EmitterList<R>,
     (object, data): (usize, &MeshData),
@@ -284,8 +292,9 @@ fn mesh<R: Real>(
     Ok(())
 }
 
-/// The quad that a triangle of a mesh and the next one form, as for nearly all lamps of models: a
-/// parallelogram by the file's own numbers, so that it is one in every precision.
+/// Returns the quad that a triangle of a mesh forms with the next triangle, as in most lamps of
+/// models. The quad must be an exact parallelogram in the coordinates of the file, so that the
+/// result is the same in every precision.
 fn quad<R: Real>(
     triangles: &[Triangle<R>],
     (data, index, flipped): (&MeshData, usize, bool),
@@ -302,7 +311,7 @@ fn quad<R: Real>(
     if p.area() == 0.0 || q.area() == 0.0 {
         return None;
     }
-    // The triangles traverse the shared edge in opposite directions.
+    // Adjacent triangles traverse their common edge in opposite directions.
     let edges = (0..9).map(|k| (k / 3, k % 3));
     let (i, j) = edges
         .into_iter()
@@ -319,7 +328,7 @@ fn quad<R: Real>(
     (a + c == b + d).then_some(Quad { corners })
 }
 
-/// Radiance of a mesh's triangle at the point sampled by two numbers.
+/// Evaluates the radiance of a mesh's triangle at the point that two numbers in [0, 1) sample.
 fn on_triangle<R: Real>(
     varied: &VaryingEmission<'_, R>,
     triangle: &Triangle<R>,
@@ -330,7 +339,7 @@ fn on_triangle<R: Real>(
     let root = u.sqrt();
     let [a, b, c] = data.indices[index].map(|i| i as usize);
     let (b, c) = if flipped { (c, b) } else { (b, c) };
-    // The weights of the sampled point.
+    // Barycentric weights of the sampled point.
     let weights = [root * (one - v), one - root, root * v];
     let value_of = |values: [f32; 3]| interpolate(values.map(R::from_f32), weights);
     let uv = core::array::from_fn(|set| {

@@ -8,70 +8,74 @@ use crate::observer::Observer;
 use crate::settings::SettingsError;
 use crate::validate::Problem;
 
-/// Reason why a scene could not be prepared.
+/// Error of the preparation of a scene.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PrepareError {
     /// Invalid settings.
     #[error(transparent)]
     Settings(SettingsError),
-    /// A primitive was rejected.
+    /// The geometry rejects a primitive.
     #[error("objects[{object}]: {source}")]
     Geometry {
         /// Index of the object.
         object: usize,
-        /// Why.
+        /// Reason.
         source: GeometryError,
     },
-    /// Shapes vanish when their coordinates are stored in this precision.
+    /// Shapes collapse when their coordinates are stored in the chosen precision.
     #[error("{}", problems.iter().map(|p| format!("{}: {}", p.path, p.message)).collect::<Vec<_>>().join("; "))]
     Collapsed {
         /// Problems found by [`collapsed`](crate::dispatch::collapsed): at least one.
         problems: Vec<Problem>,
     },
-    /// An unknown name; validation reports it with its location.
+    /// A name is not defined. Validation reports the same problem with its location in the file.
     #[error("{path}: there is no {kind} named `{name}`")]
     Missing {
-        /// Path of the use.
+        /// Path of the field that uses the name.
         path: String,
-        /// Kind of the missing item.
+        /// Kind of the undefined item, such as "material".
         kind: &'static str,
-        /// The name.
+        /// The undefined name.
         name: String,
     },
-    /// A surface-dependent input without a surface; validation reports it with its location.
+    /// An input of the sky needs a surface. Validation reports the same problem with its location
+    /// in the file.
     #[error("{path}: a sky has no surface for a texture or checkerboard to lie on")]
     NoSurface {
         /// Path of the input.
         path: String,
     },
-    /// An expression of the hit that does not compile.
+    /// An expression that is evaluated at hits does not compile.
     #[error("{path}: {source}")]
     Expression {
         /// Path of the input.
         path: String,
-        /// Why.
+        /// Reason.
         source: ExprError,
     },
     /// The observer cancelled preparation.
     #[error("preparation was stopped")]
     Cancelled,
-    /// The film, geometry and textures would exceed the memory limit; nothing was built.
+    /// The estimated memory exceeds the limit. Nothing was built.
     #[error("rendering needs about {} bytes, but at most {allowed} are allowed", needed.total())]
     Memory {
-        /// Estimate.
+        /// Estimated memory by purpose.
         needed: Memory,
         /// Limit in bytes.
         allowed: u64,
     },
-    /// The system cannot provide the memory for the film, geometry and textures; nothing was built.
+    /// The system cannot provide the estimated memory. Nothing was built.
     #[error("rendering needs about {} bytes, and the system does not give as much", needed.total())]
     OutOfMemory {
-        /// Estimate.
+        /// Estimated memory by purpose.
         needed: Memory,
     },
 }
 
-/// Returns an error if the observer has cancelled preparation.
+/// Checks for cancellation.
+///
+/// # Errors
+/// [`PrepareError::Cancelled`] if the observer has cancelled preparation.
 pub(crate) fn check_cancelled(observer: &dyn Observer) -> Result<(), PrepareError> {
     if observer.is_cancelled() {
         Err(PrepareError::Cancelled)

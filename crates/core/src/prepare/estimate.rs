@@ -1,5 +1,5 @@
-//! Memory estimate of a picture from the scene alone, made before anything is built, so that
-//! impossible requests are refused without being tried.
+//! Estimate of a render's memory from the scene and the settings alone. The estimate precedes every
+//! allocation, so that a render that cannot fit is refused at once.
 
 use core::ops::Range;
 use std::collections::HashSet;
@@ -27,9 +27,9 @@ use crate::settings::Settings;
 use crate::shape::any_shape;
 use crate::texture::{TextureBinding, pyramid};
 
-/// Upper estimate of the memory of a prepared scene: at most twice the actual use (more in a wide
-/// tree, see `crate::estimate`). It uses counts alone: only the number of a tree's nodes, and
-/// whether lamps have an area that can be sampled, are unknown beforehand.
+/// Estimates the memory of a render from above, by counts alone: at most twice the actual use (more
+/// in a wide tree, see `crate::estimate`). Two numbers are bounded, because only a build determines
+/// them: the nodes of a tree, and the area lights whose area can be sampled.
 pub(crate) fn estimate<R: Real>(render_setup: &RenderSetup<'_>) -> Memory {
     let (settings, simulated) = (&render_setup.settings, render_setup.effects.simulated());
     let scene = &*simulated_scene(&render_setup.scene, settings.camera.as_ref(), simulated);
@@ -87,27 +87,30 @@ pub(crate) fn estimate<R: Real>(render_setup: &RenderSetup<'_>) -> Memory {
     }
 }
 
-/// Counts and bytes that a scene needs.
+/// Counts and bytes that the preparation of a scene needs.
 #[derive(Default)]
 struct MemoryNeeds {
     /// Primitives of the scene's top-level set.
     geometry_memory: GeometryMemory,
-    /// Bytes of geometry shared by instances.
+    /// Bytes of the geometries that instances share.
     shared: u64,
-    /// Bytes of meshes, each once.
+    /// Bytes of the meshes in use, without duplicates.
     meshes: u64,
-    /// Emissive shapes and triangles, and the transformed ones among them.
+    /// Number of emissive shapes and triangles.
     lamps: u64,
+    /// Number of emissive shapes that are rotated or scaled.
     placed_lamps: u64,
-    /// Triangles of varying emission among them, and the most cells of each along a side.
+    /// Number of triangles of varying emission, and the number of points along each side of a
+    /// triangle.
     varied: [u64; 2],
-    /// Uses of textures.
+    /// Number of texture uses.
     texture_uses: u64,
-    /// Bytes of images, each once.
+    /// Bytes of the images in use with their mipmaps, without duplicates.
     images: u64,
 }
 
 impl MemoryNeeds {
+    /// Counts the needs of a scene with the selected emitters.
     fn of<R: Real>(
         scene: &Scene,
         settings: &Settings,
@@ -196,12 +199,13 @@ impl MemoryNeeds {
                 .saturating_add(if moves { count } else { 0 });
     }
 
-    /// Adds a geometry that instances share.
+    /// Adds the bytes of a geometry that instances share.
     fn part<R: Real>(&mut self, alone: &GeometryMemory, settings: &Settings) {
         self.shared +=
             size_of::<Geometry<R>>() as u64 + alone.most_bytes::<R>(settings.accelerator);
     }
 
+    /// Adds the images, mipmaps and texture uses of the used materials and of the sky.
     fn look_up_images(&mut self, scene: &Scene, lookup: &SceneLookup<'_>, used: &HashSet<&str>) {
         let mut images: HashSet<*const ImageData> = HashSet::new();
         let mut pyramids = HashSet::new();
@@ -228,7 +232,7 @@ impl MemoryNeeds {
                 self.texture_uses += 1;
                 self.images += image(&texture.image).unwrap_or(0);
                 if texture.filter == Filter::Mipmaps {
-                    // Alpha cut-outs read the texture once more, without mip maps.
+                    // An alpha mask has a second texture use, without mipmaps.
                     self.texture_uses += 1;
                     let first = pyramids.insert((Arc::as_ptr(data), texture.colour_space));
                     self.images += if first {

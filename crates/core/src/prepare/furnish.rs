@@ -1,5 +1,5 @@
-//! Adds a studio's backdrop and ground to a prepared scene: the brightness of the backdrop, and the
-//! light that falls on the ground.
+//! Adds the backdrop and the ground of a studio sky to a prepared scene. The brightness of the
+//! backdrop depends on the objects, the shadow on the ground on the studio's lights.
 
 use core::f64::consts::PI;
 
@@ -19,8 +19,8 @@ use crate::settings::{Background, Settings};
 use crate::studio::direction_from_angles;
 
 impl<R: Real> StudioGround<R> {
-    /// The ground below a scene, lit by a sky; `None` for a scene without a lower end, or without
-    /// light from above.
+    /// Creates the ground below a scene, lit by a sky; `None` for a scene with unbounded objects or
+    /// without objects, or if no light comes from above.
     fn below(scene: &Prepared<R>, sky: &SkyRadiance<R>) -> Option<Self> {
         const SIZE: [usize; 2] = [64, 32];
         let bounds = scene.geometry.bounded_part();
@@ -38,8 +38,8 @@ impl<R: Real> StudioGround<R> {
             (radiance.x + radiance.y + radiance.z) * height.max(0.0)
         };
         let light = SphereGrid::new(SIZE[0], SIZE[1], 0.0, arriving)?;
-        // An object above the middle seen from this distance, at a twentieth of the horizon's
-        // angle, blocks less than a hundredth of the light.
+        // Seen from ten scene diagonals away, the objects rise at most a tenth of a radian above
+        // the horizon and block less than a hundredth of the light.
         let reach = 10.0 * bounds.extent().length();
         let centre = DVec3::new(bounds.centre().x, bounds.min.y, bounds.centre().z);
         Some(Self {
@@ -51,15 +51,15 @@ impl<R: Real> StudioGround<R> {
     }
 }
 
-/// Brightness, as a share of the display's range, above which surfaces count as bright: halfway
-/// between the codes of both backdrops; and the approximate share of light that a white surface
-/// reflects in a studio.
+/// Brightness from 0 to 1 on the display, above which surfaces count as bright: halfway between the
+/// display codes of the dark and the light backdrop.
 const BRIGHT: f64 = 0.48;
+/// Approximate radiance of a white surface in a studio.
 const LIT: f64 = 0.7;
 
 impl<R: Real> Prepared<R> {
-    /// Adds a studio's backdrop and ground for a camera. The backdrop's brightness is decided once
-    /// and kept.
+    /// Adds a studio's backdrop and ground for a camera. The brightness of the backdrop is computed
+    /// for the first camera and kept for later cameras.
     pub(super) fn furnish(
         &mut self,
         studio: &Studio,
@@ -94,9 +94,9 @@ impl<R: Real> Prepared<R> {
         self.backdrop = Some(Backdrop::of_studio(radiance, camera));
     }
 
-    /// Brightness of the surfaces seen from around a scene, as a share of the display's range: the
-    /// median over parallel rays from six directions. It depends on no camera, so that the backdrop
-    /// is the same from all sides. `None` if no surface is seen.
+    /// Returns the median display brightness, 0 to 1, of the surfaces that parallel rays from six
+    /// directions hit. It depends on no camera, so that the backdrop is the same from all sides.
+    /// `None` if no ray hits.
     fn brightness(&self) -> Option<f64> {
         const EDGE: u16 = 16;
         let bounds = self.geometry.bounded_part();
@@ -130,7 +130,8 @@ impl<R: Real> Prepared<R> {
         found.get(found.len() / 2).copied()
     }
 
-    /// Brightness of the first surface of alpha at least one half along a ray.
+    /// Returns the display brightness, 0 to 1, of the first surface along a ray whose alpha is at
+    /// least 0.5.
     fn brightness_along(&self, ray: &Ray<R>) -> Option<f64> {
         const CUTOUTS: usize = 16;
         let mut min = R::ZERO;
@@ -153,8 +154,8 @@ impl<R: Real> Prepared<R> {
                     PreparedMaterial::Unused => Vector::ZERO,
                 };
                 let light = colour.to_f64() * LIT + material.emission_at(&context).to_f64();
-                // Luminance of the encoded colour: a saturated colour looks brighter than its
-                // luminance.
+                // The luminance is taken of the sRGB-encoded colour, because a saturated colour
+                // looks brighter than its linear luminance.
                 return Some(luminance(light.to_array().map(|channel| {
                     encode(TransferCurve::Srgb, channel.clamp(0.0, 1.0))
                 })));

@@ -1,33 +1,33 @@
-//! Detection of gaps beside transmissive surfaces that are narrower than the error bound of a hit:
-//! rays that leave the one surface start beyond the other, so that the gap is missing in the
+//! Detection of gaps beside transmissive surfaces that are narrower than the error bound of a hit.
+//! A ray that leaves a surface there starts beyond the next surface, so the gap is missing in the
 //! picture.
 
 use raywright_bvh::{Interval, Ray, Real, Vector};
 
 use super::{Prepared, PreparedSpawn};
 
-/// Rays through the picture that search for gaps, along its width and its height.
+/// Rays that search for gaps, along the width and the height of the picture.
 const RAYS: [u32; 2] = [32, 18];
 
-/// Most surfaces that a ray tests.
+/// Greatest number of surfaces along a ray that are tested.
 const HITS: usize = 16;
 
-/// Two objects closer to each other than the ray origins on both sides of a surface.
+/// A gap between two objects that is narrower than the offset of spawned rays.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClosedGap {
-    /// The transmissive object, by its index in the scene's list; generated objects follow the
-    /// listed ones.
+    /// Index of the transmissive object in the scene's list of objects; generated objects follow
+    /// the listed objects.
     pub object: usize,
-    /// The object that rays start beyond.
+    /// Index of the object beyond which spawned rays start.
     pub other: usize,
-    /// Least width in metres of a gap here that is resolved.
+    /// Least width in metres of a gap at this hit that rays resolve.
     pub resolved: f64,
 }
 
 impl<R: Real> Prepared<R> {
-    /// Pairs of objects with closed gaps, as found by some hundred straight rays through a picture
-    /// of this size; each pair once. A constant ray offset closes gaps by choice, so none is
-    /// reported then.
+    /// Returns the pairs of objects with unresolved gaps along 576 straight rays through a picture
+    /// of the given size, without duplicates. A scene with a constant ray offset closes gaps on
+    /// purpose, so the list is then empty.
     pub(crate) fn closed_gaps(&self, [width, height]: [u32; 2]) -> Vec<ClosedGap> {
         let mut gaps: Vec<ClosedGap> = Vec::new();
         if !matches!(self.rules.spawn, PreparedSpawn::ErrorBound)
@@ -48,7 +48,7 @@ impl<R: Real> Prepared<R> {
         gaps
     }
 
-    /// Adds the gaps along one straight ray.
+    /// Adds the unresolved gaps along a straight ray.
     fn gaps_along(&self, ray: &Ray<R>, gaps: &mut Vec<ClosedGap>) {
         let mut range = Interval::positive();
         for _ in 0..HITS {
@@ -82,7 +82,8 @@ impl<R: Real> Prepared<R> {
         }
     }
 
-    /// The object of the closest hit between two points, unless it is `own`.
+    /// Returns the object of the closest hit between two points; `None` without a hit, or if the
+    /// object is `own`.
     fn first_of_others(&self, [from, to]: [R::Vec3; 2], time: R, own: u32) -> Option<u32> {
         let across = to - from;
         let length = across.length();

@@ -1,6 +1,6 @@
-//! Conversion of objects to primitives: shapes directly, meshes used once as triangles of the
-//! scene's top-level set, meshes used more often as instances of a shared geometry, generators as
-//! their objects.
+//! Conversion of objects to primitives of the scene's geometry. A shape becomes a primitive. A mesh
+//! that is used once becomes triangles of the top level; a mesh that is used more often becomes
+//! instances of a shared geometry. A generator becomes its objects.
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -21,62 +21,68 @@ use crate::origin::StorageOrigin;
 use crate::scene::{MeshData, Object, Scene, Shape, SideRule};
 use crate::shape::{map_about, own_shape, placed_shape};
 
-/// Data of an object for shading.
+/// Data of an object that shading reads.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ObjectRecord<R: Real> {
+    /// Index of the material.
     pub material: u32,
+    /// Whether the normal is turned to the viewer's side for shading.
     pub face_viewer: bool,
-    /// Whether the inside does not emit.
+    /// Whether only the outside emits.
     pub culled: bool,
-    /// Whether the object blocks delta lights, for an integrator that filters each hit.
+    /// Whether the object blocks delta lights; read by integrators that filter each shadow-ray hit.
     pub casts_shadow: bool,
     /// Whether the material needs a shape's texture coordinates.
     pub coordinates: bool,
-    /// Whether the material needs tangents, as for a normal map.
+    /// Whether the material needs tangents, for a normal map or anisotropy.
     pub bumpy: bool,
+    /// The mesh; `None` for another shape.
     pub mesh: Option<MeshUse<R>>,
 }
 
-/// Use of a mesh by an object.
+/// The mesh of an object, with the object's transform of normals.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct MeshUse<R: Real> {
     /// Index in the table of meshes.
     pub mesh: u32,
-    /// Columns of the inverse transpose: object normals to world normals, not normalised.
+    /// Columns of the inverse transpose of the object's transform, which maps normals to world
+    /// space without normalising.
     pub normals: [R::Vec3; 3],
-    /// Whether the object moves other than by translation: the normals are then those of time 0,
-    /// and geometry returns them for other times.
+    /// Whether the object moves other than by translation. Then [`Self::normals`] holds for time 0,
+    /// and the geometry transforms normals at other times.
     pub turns: bool,
-    /// Whether the triangles were reversed because the transform mirrors.
+    /// Whether the triangles' orientation is reversed, because the transform mirrors.
     pub flipped: bool,
-    /// Sets of texture coordinates that the material reads, as bits.
+    /// Bit mask of the sets of texture coordinates that the material reads.
     pub sets: u8,
-    /// Index of generated tangents in their table; `None` if the mesh has its own or needs none.
+    /// Index in the table of generated tangents; `None` if the mesh file has tangents or none are
+    /// needed.
     pub tangents: Option<u32>,
 }
 
+/// The built geometry of a scene, with the tables that its objects refer to.
 pub(crate) struct BuiltGeometry<R: Real> {
     pub geometry: Geometry<R>,
-    /// The meshes in use, each once, shared with the scene: arrays are not copied.
+    /// The meshes in use without duplicates, shared with the scene, so that arrays are not copied.
     pub meshes: Vec<Arc<MeshData>>,
-    /// By index of the geometry's objects, which are the scene's objects.
+    /// Data for shading, by index of the scene's objects.
     pub objects: Vec<ObjectRecord<R>>,
-    /// Objects with a mesh that vanishes when stored, ascending.
+    /// Indices, ascending, of the objects whose mesh collapses when stored.
     pub lost: Vec<u32>,
 }
 
 /// Properties of a material that geometry needs.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct GeometryNeeds {
-    /// Occlusion by objects that cast shadows.
+    /// Effect on shadow rays of objects that cast shadows.
     pub occlusion: Occlusion,
-    /// Occlusion by objects that cast none.
+    /// Effect on shadow rays of objects that cast no shadow.
     pub without_shadow: Occlusion,
     /// Whether the material needs a shape's texture coordinates.
     pub coordinates: bool,
-    /// Sets of a mesh's texture coordinates that the material reads, as bits.
+    /// Bit mask of a mesh's sets of texture coordinates that the material reads.
     pub sets: u8,
-    /// Whether the material needs tangents, as for a normal map.
+    /// Whether the material needs tangents, for a normal map or anisotropy.
     pub bumpy: bool,
 }
 
@@ -101,11 +107,14 @@ fn visibility(object: &Object, geometry_needs: &GeometryNeeds) -> Visibility {
     }
 }
 
-/// Objects between two checks for cancellation, or this many times 64 triangles: milliseconds of
-/// work.
+/// Number of objects between two checks for cancellation, or of groups of 64 triangles:
+/// milliseconds of work.
 pub(super) const BLOCK: usize = 1 << 10;
 
-/// The material of each object, by index.
+/// Returns the index of each object's material.
+///
+/// # Errors
+/// [`PrepareError::Missing`] for an undefined material.
 pub(super) fn materials(scene: &Scene, lookup: &SceneLookup<'_>) -> Result<Vec<u32>, PrepareError> {
     let material = |(index, placed_object): (usize, PlacedObject<'_>)| match lookup
         .material(&placed_object.object.material)
@@ -120,7 +129,10 @@ pub(super) fn materials(scene: &Scene, lookup: &SceneLookup<'_>) -> Result<Vec<u
     all(scene).enumerate().map(material).collect()
 }
 
-/// Builds the geometry for callers that need no materials.
+/// Builds the geometry of a scene for callers that need no materials.
+///
+/// # Errors
+/// Those of [`build_with`], and an undefined material.
 pub(crate) fn build<R: Real>(
     scene: &Scene,
     lookup: &SceneLookup<'_>,
@@ -147,7 +159,11 @@ pub(crate) fn build<R: Real>(
     )
 }
 
-/// Builds the geometry relative to an origin, with each object's material and its properties.
+/// Builds the geometry of a scene in coordinates relative to an origin. `materials` is the material
+/// of each object, `geometry_needs` the properties of each material.
+///
+/// # Errors
+/// Shapes that collapse or that the geometry rejects, an undefined mesh, and cancellation.
 pub(super) fn build_with<R: Real>(
     (scene, origin): (&Scene, StorageOrigin),
     lookup: &SceneLookup<'_>,
@@ -183,19 +199,20 @@ pub(super) fn build_with<R: Real>(
     })
 }
 
+/// Builder of the geometry, which takes the objects in order.
 struct GeometryBuilder<'a, R: Real> {
     kind: AcceleratorKind,
     lookup: &'a SceneLookup<'a>,
     uses: MeshUses<'a>,
     group: PrimitiveSet<R>,
-    /// Parts of the group that instances share.
+    /// Index of the shared geometry of each mesh and side rule.
     shared: HashMap<(&'a str, SideRule), u32>,
     meshes: Vec<Arc<MeshData>>,
-    /// Index of each mesh in the table of meshes.
+    /// Index of each named mesh in [`Self::meshes`].
     places: HashMap<&'a str, u32>,
     records: Vec<ObjectRecord<R>>,
     lost: Vec<u32>,
-    /// The latest moving shape, its part, and the origin of its coordinates.
+    /// The last moving object, the index of its shared geometry, and the origin of its coordinates.
     moving: Option<(&'a Object, u32, DVec3)>,
     observer: &'a dyn Observer,
 }
@@ -347,8 +364,8 @@ impl<'a, R: Real> GeometryBuilder<'a, R> {
     }
 }
 
-/// Whether a transformed mesh vanishes when stored, though it has an extent before. One surviving
-/// triangle decides, so few are tested.
+/// Whether all triangles of a transformed mesh collapse when stored, though not all are degenerate
+/// before. The test ends at the first surviving triangle.
 fn vanishes<R: Real>(data: &MeshData, map: &DAffine3) -> bool {
     let corner = |i: u32| {
         map.transform_point3(data.positions.position(i as usize))
@@ -363,9 +380,9 @@ fn vanishes<R: Real>(data: &MeshData, map: &DAffine3) -> bool {
     nothing(rounded::<R>) && !nothing(|x| x)
 }
 
-/// Adds the triangles of an object's mesh as one object: transformed if a map is given, else
-/// relative to the mesh's own origin. A mirroring map reverses the triangles, so that outside stays
-/// outside.
+/// Adds the triangles of a mesh as a single object. With a map, the triangles are transformed;
+/// without, their coordinates are relative to the mesh's own origin. The flag beside the map
+/// reverses the triangles of a mirrored mesh, so that its outside stays outside.
 ///
 /// # Errors
 /// Triangles that the geometry rejects, and [`PrepareError::Cancelled`].
@@ -380,7 +397,7 @@ pub(super) fn triangles<R: Real>(
     let stays = map.is_some_and(|(map, _)| map == DAffine3::IDENTITY);
     let position = |i: u32| -> R::Vec3 {
         Vector::from_f64(match map {
-            // The identity's only effect: it turns −0 into 0.
+            // Equal to the identity map, which changes only −0 into 0.
             Some(_) if stays => data.positions.position(i as usize) + DVec3::ZERO,
             Some((map, _)) => map.transform_point3(data.positions.position(i as usize)),
             None => DVec3::from(data.positions.offsets()[i as usize].map(f64::from)),
@@ -388,7 +405,7 @@ pub(super) fn triangles<R: Real>(
     };
     let flipped = map.is_some_and(|(_, flipped)| flipped);
     let corners = |&[a, b, c]: &[u32; 3]| if flipped { [a, c, b] } else { [a, b, c] }.map(position);
-    // Cancellation ends the mesh early; the check below then returns the error.
+    // Cancellation ends the iteration early, and the check below returns the error.
     let blocks = data
         .indices
         .chunks(64 * BLOCK)
@@ -401,8 +418,8 @@ pub(super) fn triangles<R: Real>(
 }
 
 impl<'a, R: Real> GeometryBuilder<'a, R> {
-    /// Adds a shape. A pure translation is applied to the shape's own numbers if that is exact in
-    /// `f64`, so that a generator's objects need no transform.
+    /// Adds a shape. If a pure translation of the shape's own coordinates is exact in `f64`, the
+    /// shape is moved, so that a generator's objects need no transforms.
     ///
     /// # Errors
     /// A shape that the geometry rejects.
@@ -424,7 +441,8 @@ impl<'a, R: Real> GeometryBuilder<'a, R> {
         })
     }
 
-    /// Adds a moving shape: an instance of its own part, which all objects of a generator share.
+    /// Adds a moving shape as an instance of a geometry of its own, which all objects of a
+    /// generator share.
     ///
     /// # Errors
     /// A shape that the geometry rejects.

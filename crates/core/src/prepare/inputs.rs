@@ -1,5 +1,5 @@
-//! Preparation of material inputs: conversion of the file's inputs to table entries that shading
-//! evaluates.
+//! Preparation of materials' inputs: converts the inputs of the file to entries of tables, which
+//! shading evaluates.
 
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
@@ -18,34 +18,35 @@ use crate::texture::{
     pyramid,
 };
 
-/// Dependencies of a material's inputs.
+/// Dependencies of a material's inputs on properties of the hit.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct InputReads {
-    /// The surface's texture coordinates.
+    /// Whether an input reads the surface's texture coordinates.
     pub coordinates: bool,
-    /// Expressions.
+    /// Whether an input is an expression.
     pub expressions: bool,
 }
 
-/// Prepares the inputs of materials, one material after the other, into shared tables.
+/// Compiler of materials' inputs, material by material, into common tables.
 pub(super) struct Compiler<'a, R: Real> {
     names: &'a BTreeMap<String, f64>,
     lookup: &'a SceneLookup<'a>,
-    /// Path of the current material in the scene.
+    /// Path of the current material in the scene, for errors.
     pub path: String,
     pub texture_tables: TextureTables<R>,
-    /// Index of each image in the table of images, by address.
+    /// Index of each image in [`TextureTables::images`], by the image's address.
     places: HashMap<*const ImageData, u32>,
-    /// Index of mip maps, by the image's index and whether its codes are sRGB.
+    /// Index of mipmaps, by the image's index and whether its codes are sRGB.
     pyramids: HashMap<(u32, bool), u32>,
-    /// Whether textures are read without mip maps in any case.
+    /// Whether texture uses ignore mipmaps.
     pub finest: bool,
-    /// Dependencies of the current material so far.
+    /// Dependencies of the current material's inputs so far.
     pub reads: InputReads,
 }
 
 impl<'a, R: Real> Compiler<'a, R> {
-    /// A compiler for points relative to an origin.
+    /// Creates a compiler for a scene whose coordinates are relative to an origin. `names` are the
+    /// time and the parameters.
     pub fn new(
         names: &'a BTreeMap<String, f64>,
         lookup: &'a SceneLookup<'a>,
@@ -77,6 +78,8 @@ impl<'a, R: Real> Compiler<'a, R> {
         }
     }
 
+    /// Compiles an expression and adds its program to the tables. `field` is the path of the input
+    /// in the material.
     fn program(
         &mut self,
         text: &str,
@@ -100,7 +103,7 @@ impl<'a, R: Real> Compiler<'a, R> {
         Ok(PreparedInput::Program(program))
     }
 
-    /// A weight of a classic material, or a texture coordinate.
+    /// Compiles a weight of a classic material, or a texture coordinate.
     pub fn weight(
         &mut self,
         weight: &Weight,
@@ -113,7 +116,7 @@ impl<'a, R: Real> Compiler<'a, R> {
         }
     }
 
-    /// A use of a texture; `None` if its image is unavailable.
+    /// Compiles a texture use; `None` if the image could not be read.
     pub fn texture(
         &mut self,
         reference: &TextureRef,
@@ -140,7 +143,7 @@ impl<'a, R: Real> Compiler<'a, R> {
             .and_then(|image| image.data.as_ref());
         let Some(image) = image else { return Ok(None) };
         let (image, sampler) = (self.place_of(image), Sampler::new(texture, reference));
-        // Expressions stretch an image in an unknown way, so they read it without mip maps.
+        // Expressions stretch an image by an unknown factor, so they read it without mipmaps.
         let filtered = texture.filter == Filter::Mipmaps && coordinates.is_none() && !self.finest;
         let pyramid =
             filtered.then(|| self.pyramid_of(image, texture.colour_space == ColourSpace::Srgb));
@@ -163,8 +166,9 @@ impl<'a, R: Real> Compiler<'a, R> {
         )))
     }
 
-    /// The first use with the same texel lookup as a new one: the new use itself, or one of the
-    /// latest uses, since the maps of a material are added together.
+    /// Returns the index of the first texture use with the same footprint as a new texture use.
+    /// Only the last 16 uses are searched, because a material's textures are added in sequence.
+    /// Without a match, it is the index of the new use itself.
     fn first_like(&self, image: u32, sampler: &Sampler<R>, set: usize) -> u32 {
         const LAST: usize = 16;
         let TextureTables {
@@ -186,6 +190,7 @@ impl<'a, R: Real> Compiler<'a, R> {
         found.unwrap_or(textures.len() as u32)
     }
 
+    /// Returns the index of an image in the table, to which it is added if missing.
     fn place_of(&mut self, image: &Arc<ImageData>) -> u32 {
         let images = &mut self.texture_tables.images;
         *self.places.entry(Arc::as_ptr(image)).or_insert_with(|| {
@@ -194,13 +199,14 @@ impl<'a, R: Real> Compiler<'a, R> {
         })
     }
 
-    /// Whether a texture is filtered by mip maps.
+    /// Whether a texture is filtered by mipmaps.
     pub fn reduces(&self, reference: &TextureRef) -> bool {
         self.lookup
             .texture(&reference.name)
             .is_some_and(|texture| texture.filter == Filter::Mipmaps)
     }
 
+    /// Returns the index of an image's mipmaps, which are built if missing.
     fn pyramid_of(&mut self, image: u32, srgb: bool) -> u32 {
         let TextureTables {
             images, pyramids, ..
@@ -211,7 +217,7 @@ impl<'a, R: Real> Compiler<'a, R> {
         })
     }
 
-    /// An optional image that multiplies an input.
+    /// Compiles an optional image that multiplies an input.
     pub fn image(
         &mut self,
         reference: &Option<TextureRef>,
@@ -222,7 +228,7 @@ impl<'a, R: Real> Compiler<'a, R> {
             .map_or(Ok(None), |reference| self.texture(reference, field))
     }
 
-    /// A number or a colour that may vary over the surface.
+    /// Compiles a number or a colour that may vary over the surface.
     pub fn input<T: InputValue>(
         &mut self,
         input: &InputData<T>,
@@ -246,7 +252,7 @@ impl<'a, R: Real> Compiler<'a, R> {
         })
     }
 
-    /// An input, with the image of a separate key that multiplies it.
+    /// Compiles the product of an input and the image of a separate key.
     pub fn factor<T: InputValue>(
         &mut self,
         input: &InputData<T>,
@@ -257,7 +263,7 @@ impl<'a, R: Real> Compiler<'a, R> {
         self.product(input, image, field)
     }
 
-    /// An input, with the image that multiplies it.
+    /// Compiles the product of an input and a compiled image.
     pub fn product<T: InputValue>(
         &mut self,
         input: &InputData<T>,

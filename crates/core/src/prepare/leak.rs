@@ -1,27 +1,28 @@
-//! Detection of light leaks: lamps so close behind an opaque surface that shadow rays do not
-//! resolve the gap, so that light shines through the surface.
+//! Detection of light leaks: a lamp lies so close behind an opaque surface that shadow rays do not
+//! resolve the gap, and its light shines through the surface.
 
 use raywright_bvh::{Interval, Ray, Real, Surface, Vector};
 
 use super::{Prepared, PreparedSpawn};
 use crate::light::{LightId, LightTarget};
 
-/// Rays through the picture, along its width and its height; their hits sample lights.
+/// Rays whose first hits sample lights, along the width and the height of the picture.
 const RAYS: [u32; 2] = [32, 18];
 
-/// Lights sampled by each hit; if there are more, each hit samples others.
+/// Greatest number of lights that a hit samples. In a scene with more lights, successive hits
+/// sample different lights.
 const LIGHTS: usize = 8;
 
-/// Most surfaces tested around a lamp.
+/// Greatest number of surfaces tested in front of a lamp.
 const HITS: usize = 4;
 
-/// A source of light.
+/// A delta light or an emissive object.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Lamp {
-    /// A delta light, by its index in the scene's list.
+    /// A delta light, by its index in the scene's list of lights.
     Light(usize),
-    /// An emissive object, by its index in the scene's list; generated objects follow the listed
-    /// ones.
+    /// An emissive object, by its index in the scene's list of objects; generated objects follow
+    /// the listed objects.
     Object(usize),
 }
 
@@ -30,17 +31,17 @@ pub enum Lamp {
 pub struct LightLeak {
     /// The lamp.
     pub lamp: Lamp,
-    /// The object before the lamp, by its index in the scene's list; generated objects follow the
-    /// listed ones.
+    /// Index of the opaque object in the scene's list of objects; generated objects follow the
+    /// listed objects.
     pub cover: usize,
-    /// Least distance in metres at which the object blocks the light.
+    /// Least distance in metres from the lamp at which the object blocks the light.
     pub resolved: f64,
 }
 
 impl<R: Real> Prepared<R> {
-    /// The leaks that light the first hits of some hundred rays through a picture of this size,
-    /// each pair of objects once; the number of shadow rays is the same for every scene. A constant
-    /// ray offset lets light through by choice, so none is reported then.
+    /// Returns the light leaks onto the first hits of 576 rays through a picture of the given size,
+    /// without duplicate pairs. At most eight shadow rays start at each hit. A scene with a
+    /// constant ray offset lets light through on purpose, so the list is then empty.
     pub(crate) fn light_leaks(&self, [width, height]: [u32; 2]) -> Vec<LightLeak> {
         let mut leaks = Vec::new();
         let lights: Vec<LightId> = self
@@ -64,7 +65,7 @@ impl<R: Real> Prepared<R> {
                 continue;
             };
             let from = self.geometry.surface(&ray, &hit);
-            // Opaque surfaces are lit on the side of the view.
+            // Only light on the viewer's side reaches an opaque surface's hit.
             let opaque = self.is_opaque(hit.outermost());
             let seen = from.normal.dot(ray.direction) < R::ZERO;
             let faces =
@@ -77,11 +78,14 @@ impl<R: Real> Prepared<R> {
         merged(leaks)
     }
 
+    /// Whether the material of an object is opaque.
     fn is_opaque(&self, object: u32) -> bool {
         self.materials[self.objects[object as usize].material as usize].is_opaque()
     }
 
-    /// The leak through which a sampled point of a light reaches a point.
+    /// Returns the leak through which a sampled point of a light reaches the surface point `from`,
+    /// if any. `place` are two random numbers, and `faces` tells whether light from a direction is
+    /// visible.
     fn leak(
         &self,
         from: &Surface<R>,
@@ -114,8 +118,8 @@ impl<R: Real> Prepared<R> {
         if shadowed {
             return None;
         }
-        // A ray from right behind the lamp, where distances are small and precise, hits the
-        // surfaces between the lamp's point and the end of the shadow ray.
+        // The surfaces between the lamp's point and the end of the shadow ray are searched by a ray
+        // from the lamp, where distances are small and precise.
         let end = ray.origin.to_f64() + ray.direction.to_f64() * range.max.to_f64();
         let rounding = 4.0 * R::ROUNDOFF.to_f64() * range.max.to_f64();
         let resolved = 2.0 * ((start.to_f64() - end).length() + rounding);
@@ -139,8 +143,8 @@ impl<R: Real> Prepared<R> {
         })
     }
 
-    /// The emitter's object that a ray from behind a light hits, and the first other opaque object
-    /// after it.
+    /// Follows a ray that starts behind a lamp. Returns the lamp's own object, if the ray hits it,
+    /// and the first other opaque object after the lamp.
     fn cover(
         &self,
         light: LightId,
@@ -171,14 +175,14 @@ impl<R: Real> Prepared<R> {
     }
 }
 
-/// Two low-discrepancy numbers in [0, 1) (Roberts, "The Unreasonable Effectiveness of Quasirandom
-/// Sequences", 2018).
+/// Returns the `i`-th point in [0, 1)² of a low-discrepancy sequence (Roberts, "The Unreasonable
+/// Effectiveness of Quasirandom Sequences", 2018).
 fn place(i: u32) -> [f32; 2] {
     [0.754_877_666_246_692_8, 0.569_840_290_998_053_3]
         .map(|step: f64| ((0.5 + step * f64::from(i)).fract() as f32).min(0.999_999))
 }
 
-/// Each pair once, with the greatest distance.
+/// Merges leaks of the same lamp and object to a single leak with the greatest distance.
 fn merged(mut leaks: Vec<LightLeak>) -> Vec<LightLeak> {
     let key = |leak: &LightLeak| match leak.lamp {
         Lamp::Light(index) => (0, index, leak.cover),

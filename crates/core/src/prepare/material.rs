@@ -1,4 +1,4 @@
-//! Prepared materials: the two families with compiled inputs.
+//! Prepared materials: the classic and the physical family, with compiled inputs.
 
 mod classic;
 mod layered;
@@ -20,7 +20,7 @@ use crate::material::MaterialTables;
 use crate::scene::{AlphaMode, Colour, Material as MaterialData, Model, Scene};
 use crate::texture::ShadingContext;
 
-/// The tables that these layers need.
+/// Returns the tables that the given layers need.
 pub(super) fn tables<R: Real>(layers: &[LayeredInputs<R>]) -> MaterialTables {
     let some = |has: fn(&LayeredInputs<R>) -> bool| layers.iter().any(has);
     MaterialTables {
@@ -35,17 +35,17 @@ pub(super) fn tables<R: Real>(layers: &[LayeredInputs<R>]) -> MaterialTables {
 pub(crate) enum PreparedMaterial<R: Real> {
     Classic(ClassicInputs<R>),
     Physical(PhysicalInputs<R>),
-    /// A material without objects, which is not prepared.
+    /// A material that no object uses, which is not prepared.
     Unused,
 }
 
 impl<R: Real> PreparedMaterial<R> {
-    /// Whether the material blocks all light of shadow rays everywhere.
+    /// Whether the material blocks all light at every point.
     pub fn is_opaque(&self) -> bool {
         self.covers() && self.shadow_transmittance() == Some(R::ZERO)
     }
 
-    /// Whether the material may emit.
+    /// Whether the material may emit light.
     pub fn glows(&self) -> bool {
         match self {
             Self::Classic(m) => m.emission.is_some(),
@@ -54,7 +54,7 @@ impl<R: Real> PreparedMaterial<R> {
         }
     }
 
-    /// Emitted radiance at a point.
+    /// Returns the emitted radiance at a hit.
     pub fn emission_at(&self, context: &ShadingContext<'_, R>) -> R::Vec3 {
         match self {
             Self::Classic(m) => m
@@ -68,7 +68,7 @@ impl<R: Real> PreparedMaterial<R> {
         }
     }
 
-    /// Alpha (coverage) at a point.
+    /// Returns alpha, the coverage, at a hit.
     pub fn alpha_at(&self, context: &ShadingContext<'_, R>) -> R {
         if let Self::Physical(m) = self {
             m.alpha_at(context)
@@ -77,7 +77,7 @@ impl<R: Real> PreparedMaterial<R> {
         }
     }
 
-    /// Absorption coefficient of the inside per metre; `None` without absorption.
+    /// Returns the absorption coefficient of the inside per metre; `None` without absorption.
     pub fn absorption(&self) -> Option<R::Vec3> {
         match self {
             Self::Classic(m) => m
@@ -90,33 +90,35 @@ impl<R: Real> PreparedMaterial<R> {
         }
     }
 
-    /// Whether no ray passes straight through, anywhere: refracted light arrives on other paths.
+    /// Whether no ray passes straight through the surface at any point. Refracted rays do not
+    /// count, because their direction changes.
     pub fn covers(&self) -> bool {
         !matches!(self, Self::Physical(m) if m.alpha != AlphaMode::Opaque)
     }
 
-    /// Whether the material is a thin wall that light passes straight.
+    /// Whether the material is a thin wall, which transmits light straight on.
     pub fn is_thin(&self) -> bool {
         matches!(self, Self::Physical(m) if m.is_thin())
     }
 
-    /// Whether the material needs tangents: for normal maps or anisotropy.
+    /// Whether the material needs tangents, for normal maps or anisotropy.
     pub fn is_bumpy(&self, layers: &[LayeredInputs<R>]) -> bool {
         let directed = |index: u32| is_directed(&layers[index as usize]);
         matches!(self, Self::Physical(m) if m.bump.is_some() || m.layered.is_some_and(directed))
     }
 
-    /// Whether transmitted light enters a solid body.
+    /// Whether the surface bounds a solid body, into which transmitted light enters.
     pub fn bounds_body(&self) -> bool {
         !matches!(self, Self::Physical(m) if m.thin)
     }
 
-    /// Whether the material weights light by the distance of the nearest occluder.
+    /// Whether an expression of the material reads the distance of the nearest occluder.
     pub fn asks_how_far(&self) -> bool {
         matches!(self, Self::Classic(m) if m.asks_how_far)
     }
 
-    /// Transmittance of the material as an occluder over its whole area; `None` if it varies.
+    /// Returns the transmittance for shadow rays if it is constant over the surface; `None` if it
+    /// varies.
     pub fn shadow_transmittance(&self) -> Option<R> {
         match self {
             Self::Classic(m) => Some(m.shadow_transmittance),
@@ -129,6 +131,7 @@ impl<R: Real> PreparedMaterial<R> {
     }
 }
 
+/// Prepares a material of the scene; `index` is its position in the list.
 pub(super) fn prepare<R: Real>(
     material: &MaterialData,
     index: usize,
@@ -148,7 +151,7 @@ pub(super) fn prepare<R: Real>(
     }
 }
 
-/// Prepares an optional part of a material.
+/// Prepares an optional part of a material, such as its highlight.
 fn prepared<T, P>(
     part: Option<T>,
     prepare: impl FnOnce(T) -> Result<P, PrepareError>,

@@ -1,5 +1,5 @@
-//! Preparation of a validated scene and settings for integrators. It may fail, allocate, sort and
-//! decide; rendering may do none of these.
+//! Preparation of a validated scene for an integrator. Preparation may fail, allocate, sort and
+//! decide; rendering may not.
 
 mod collapse;
 mod emitters;
@@ -51,11 +51,11 @@ use studio::Backdrop;
 pub use unreached::UnreachedLight;
 
 impl<R: Real> Prepared<R> {
-    /// Prepares a scene for the simulated effects: tables of other effects stay empty. A material
-    /// is prepared only if an object uses it.
+    /// Prepares a scene for rendering with the simulated effects. Tables of other effects stay
+    /// empty. Only materials that an object uses are prepared.
     ///
-    /// # Errors
-    /// Errors that validation reports with a location, and errors that only the geometry detects.
+    /// # Errors Undefined names, invalid expressions and files that are not loaded, all of which
+    /// validation reports with a location; shapes that the geometry rejects; cancellation.
     pub fn new(
         scene: &Scene,
         settings: &Settings,
@@ -66,8 +66,8 @@ impl<R: Real> Prepared<R> {
         let whole = scene;
         let scene = &*simulated_scene(whole, settings.camera.as_ref(), simulated);
         if let Some((i, model)) = scene.models.iter().enumerate().next() {
-            // The loader removes models from the list; other creators of the scene must do the
-            // same.
+            // The loader replaces models by their objects, and other creators of a scene must do
+            // the same.
             return Err(PrepareError::Missing {
                 path: format!("models[{i}].file"),
                 kind: "loaded model",
@@ -129,7 +129,7 @@ impl<R: Real> Prepared<R> {
         check_cancelled(observer)?;
         let tangents = tangents::make(scene, &mut built, observer)?;
         let aspect = f64::from(settings.size[0]) / f64::from(settings.size[1]);
-        // The default view frames the whole motion of all objects, even if the picture shows them
+        // The default camera frames the whole motion of all objects, even if the picture shows them
         // at rest.
         let framed = || {
             let silhouette = Silhouette::from_scene(whole);
@@ -164,7 +164,7 @@ impl<R: Real> Prepared<R> {
         } else {
             EmitterList::default()
         };
-        // Lights without effect are not built, so that no loop runs over them.
+        // Lights whose effect is disabled are not built, so that no loop runs over them.
         let placed = scene
             .lights
             .iter()
@@ -244,9 +244,10 @@ impl<R: Real> Prepared<R> {
         Ok(prepared)
     }
 
-    /// Switches to another camera that needs the same effects, as if the scene had been prepared
-    /// for it; only camera-dependent data is rebuilt. Cameras with an open shutter are excluded.
-    /// Returns false, with nothing changed, if the camera's lights cannot be prepared.
+    /// Switches the prepared scene to another camera that needs the same effects; only data that
+    /// depends on the camera is rebuilt. The result is the same as if the scene had been prepared
+    /// for this camera. The camera must have no open shutter. Returns false and changes nothing if
+    /// the lights of a studio cannot be prepared.
     #[must_use]
     pub(crate) fn turn_to(
         &mut self,
@@ -290,7 +291,7 @@ impl<R: Real> Prepared<R> {
     }
 }
 
-/// The studio of a scene, if any.
+/// Returns the studio of a scene whose sky is a studio.
 fn studio_of(scene: &Scene) -> Option<Studio> {
     if let Some(Sky::Studio(studio)) = &scene.sky {
         Some(*studio)
@@ -299,7 +300,7 @@ fn studio_of(scene: &Scene) -> Option<Studio> {
     }
 }
 
-/// The priority of each material as a medium.
+/// Returns the priority of each material's body where bodies overlap.
 fn priorities(scene: &Scene) -> Vec<u32> {
     let value_of = |material: &scene::Material| {
         if let scene::Model::Physical(m) = &material.model {
@@ -311,8 +312,8 @@ fn priorities(scene: &Scene) -> Vec<u32> {
     scene.materials.iter().map(value_of).collect()
 }
 
-/// Properties of each material for geometry. An opaque occluder needs no filter, unless more than
-/// occlusion matters: which occluder is the first, or how far away the nearest is.
+/// Returns the properties of each material that the geometry needs. An opaque occluder blocks
+/// shadow rays without a filter, unless the order or the distance of occluders matters.
 fn geometry_needs_of<R: Real>(
     scene: &Scene,
     (materials, layers): (&[PreparedMaterial<R>], &[LayeredInputs<R>]),
@@ -333,14 +334,14 @@ fn geometry_needs_of<R: Real>(
                 material.is_opaque() && !asks
             };
             GeometryNeeds {
-                // A ray to a lamp's centre passes the lamp itself.
+                // For hard shadows, a ray to a lamp's centre passes through the lamp's own surface.
                 occlusion: if solid && !(hard && material.glows()) {
                     Occlusion::Opaque
                 } else {
                     Occlusion::Ask
                 },
-                // A path tracer filters by light: light of surfaces and of the sky passes no object
-                // that rays hit.
+                // A path tracer filters each hit by the kind of light: objects without a shadow
+                // still block the light of emitters and of the sky.
                 without_shadow: if paths {
                     Occlusion::Ask
                 } else {
@@ -359,7 +360,7 @@ fn geometry_needs_of<R: Real>(
         .collect()
 }
 
-/// Time and parameters for expressions.
+/// Returns the names that expressions may read as constants: the time `t` and the parameters.
 pub(crate) fn names(scene: &Scene) -> std::collections::BTreeMap<String, f64> {
     let mut names = scene.parameters.clone();
     names.insert("t".to_owned(), scene.t);

@@ -19,10 +19,12 @@ use crate::scene::{
 use crate::settings::{LightSampling, Roulette};
 use crate::texture::TextureTables;
 
-/// Rule for the origins of spawned rays, in the precision's scalar.
+/// Rule for the origins of spawned rays, in the scalar `R` (see [`SpawnRule`]).
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum PreparedSpawn<R: Real> {
+    /// Outside the error bound of each hit point.
     ErrorBound,
+    /// By constant offsets.
     Constant {
         offset: R,
         along_ray: bool,
@@ -32,13 +34,15 @@ pub(crate) enum PreparedSpawn<R: Real> {
     },
 }
 
-/// The classic model's rules in the precision's scalar.
+/// The rules of classic materials, in the scalar `R` (see [`ClassicRules`]).
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PreparedRules<R: Real> {
     pub spawn: PreparedSpawn<R>,
+    /// Whether only the occluder that is first in the scene's order blocks light.
     pub first_occluder_decides: bool,
-    /// Infinite without a limit in the scene.
+    /// Farthest occluder of a directional light in metres; infinite without a limit.
     pub shadow_max_distance: R,
+    /// Whether a hit at the depth limit shows its local term alone.
     pub local_only_at_limit: bool,
 }
 
@@ -63,49 +67,51 @@ impl<R: Real> PreparedRules<R> {
     }
 }
 
-/// The prepared scene: flat arrays that refer to each other by index, without a pointer, closure or
-/// trait object per object, material or primitive. Meshes and images are shared with the scene by
-/// one pointer for each buffer, so that nothing is copied and every array can be read directly.
+/// The prepared scene, which integrators read. It consists of flat arrays that refer to each other
+/// by index, without a pointer, closure or trait object for each object, material or primitive.
+/// Meshes and images are shared with the scene by a pointer for each buffer, so that nothing is
+/// copied.
 #[derive(Clone, Debug)]
 pub struct Prepared<R: Real> {
     pub(crate) geometry: Geometry<R>,
     /// The meshes in use.
     pub(crate) meshes: Vec<Arc<MeshData>>,
-    /// Objects by their index in the scene, generated objects last.
+    /// Data of the objects by their index in the scene, generated objects last.
     pub(crate) objects: Vec<ObjectRecord<R>>,
     /// Generated tangents of meshes with normal maps or anisotropy.
     pub(crate) tangents: Vec<CornerTangents>,
     pub(crate) materials: Vec<PreparedMaterial<R>>,
     /// Tables of the materials' inputs.
     pub(crate) texture_tables: TextureTables<R>,
-    /// Delta lights, area lights and the sky; lights without effect are left out.
+    /// Delta lights, area lights and the sky. Lights whose effect is disabled are left out.
     pub lights: Lights<R>,
-    /// Background of camera rays that hit nothing; `None` for the sky.
+    /// Background of camera rays that hit nothing; `None` if they see the sky.
     pub(crate) backdrop: Option<Backdrop<R>>,
-    /// Ground with the shadow that dims the backdrop; `None` without a studio's ground.
+    /// Invisible ground of a studio, whose shadow dims the backdrop; `None` without a ground.
     pub(crate) ground: Option<StudioGround<R>>,
-    /// Radiance of a studio's backdrop, once decided.
+    /// Radiance of a studio's backdrop; `None` before the first camera.
     pub(crate) studio_backdrop: Option<f64>,
-    /// The sky's cosine-weighted mean; `None` if no material needs it.
+    /// Cosine-weighted mean of the sky's radiance; `None` if no material needs it.
     pub(crate) irradiance: Option<Irradiance<R>>,
     pub(crate) camera: PreparedCamera<R>,
-    /// Ray cone of the camera for texture filtering; `None` without filtered textures.
+    /// Ray cone of the camera, for textures with mipmaps; `None` without such textures.
     pub(crate) cone: Option<Cone<R>>,
     pub(crate) rules: PreparedRules<R>,
     /// Whether any material absorbs light inside.
     pub(crate) absorbs: bool,
-    /// Priority of overlapping media, by material; empty if all are equal.
+    /// Priority of each material's body where bodies overlap; empty if priorities are not
+    /// simulated.
     pub(crate) priorities: Vec<u32>,
     /// Whether paths keep track of the media around them.
     pub(crate) tracks_media: bool,
-    /// Whether sampled light may pass straight through surfaces, so that shadow rays visit them in
-    /// order.
+    /// Whether light samples may pass straight through surfaces, whose hits shadow rays then visit
+    /// in order.
     pub(crate) lets_straight: bool,
-    /// Layers of layered materials.
+    /// Layers of the materials that have layers.
     pub(crate) layers: Vec<LayeredInputs<R>>,
     /// Sampling strategy of the path tracer for area lights and the sky.
     pub(super) light_sampling: LightSampling,
-    /// Whether area lights cast hard shadows, by their centres.
+    /// Whether area lights cast hard shadows: only their centres are sampled.
     pub(crate) hard_shadows: bool,
     /// Russian roulette setting.
     pub(crate) roulette: Roulette,
@@ -113,25 +119,26 @@ pub struct Prepared<R: Real> {
     pub(crate) clamp: Option<R>,
     /// Whether rough surfaces include multiple scattering among microfacets.
     pub(crate) compensates: bool,
+    /// Radiance added to every sample.
     pub(crate) veil: R::Vec3,
     /// Whether camera rays show the edges of triangles.
     pub(crate) draws_edges: bool,
-    /// Objects with a mesh that vanishes when stored, ascending.
+    /// Indices, ascending, of the objects whose mesh collapses when stored.
     pub(crate) lost: Vec<u32>,
-    /// Origin of all coordinates.
+    /// Storage origin of all coordinates.
     pub(crate) origin: StorageOrigin,
-    /// Bytes of geometry and accelerators, shared geometry counted once.
+    /// Bytes of primitives and accelerators; geometry shared by instances counts once.
     pub(super) geometry_bytes: usize,
 }
 
-/// Sizes of the built tables.
+/// Sizes of the tables of a prepared scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BuiltCounts {
-    /// Primitives of the scene's top-level set, an instance counting as one.
+    /// Primitives of the scene's top level; an instance counts as one primitive.
     pub primitives: usize,
-    /// Unbounded primitives among them.
+    /// Unbounded primitives of the top level.
     pub unbounded: usize,
-    /// Instances among them.
+    /// Instances of the top level.
     pub instances: usize,
     /// Delta lights.
     pub lights: usize,
@@ -139,18 +146,18 @@ pub struct BuiltCounts {
     pub emitters: usize,
     /// Materials in use.
     pub materials: usize,
-    /// Layered materials among them.
+    /// Materials with layers.
     pub layered: usize,
-    /// Whether the sky's cosine-weighted mean was computed.
+    /// Whether the cosine-weighted mean of the sky was computed.
     pub irradiance: bool,
     /// Bytes of decoded images.
     pub texture_bytes: usize,
 }
 
 impl<R: Real> Prepared<R> {
-    /// Sampling strategy of a path tracer for an area light or the sky. Lamps with hard shadows are
-    /// found by light sampling alone, since a path that hits one by chance does not know whether
-    /// the lamp's centre is visible.
+    /// Returns the sampling strategy of a path tracer for a light. Lamps with hard shadows are
+    /// sampled by light sampling alone, because a path that hits such a lamp by chance does not
+    /// know whether the lamp's centre is visible.
     #[inline(always)]
     pub(crate) fn sampling_of(&self, light: LightId) -> LightSampling {
         match light {
@@ -163,14 +170,14 @@ impl<R: Real> Prepared<R> {
         }
     }
 
-    /// Whether a lamp casts hard shadows. Varying emission is evaluated at the shadow ray's hit,
-    /// which must be the sampled point.
+    /// Whether an area light casts hard shadows. A light of varying emission does not: its emission
+    /// is evaluated at the shadow ray's hit, which must be the sampled point.
     #[inline(always)]
     pub(crate) fn casts_hard(&self, emitter: u32) -> bool {
         self.hard_shadows && !self.lights.emitters.varies(emitter)
     }
 
-    /// A point in the scene file's coordinates.
+    /// Converts a point to the coordinates of the scene file.
     #[inline]
     pub(crate) fn in_world(&self, point: R::Vec3) -> DVec3 {
         let stored = point.to_f64();
@@ -181,7 +188,7 @@ impl<R: Real> Prepared<R> {
         }
     }
 
-    /// Memory of the prepared scene, without the film.
+    /// Returns the memory of the prepared scene, without the film.
     pub(crate) fn memory(&self) -> Memory {
         let tables = size_of_val(self.objects.as_slice())
             + size_of_val(self.materials.as_slice())
@@ -191,7 +198,7 @@ impl<R: Real> Prepared<R> {
             + size_of_val(self.texture_tables.of_materials.as_slice())
             + size_of_val(self.lights.delta.as_slice());
         let choice = self.lights.choice().bytes();
-        // Only integrators that choose among lights count their usage.
+        // Only an integrator that chooses among lights counts the usage of each light.
         let counted = if self.lights.choice().is_empty() {
             0
         } else {
@@ -219,7 +226,8 @@ impl<R: Real> Prepared<R> {
         }
     }
 
-    /// Bytes of the images of materials and sky, each counted once, with their mip maps.
+    /// Returns the bytes of the images of materials and sky, without duplicates, with their
+    /// mipmaps.
     fn texture_bytes(&self) -> usize {
         let sky = self.lights.sky.image().filter(|&sky| {
             !self
@@ -238,7 +246,7 @@ impl<R: Real> Prepared<R> {
             + pyramids.map(ImageData::bytes).sum::<usize>()
     }
 
-    /// Sizes of the tables; those of absent effects are empty.
+    /// Returns the sizes of the tables. Tables of absent effects are empty.
     pub fn tables(&self) -> BuiltCounts {
         BuiltCounts {
             primitives: self.geometry.len(),

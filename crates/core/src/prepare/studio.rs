@@ -1,4 +1,4 @@
-//! A studio's backdrop, which camera rays see, and its ground, which catches shadows.
+//! The backdrop of a studio, which only camera rays see, and its ground, which catches shadows.
 
 use glam::DVec3;
 use raywright_bvh::{Real, Vector};
@@ -13,16 +13,17 @@ use crate::scene::{Camera, Projection};
 pub(crate) enum Backdrop<R: Real> {
     /// A constant radiance.
     Plain(R::Vec3),
-    /// A studio's backdrop: brightest along the camera's axis.
+    /// A studio's backdrop, brightest along the camera's axis.
     Studio {
         /// Radiance along the axis.
         radiance: R,
+        /// Unit direction of the camera's view.
         axis: R::Vec3,
     },
 }
 
 impl<R: Real> Backdrop<R> {
-    /// A studio's backdrop for a camera. Parallel rays see a constant radiance.
+    /// Creates a studio's backdrop for a camera. An orthographic camera sees a constant radiance.
     pub fn of_studio(radiance: f64, camera: &Camera) -> Self {
         match camera.projection {
             Projection::Orthographic { .. } => {
@@ -38,7 +39,7 @@ impl<R: Real> Backdrop<R> {
         }
     }
 
-    /// Radiance along a unit direction.
+    /// Returns the radiance along a unit direction.
     #[inline]
     pub fn seen(&self, direction: R::Vec3) -> R::Vec3 {
         match *self {
@@ -51,18 +52,19 @@ impl<R: Real> Backdrop<R> {
     }
 }
 
-/// Least share of a backdrop's radiance, far from its middle.
+/// Least radiance of a backdrop far from the axis, relative to the radiance along the axis.
 const DARKEST: f64 = 0.5;
 
-/// An invisible ground that shows the shadow of the scene.
+/// An invisible horizontal ground that shows the scene's shadow.
 #[derive(Clone, Debug)]
 pub(crate) struct StudioGround<R: Real> {
     /// Height of the ground.
     pub height: R,
-    /// Centre of the shadow, and its radius: beyond it the scene blocks a negligible share of
-    /// light.
+    /// Centre of the shadow.
     pub centre: R::Vec3,
+    /// Radius of the shadow. Beyond it, the scene blocks a negligible share of the light.
     pub reach: R,
-    /// Directions from above, sampled by their irradiance on the ground.
+    /// Distribution of directions above the ground, by their contribution to the ground's
+    /// irradiance.
     pub light: SphereGrid,
 }

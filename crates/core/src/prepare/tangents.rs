@@ -1,6 +1,6 @@
-//! Generated tangents for meshes with normal maps or anisotropy but without tangents in their file:
-//! MikkTSpace, used by the programs that bake such images (Mikkelsen, "Simulation of Wrinkled
-//! Surfaces Revisited", 2008).
+//! Generation of tangents for meshes whose file has none, but whose material has a normal map or
+//! anisotropy. The algorithm is MikkTSpace, which programs that bake normal maps use (Mikkelsen,
+//! "Simulation of Wrinkled Surfaces Revisited", 2008).
 
 use std::collections::HashMap;
 
@@ -15,15 +15,16 @@ use crate::lookup::SceneLookup;
 use crate::observer::Observer;
 use crate::scene::{Material, MeshData, Model, Scene, Shape};
 
-/// Tangents of a mesh, for each corner of each triangle, in the format of [`MeshData::tangents`].
+/// Tangents of a mesh for the three corners of each triangle, in the format of
+/// [`MeshData::tangents`].
 pub(crate) type CornerTangents = Vec<[[f32; 4]; 3]>;
 
-/// Source of tangents: a set of texture coordinates, and the linear part of its affine map, as
-/// bits.
+/// Key of generated tangents: the set of texture coordinates, and the linear part of their
+/// transform as bits of four `f64`.
 pub(super) type TangentSource = (u32, [u64; 4]);
 
-/// Source of the tangents to generate for a mesh with a material; `None` if the mesh has its own or
-/// needs none.
+/// Returns the key of the tangents to generate for a mesh with a material; `None` if the mesh has
+/// tangents or needs none.
 pub(super) fn tangent_source(
     material: Option<&Material>,
     data: &MeshData,
@@ -47,7 +48,7 @@ pub(super) fn tangent_source(
     })
 }
 
-/// Generates the missing tangents, each once, and stores their indices in the objects.
+/// Generates the missing tangents without duplicates, and stores their indices in the objects.
 ///
 /// # Errors
 /// [`PrepareError::Cancelled`], checked between meshes.
@@ -93,7 +94,7 @@ pub(super) fn make<R: Real>(
     Ok(tables)
 }
 
-/// The tangents of one mesh.
+/// Generates the tangents of a mesh.
 fn corners(data: &MeshData, (set, map): TangentSource) -> CornerTangents {
     let largest = data
         .positions
@@ -101,8 +102,8 @@ fn corners(data: &MeshData, (set, map): TangentSource) -> CornerTangents {
         .as_flattened()
         .iter()
         .fold(0.0_f32, |largest, x| largest.max(x.abs()));
-    // Scaling by a power of two keeps every digit, and keeps products of edges within single
-    // precision.
+    // Scaling by a power of two keeps all digits of the coordinates, and keeps products of edges
+    // within the range of `f32`.
     let exponent = if largest > 0.0 {
         libm::ilogbf(largest)
     } else {
@@ -115,13 +116,13 @@ fn corners(data: &MeshData, (set, map): TangentSource) -> CornerTangents {
         scale: libm::ldexp(1.0, -exponent),
         out: vec![[[0.0; 4]; 3]; data.indices.len()],
     };
-    // Never fails for valid meshes; corners left without a tangent later get any direction
-    // perpendicular to their normal.
+    // The generation never fails for a valid mesh. A corner without a tangent later gets any
+    // direction perpendicular to its normal.
     let _ = generate_tangents::<_, PortableMath>(&mut mesh);
     mesh.out
 }
 
-/// Functions with the same results on every platform.
+/// Floating-point functions with the same results on every platform, for the library.
 struct PortableMath;
 
 impl Ops for PortableMath {
@@ -133,7 +134,7 @@ impl Ops for PortableMath {
     }
 }
 
-/// A mesh in the library's interface.
+/// Adapter of a mesh to the interface of the MikkTSpace library.
 struct TangentMesh<'a> {
     data: &'a MeshData,
     set: usize,
@@ -174,7 +175,7 @@ impl Geometry<PortableMath> for TangentMesh<'_> {
         }
     }
     fn tex_coord(&self, face: usize, corner: usize) -> [f32; 2] {
-        // The default coordinates of a mesh without any.
+        // Texture coordinates at the corners of a triangle whose mesh has none.
         const WEIGHTS: [[f32; 2]; 3] = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
         let [u, v] = match self.data.uvs.get(self.set).filter(|set| !set.is_empty()) {
             Some(set) => set[self.vertex(face, corner)],
@@ -182,7 +183,7 @@ impl Geometry<PortableMath> for TangentMesh<'_> {
             None => [0.0; 2],
         };
         let ([u, v], [a, b, c, d]) = ([u, v].map(f64::from), self.map);
-        // Images point up towards lower v; the library assumes higher v.
+        // The top of an image is at v = 0, but the library assumes that v grows upwards.
         [(a * u + b * v) as f32, -(c * u + d * v) as f32]
     }
     fn set_tangent(&mut self, tangent: Option<TangentSpace>, face: usize, corner: usize) {

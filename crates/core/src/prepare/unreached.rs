@@ -1,26 +1,26 @@
-//! Report of lights that lit nothing.
+//! Report of the lights that contributed nothing to a picture.
 
 use raywright_bvh::Real;
 
 use super::Prepared;
 use crate::light::{LightId, LightUsage};
 
-/// Least number of blocked rays for a report: for a light that one ray in twenty reaches, a hundred
-/// rays are all blocked in less than one case in a hundred.
+/// Least number of blocked shadow rays for a report. If a twentieth of the rays reached the light,
+/// the probability that a hundred are all blocked would be less than a hundredth.
 const ENOUGH: u64 = 100;
 
-/// A light or emissive object without any contribution.
+/// A light or an emissive object that contributed nothing to a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum UnreachedLight {
-    /// A delta light, by its index in the scene's list.
+    /// A delta light, by its index in the scene's list of lights.
     Light {
         /// The index.
         index: usize,
         /// Number of shadow rays to it, all blocked.
         rays: u64,
     },
-    /// An emissive object, by its index in the scene's list; generated objects follow the listed
-    /// ones.
+    /// An emissive object, by its index in the scene's list of objects; generated objects follow
+    /// the listed objects.
     Object {
         /// The index.
         index: usize,
@@ -30,14 +30,15 @@ pub enum UnreachedLight {
 }
 
 impl<R: Real> Prepared<R> {
-    /// Lights with enough blocked rays and no contribution.
+    /// Returns the lights without a contribution to which at least [`ENOUGH`] shadow rays were
+    /// blocked.
     pub(crate) fn shut_away(&self, usage: &LightUsage) -> Vec<UnreachedLight> {
         let in_vain = |light| usage.in_vain(light).map(u64::from);
         let lights = (0..self.lights.delta.len()).filter_map(|index| {
             let rays = in_vain(LightId::Delta(index as u32))?;
             Some(UnreachedLight::Light { index, rays })
         });
-        // Some triangles of a mesh may be hidden; a mesh is reported only if all are.
+        // A mesh is reported only if all its triangles are unreached.
         let objects = self
             .lights
             .emitters

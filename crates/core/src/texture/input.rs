@@ -1,6 +1,5 @@
-//! Inputs that may vary over a surface, as prepared for shading: constants stay constants, all
-//! others are evaluated at the hit. The data they refer to lie in flat tables, so an input itself
-//! is one or two numbers.
+//! Prepared inputs of materials: constants, and values that are evaluated at a hit. An input holds
+//! indices into flat tables, so it consists of one or two numbers.
 
 use core::cell::Cell;
 use core::ops::Range;
@@ -14,52 +13,58 @@ use crate::expr::{Programs, Variable, VariableValues};
 use crate::interaction::{Interaction, LightInputs};
 use crate::scene::{Channel, ImageData};
 
-/// Tables that inputs refer to by index.
+/// Flat tables of programs, texture uses and images, to which inputs refer by index.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct TextureTables<R: Real> {
+    /// Compiled expressions.
     pub programs: Programs<R>,
-    /// Present for a scene whose coordinates are relative to a storage origin.
+    /// The programs in `f64`, for a scene whose coordinates are relative to a storage origin;
+    /// `None` for a scene near zero.
     pub far: Option<Box<FarPrograms>>,
+    /// Uses of textures, ordered by material.
     pub textures: Vec<TextureBinding<R>>,
-    /// Range of texture uses for each material.
+    /// Range in [`Self::textures`] of each material's texture uses.
     pub of_materials: Vec<Range<u32>>,
-    /// Images, each once, however many textures show it; shared with the scene, so that pixels are
-    /// not copied.
+    /// Images without duplicates, shared with the scene, so that pixels are not copied.
     pub images: Vec<Arc<ImageData>>,
-    /// Mipmaps of images, one for each colour space in which an image is read with them; empty
-    /// where no texture needs them.
+    /// Mipmap levels for each pair of an image and a colour space that a texture reads with
+    /// mipmaps.
     pub pyramids: Vec<Vec<ImageData>>,
+    /// Linear values of 8-bit codes.
     pub codes: TexelCodes<R>,
 }
 
-/// Programs of a scene far from zero: they read world coordinates, which need f64 there.
+/// Programs of a scene far from zero. Expressions read world coordinates, which need `f64` there.
 #[derive(Clone, Debug)]
 pub(crate) struct FarPrograms {
     /// Storage origin of the coordinates.
     pub origin: DVec3,
-    /// The scene's programs, by the same indices.
+    /// The scene's programs in `f64`, with the indices of [`TextureTables::programs`].
     pub programs: Programs<f64>,
 }
 
-/// A use of a texture.
+/// A use of a texture by a material's input.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct TextureBinding<R: Real> {
     /// Index in the table of images.
     pub image: u32,
+    /// Filter, wrap modes, transform and factor.
     pub sampler: Sampler<R>,
-    /// Index of the image's mipmaps; `None`: the image is read at full size.
+    /// Index of the image's mipmaps; `None` if the image is read at full size.
     pub pyramid: Option<u32>,
     /// Index of the mesh's set of texture coordinates.
     pub set: usize,
-    /// Expressions in place of the surface's own coordinates.
+    /// Expressions for u and v in place of the surface's own texture coordinates.
     pub coordinates: Option<[PreparedInput<R>; 2]>,
-    /// First use with the same texel footprint at every hit, as for most textures of a material.
-    /// `None` where the footprint depends on more than a set of coordinates.
+    /// Index of the first texture use that has the same texel footprint at every hit; most textures
+    /// of a material share a footprint. `None` if the footprint depends on expressions or on
+    /// mipmaps.
     pub footprint_of: Option<u32>,
 }
 
 impl<R: Real> TextureBinding<R> {
-    /// Returns the texel footprint, where it depends on a set of coordinates alone.
+    /// Returns the texel footprint, from the context's cache if possible; `None` if it depends on
+    /// expressions or on mipmaps.
     #[inline(always)]
     fn place(&self, context: &ShadingContext<'_, R>) -> Option<TexelFootprint<R>> {
         let first = self.footprint_of?;
@@ -76,6 +81,7 @@ impl<R: Real> TextureBinding<R> {
         })
     }
 
+    /// Computes the texel footprint in an image from the interaction's texture coordinates.
     #[inline(always)]
     fn place_in(&self, image: &ImageData, interaction: &Interaction<R>) -> TexelFootprint<R> {
         let coordinates = interaction
@@ -86,6 +92,7 @@ impl<R: Real> TextureBinding<R> {
         self.sampler.place(image, coordinates)
     }
 
+    /// Returns the filtered texel: red, green, blue and alpha.
     #[inline(always)]
     fn texel(&self, context: &ShadingContext<'_, R>) -> [R; 4] {
         let Some(place) = self.place(context) else {
@@ -98,6 +105,7 @@ impl<R: Real> TextureBinding<R> {
         )
     }
 
+    /// Returns the filtered texel of a texture with expressions or mipmaps.
     #[inline(never)]
     fn texel_anywhere(&self, context: &ShadingContext<'_, R>) -> [R; 4] {
         let coordinates = match &self.coordinates {
@@ -134,7 +142,7 @@ impl<R: Real> TextureBinding<R> {
 }
 
 impl<R: Real> TextureTables<R> {
-    /// Returns the context for evaluating inputs at an interaction.
+    /// Returns the context in which inputs are evaluated at an interaction.
     #[inline(always)]
     pub fn shading_context<'a>(&'a self, interaction: &'a Interaction<R>) -> ShadingContext<'a, R> {
         ShadingContext {
@@ -146,8 +154,8 @@ impl<R: Real> TextureTables<R> {
         }
     }
 
-    /// Prefetches the texels that a material's textures will read at an interaction, where texture
-    /// coordinates alone determine them, and stores their footprint.
+    /// Prefetches the texels that the textures of the hit material will read, and stores their
+    /// footprint in the interaction. Textures with expressions or mipmaps are skipped.
     #[inline(always)]
     pub fn prefetch(&self, interaction: &mut Interaction<R>) {
         let Range { start, end } = self.of_materials[interaction.material as usize];
@@ -156,6 +164,7 @@ impl<R: Real> TextureTables<R> {
         }
     }
 
+    /// [`Self::prefetch`] for a material's texture uses.
     #[inline(never)]
     fn prefetch_each(&self, textures: &[TextureBinding<R>], interaction: &mut Interaction<R>) {
         let mut requested = None;
@@ -169,7 +178,7 @@ impl<R: Real> TextureTables<R> {
                 _ => texture.place_in(image, interaction),
             };
             interaction.texel_footprint = Some((first, place));
-            // Channels of one image are separate uses.
+            // Two channels of an image are two texture uses, which need a single prefetch.
             if requested != Some((first, texture.image)) {
                 requested = Some((first, texture.image));
                 place.prefetch(image);
@@ -178,19 +187,22 @@ impl<R: Real> TextureTables<R> {
     }
 }
 
-/// Context of inputs: an interaction, and a light where its contribution is evaluated.
+/// Context in which inputs are evaluated: an interaction, and the properties of a light while its
+/// contribution is computed.
 pub(crate) struct ShadingContext<'a, R: Real> {
     texture_tables: &'a TextureTables<R>,
     pub interaction: &'a Interaction<R>,
     pub light_inputs: LightInputs<R>,
-    /// The last texture use with its texel, because several inputs may read channels of one texel.
+    /// The last evaluated texture use and its texel, because several inputs may read channels of
+    /// the same texel.
     last: Cell<Option<(u32, [R; 4])>>,
-    /// Footprint of the last texture use: see [`TextureBinding::footprint_of`].
+    /// The last computed footprint, with the index of its first texture use: see
+    /// [`TextureBinding::footprint_of`].
     place: Cell<Option<(u32, TexelFootprint<R>)>>,
 }
 
 impl<R: Real> ShadingContext<'_, R> {
-    /// Returns the value of a program as a vector; a number is in every component.
+    /// Runs a program and returns its value as a vector; a number is repeated in every component.
     #[inline(always)]
     fn run(&self, program: u32) -> R::Vec3 {
         match &self.texture_tables.far {
@@ -202,6 +214,7 @@ impl<R: Real> ShadingContext<'_, R> {
         }
     }
 
+    /// Runs a program in `f64`, with points in world coordinates.
     #[inline(never)]
     fn run_far(&self, far: &FarPrograms, program: u32) -> R::Vec3 {
         let near = self.interaction.inputs(&self.light_inputs).to_f64();
@@ -213,7 +226,8 @@ impl<R: Real> ShadingContext<'_, R> {
         R::Vec3::from_f64(far.programs.vector(program, &inputs))
     }
 
-    /// Whether the point lies in an odd cell of a pattern in world x and z.
+    /// Whether the hit point lies in an odd cell of a checkerboard in world x and z. `frequency` is
+    /// the inverse edge of a cell.
     #[inline(always)]
     fn is_odd_cell(&self, frequency: R) -> bool {
         let p = self.interaction.surface.point;
@@ -226,6 +240,7 @@ impl<R: Real> ShadingContext<'_, R> {
         }
     }
 
+    /// Returns the texel of a texture use, from the cache if it is the last one.
     fn texel(&self, texture: u32) -> [R; 4] {
         match self.last.get() {
             Some((last, texel)) if last == texture => texel,
@@ -238,24 +253,25 @@ impl<R: Real> ShadingContext<'_, R> {
     }
 }
 
-/// A number or a colour of a material.
+/// A prepared input of a material: a number or a colour.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum PreparedInput<R: Real> {
-    /// A constant; a number is in every component.
+    /// A constant; a number is repeated in every component.
     Constant(R::Vec3),
-    /// Two colours in cells of world x and z.
+    /// A checkerboard of two colours in world x and z. `frequency` is the inverse edge of a cell.
     Checker {
         even: R::Vec3,
         odd: R::Vec3,
         frequency: R,
     },
+    /// Index of a program.
     Program(u32),
-    /// A texture use and its channel; `None`: the colour.
+    /// Index of a texture use, and its channel; `None` for the colour.
     Texture(u32, Option<Channel>),
 }
 
 impl<R: Real> PreparedInput<R> {
-    /// Returns the value as a colour.
+    /// Evaluates the input as a colour.
     #[inline(always)]
     pub fn colour(&self, context: &ShadingContext<'_, R>) -> R::Vec3 {
         match *self {
@@ -282,7 +298,7 @@ impl<R: Real> PreparedInput<R> {
         }
     }
 
-    /// Returns the value as a number; the red channel of a colour.
+    /// Evaluates the input as a number: of a colour, the red channel.
     #[inline(always)]
     pub fn number(&self, context: &ShadingContext<'_, R>) -> R {
         match *self {
@@ -305,8 +321,8 @@ impl<R: Real> PreparedInput<R> {
         }
     }
 
-    /// Returns the value as a texture coordinate, the only number for which an expression may be
-    /// negative.
+    /// Evaluates the input as a texture coordinate. Unlike [`Self::number`], an expression may be
+    /// negative here.
     #[inline(always)]
     fn coordinate(&self, context: &ShadingContext<'_, R>) -> R {
         match *self {
@@ -315,13 +331,14 @@ impl<R: Real> PreparedInput<R> {
         }
     }
 
-    /// Whether the input is zero everywhere.
+    /// Whether the input is the constant zero.
     #[inline(always)]
     pub fn is_zero(&self) -> bool {
         matches!(self, Self::Constant(c) if *c == R::Vec3::ZERO)
     }
 
-    /// Returns another channel of the same texture; any other input is returned unchanged.
+    /// Returns the input with another channel of its texture. Inputs without a texture are returned
+    /// unchanged.
     pub fn channel(self, channel: Channel) -> Self {
         if let Self::Texture(texture, _) = self {
             Self::Texture(texture, Some(channel))
@@ -330,7 +347,7 @@ impl<R: Real> PreparedInput<R> {
         }
     }
 
-    /// Whether the input is an expression of one of these variables.
+    /// Whether the input is an expression that reads any of the given variables.
     pub fn reads(&self, texture_tables: &TextureTables<R>, variables: &[Variable]) -> bool {
         match self {
             Self::Program(program) => variables
@@ -341,7 +358,7 @@ impl<R: Real> PreparedInput<R> {
     }
 }
 
-/// Clamps negative channels of an expression's colour to zero; NaN stays NaN.
+/// Clamps negative channels of a colour to zero. NaN stays NaN.
 #[inline(always)]
 fn clamp_negative<R: Real>(colour: R::Vec3) -> R::Vec3 {
     R::Vec3::new(
@@ -351,18 +368,21 @@ fn clamp_negative<R: Real>(colour: R::Vec3) -> R::Vec3 {
     )
 }
 
+/// Returns zero for a negative number; NaN stays NaN.
 #[inline(always)]
 fn zero_if_negative<R: Real>(x: R) -> R {
     if x < R::ZERO { R::ZERO } else { x }
 }
 
+/// Whether ⌊x·frequency⌋ + ⌊z·frequency⌋ is odd.
 fn is_odd_cell<R: Real>([x, z]: [R; 2], frequency: R) -> bool {
     let cell = (x * frequency).floor() + (z * frequency).floor();
     let half = cell * R::from_f64(0.5);
     half.floor() != half
 }
 
-/// Product of an input and the image under its separate key.
+/// Product of an input and an image from a separate key of the file, such as `roughness` and
+/// `roughness_texture`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct InputProduct<R: Real> {
     pub own: PreparedInput<R>,
@@ -370,7 +390,7 @@ pub(crate) struct InputProduct<R: Real> {
 }
 
 impl<R: Real> InputProduct<R> {
-    /// Returns the value as a number.
+    /// Evaluates the product as a number.
     #[inline(always)]
     pub fn number(&self, context: &ShadingContext<'_, R>) -> R {
         let own = self.own.number(context);
@@ -381,7 +401,7 @@ impl<R: Real> InputProduct<R> {
         }
     }
 
-    /// Returns a colour times the value.
+    /// Multiplies a colour by the product.
     #[inline(always)]
     pub fn tint(&self, context: &ShadingContext<'_, R>, colour: R::Vec3) -> R::Vec3 {
         let own = colour * self.own.colour(context);
@@ -392,7 +412,7 @@ impl<R: Real> InputProduct<R> {
         }
     }
 
-    /// Returns the input's own value where it is constant.
+    /// Returns the input's value without the image, or `None` if the input varies.
     pub fn constant(&self) -> Option<R::Vec3> {
         match self.own {
             PreparedInput::Constant(c) => Some(c),
@@ -400,7 +420,7 @@ impl<R: Real> InputProduct<R> {
         }
     }
 
-    /// Returns the value where it is constant everywhere.
+    /// Returns the product's value, or `None` if the input or the image varies.
     pub fn even(&self) -> Option<R::Vec3> {
         self.constant().filter(|_| self.image.is_none())
     }
@@ -410,6 +430,6 @@ impl<R: Real> InputProduct<R> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Bump<R: Real> {
     pub image: PreparedInput<R>,
-    /// Factor of the tangential directions.
+    /// Factor on the tangential components of the image's normal.
     pub scale: R,
 }

@@ -1,5 +1,5 @@
-//! Inputs that vary over a surface: constants, expressions and images, and image sampling. The
-//! module depends on the interaction, but not on materials, lights or preparation.
+//! Inputs of materials (constants, expressions, images) and the filtering of images. The module
+//! depends on the interaction, but not on materials, lights or preparation.
 
 mod input;
 pub(crate) mod pyramid;

@@ -1,5 +1,6 @@
-//! Mipmaps (Williams, "Pyramidal Parametrics", 1983): an image at halves of its size, for textures
-//! filtered by the width of a ray's cone. Built only for textures that need them.
+//! Mipmaps (Williams, "Pyramidal Parametrics", 1983): copies of an image, each of half the size of
+//! the previous copy. Textures with the filter `mipmaps` choose a copy by the width of the ray
+//! cone. Images without such a texture have no mipmaps.
 
 use rayon::prelude::*;
 use raywright_bvh::Real;
@@ -7,9 +8,9 @@ use raywright_bvh::Real;
 use super::sampler::{TexelCodes, texel};
 use crate::scene::{ImageData, Pixels};
 
-/// Returns the levels of an image: each half as wide and high as the previous one, rounded down, to
-/// a single texel. The image itself is level 0 and not included. Colours are linear, so that black
-/// and white average to half the light.
+/// Builds the mipmap levels of an image, from level 1 to a single texel. Each level is half as wide
+/// and high as the previous level, rounded down. The image itself is level 0 and not included.
+/// Colours are averaged as linear values, so that black and white average to half the radiance.
 pub(crate) fn levels(image: &ImageData, srgb: bool) -> Vec<ImageData> {
     let (mut levels, codes): (Vec<ImageData>, _) = (Vec::new(), TexelCodes::new());
     while let Some([width, height]) =
@@ -37,7 +38,7 @@ pub(crate) fn levels(image: &ImageData, srgb: bool) -> Vec<ImageData> {
     levels
 }
 
-/// Returns the bytes of all levels of an image of this size.
+/// Returns the size in bytes of all mipmap levels of an image, without the image itself.
 pub(crate) fn bytes_of(width: u32, height: u32) -> u64 {
     let (mut size, mut texels) = ([width, height], 0);
     while let Some(next) = halved(size) {
@@ -47,18 +48,19 @@ pub(crate) fn bytes_of(width: u32, height: u32) -> u64 {
     texels * size_of::<[f32; 4]>() as u64
 }
 
-/// Returns the size of the next level; `None` after a single texel.
+/// Returns the size of the next mipmap level, or `None` for a single texel.
 fn halved([width, height]: [u32; 2]) -> Option<[u32; 2]> {
     (width > 1 || height > 1).then(|| [(width / 2).max(1), (height / 2).max(1)])
 }
 
-/// For each of `to` texels along an axis, returns the first of the `from` texels that it covers,
-/// and the weight of each covered one. Sizes that are not powers of two divide texels, so that all
-/// texels have equal weight.
+/// Divides `from` texels along an axis among the `to` texels of the next level. For each texel of
+/// the next level, returns the index of the first covered texel, and the weights of all covered
+/// texels. Where `from` is odd, texels are divided, so that all have equal total weight.
 fn shares(from: u32, to: u32) -> Vec<(usize, Vec<f64>)> {
     let (from, to) = (u64::from(from), u64::from(to));
     let covered = |i: u64| {
-        // In units in which a texel of the old level is `to` wide and one of the new level `from`.
+        // In units in which a texel of the old level is `to` wide, and a texel of the new level
+        // `from` wide.
         let (start, end) = (i * from, (i + 1) * from);
         let first = start / to;
         let share = |k: u64| (end.min((k + 1) * to) - start.max(k * to)) as f64 / from as f64;
@@ -70,6 +72,8 @@ fn shares(from: u32, to: u32) -> Vec<(usize, Vec<f64>)> {
     (0..to).map(covered).collect()
 }
 
+/// Returns the weighted mean of the texels that a texel of the next level covers, as linear values.
+/// `columns` and `rows` are weights from [`shares`].
 fn mean(
     image: &ImageData,
     (codes, srgb): (&TexelCodes<f64>, bool),

@@ -1,4 +1,4 @@
-//! Image textures: wrap modes, nearest, bilinear and trilinear filtering, colour spaces.
+//! Filtering of image textures: wrap modes, nearest, bilinear and trilinear filters, colour spaces.
 
 use std::sync::LazyLock;
 
@@ -9,7 +9,8 @@ use crate::scene::{
     ColourSpace, Filter, ImageData, Pixels, Texture, TextureRef, TransferCurve, Wrap,
 };
 
-/// Sampling of a texture use: its settings besides the image and the coordinates.
+/// Settings of a texture use: colour space, filter, wrap modes, transform of the coordinates, and
+/// factor.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sampler<R: Real> {
     srgb: bool,
@@ -19,17 +20,17 @@ pub(crate) struct Sampler<R: Real> {
     factor: R::Vec3,
 }
 
-/// Footprint of a texture sample in its image.
+/// Area of an image that a filtered texture sample covers.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Footprint<'a, R> {
-    /// Mipmaps of the image; empty: the image alone is read.
+    /// Mipmap levels of the image from level 1; empty if the image is read at full size.
     pub levels: &'a [ImageData],
-    /// Edge of a square in texture coordinates, before the use's own map.
+    /// Edge of a square in texture coordinates, before the transform of the coordinates.
     pub side: R,
 }
 
 impl<R: Real> Sampler<R> {
-    /// Prepares the sampling of a texture use.
+    /// Creates the sampler of a texture use.
     pub fn new(texture: &Texture, reference: &TextureRef) -> Self {
         Self {
             srgb: texture.colour_space == ColourSpace::Srgb,
@@ -42,7 +43,8 @@ impl<R: Real> Sampler<R> {
         }
     }
 
-    /// Returns the filtered texel of an image: linear red, green, blue times the factor, and alpha.
+    /// Returns the filtered texel of an image: linear red, green and blue times the factor, and
+    /// alpha.
     pub fn texel(
         &self,
         image: &ImageData,
@@ -56,7 +58,8 @@ impl<R: Real> Sampler<R> {
         }
     }
 
-    /// Returns [`Self::texel`] of the full-size image, at its [`Self::place`].
+    /// Returns the filtered texel of a full-size image at a footprint from [`Self::place`], as
+    /// [`Self::texel`] does.
     #[inline(always)]
     pub fn texel_at(
         &self,
@@ -67,14 +70,14 @@ impl<R: Real> Sampler<R> {
         self.weighed(self.read(image, codes, place))
     }
 
-    /// Returns the texel footprint of texture coordinates in an image: equal for all images of
-    /// equal size, under uses that [`Self::shares_footprint`] this one.
+    /// Returns the texel footprint of texture coordinates in an image. The footprint is equal for
+    /// all images of equal size and all samplers for which [`Self::shares_footprint`] holds.
     #[inline(always)]
     pub fn place(&self, image: &ImageData, coordinates: [R; 2]) -> TexelFootprint<R> {
         self.place_of(image, self.mapped(coordinates))
     }
 
-    /// Whether another use reads the same texels.
+    /// Whether another sampler has the same footprint in an image of the same size.
     pub fn shares_footprint(&self, other: &Self) -> bool {
         let nearest = |sampler: &Self| sampler.filter == Filter::Nearest;
         nearest(self) == nearest(other)
@@ -82,6 +85,7 @@ impl<R: Real> Sampler<R> {
             && self.transform == other.transform
     }
 
+    /// Multiplies a texel's colour by the factor.
     #[inline(always)]
     fn weighed(&self, [r, g, b, a]: [R; 4]) -> [R; 4] {
         [
@@ -92,7 +96,7 @@ impl<R: Real> Sampler<R> {
         ]
     }
 
-    /// Applies the use's own map to coordinates.
+    /// Applies the transform of the texture use to coordinates.
     #[inline(always)]
     fn mapped(&self, [u, v]: [R; 2]) -> [R; 2] {
         match self.transform {
@@ -101,8 +105,8 @@ impl<R: Real> Sampler<R> {
         }
     }
 
-    /// Interpolates between the two levels whose texels are as large as the footprint. For smaller
-    /// footprints, and for images without an area, the result is that of the full-size image.
+    /// Interpolates between the two mipmap levels whose texels are next larger and next smaller
+    /// than the footprint. Footprints smaller than a texel read the full-size image.
     #[inline(never)]
     fn seen_afar(
         &self,
@@ -129,9 +133,9 @@ impl<R: Real> Sampler<R> {
         }
     }
 
-    /// Returns the fractional level whose texels have the area of a footprint (Akenine-Möller et
-    /// al., "Texture Level of Detail Strategies for Real-Time Ray Tracing", 2019, equation 20.3 and
-    /// following); −∞ for an empty footprint.
+    /// Returns the fractional mipmap level whose texels have the area of a square footprint with
+    /// edge `side`; −∞ for an empty footprint (Akenine-Möller et al., "Texture Level of Detail
+    /// Strategies for Real-Time Ray Tracing", 2019, equation 20.3 and following).
     fn level(&self, image: &ImageData, side: f64) -> f64 {
         let stretch = self
             .transform
@@ -144,10 +148,12 @@ impl<R: Real> Sampler<R> {
         }
     }
 
+    /// Returns the filtered texel of a single mipmap level at transformed coordinates.
     fn filtered(&self, image: &ImageData, codes: &TexelCodes<R>, coordinates: [R; 2]) -> [R; 4] {
         self.read(image, codes, &self.place_of(image, coordinates))
     }
 
+    /// Returns the texel footprint of transformed coordinates.
     #[inline(always)]
     fn place_of(&self, image: &ImageData, [u, v]: [R; 2]) -> TexelFootprint<R> {
         let x = scaled(u.to_f64(), image.width, self.wrap[0]);
@@ -167,7 +173,8 @@ impl<R: Real> Sampler<R> {
         }
     }
 
-    /// All four texels are loaded before any is used, because they are rarely cached.
+    /// Loads the texels of a footprint and interpolates them. All four texels are loaded before the
+    /// first is used, because they are rarely cached.
     #[inline(always)]
     fn read(&self, image: &ImageData, codes: &TexelCodes<R>, place: &TexelFootprint<R>) -> [R; 4] {
         if self.filter == Filter::Nearest {
@@ -191,17 +198,17 @@ impl<R: Real> Sampler<R> {
     }
 }
 
-/// The four texels around a point of an image, and the position between them.
+/// The four texels around a point of an image, and the weights of their interpolation.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct TexelFootprint<R> {
-    /// Upper left and right, lower left and right, as indices of the pixels.
+    /// Indices of the upper left, upper right, lower left and lower right pixel.
     corners: [usize; 4],
-    /// Weights from left to right and from top to bottom, in [0, 1).
+    /// Weights of the right and of the lower texels, in [0, 1).
     weights: [R; 2],
 }
 
 impl<R> TexelFootprint<R> {
-    /// Prefetches the texels. The right ones mostly share a cache line with the left ones.
+    /// Prefetches the left texels. The right texels mostly lie in the same cache lines.
     #[inline(always)]
     pub fn prefetch(&self, image: &ImageData) {
         let [upper, _, lower, _] = self.corners;
@@ -212,10 +219,12 @@ impl<R> TexelFootprint<R> {
     }
 }
 
-/// Numbers of the codes of an image.
+/// Linear values of the 8-bit codes 0 to 255.
 #[derive(Clone, Debug)]
 pub(crate) struct TexelCodes<R> {
+    /// Values of linear codes: code / 255.
     shares: [R; 256],
+    /// Values of sRGB codes.
     srgb: [R; 256],
 }
 
@@ -230,7 +239,7 @@ impl<R: Real> TexelCodes<R> {
         }
     }
 
-    /// Alpha is always linear in the code.
+    /// Converts a pixel's codes to linear values. Alpha is always linear in its code.
     #[inline(always)]
     fn linear(&self, [r, g, b, a]: [u8; 4], srgb: bool) -> [R; 4] {
         let colours = if srgb { &self.srgb } else { &self.shares };
@@ -250,7 +259,7 @@ impl<R: Real> Default for TexelCodes<R> {
     }
 }
 
-/// Returns a pixel of an image as linear numbers.
+/// Returns a pixel of an image as linear values; `srgb` applies to pixels stored as codes.
 #[inline(always)]
 pub(super) fn texel<R: Real>(
     image: &ImageData,
@@ -264,18 +273,20 @@ pub(super) fn texel<R: Real>(
     }
 }
 
+/// Interpolates between two texels; `weight` is that of the second.
 #[inline(always)]
 fn blend<R: Real>([ar, ag, ab, aa]: [R; 4], [br, bg, bb, ba]: [R; 4], weight: R) -> [R; 4] {
     let one = |a: R, b: R| a * (R::ONE - weight) + b * weight;
-    // An alpha mask compares alpha with its cutoff: between two texels, alpha never leaves their
-    // range.
+    // Alpha stays within the range of the two texels in spite of rounding, because an alpha mask
+    // compares it with a cutoff.
     let alpha = Real::clamp(one(aa, ba), Real::min(aa, ba), Real::max(aa, ba));
     [one(ar, br), one(ag, bg), one(ab, bb), alpha]
 }
 
-/// Converts a coordinate to texels. Whole turns of a repeating image are removed first, so that
-/// large tile counts keep their precision; NaN and infinity read the first texel. Computed in f64
-/// for every precision: an f32 just below a seam, or below a border between texels, stays below it.
+/// Converts a texture coordinate to a position in texels. The whole repetitions of a repeating
+/// image are removed first, so that large coordinates keep their precision. NaN and infinity become
+/// the first texel. The computation is in `f64` for every precision, so that an `f32` just below a
+/// border between texels stays below the border.
 #[inline(always)]
 fn scaled(u: f64, size: u32, wrap: Wrap) -> f64 {
     if !u.is_finite() {
@@ -289,19 +300,18 @@ fn scaled(u: f64, size: u32, wrap: Wrap) -> f64 {
     }
 }
 
-/// Returns the coordinate without its whole turns, always below one, also where the difference
-/// rounds to one.
+/// Returns the fraction u − ⌊u⌋, always below 1, even if the difference rounds to 1.
 #[inline(always)]
 fn fraction(u: f64) -> f64 {
     (u - Real::floor(u)).min(1.0_f64.next_down())
 }
 
-/// Returns the index of a texel under the wrap mode. Whatever the rounding before, it lies in the
-/// image.
+/// Returns the index in 0..size of a texel under the wrap mode. The index lies in the image for
+/// every rounding of the position.
 #[inline(always)]
 fn index(texel: f64, size: u32, wrap: Wrap) -> usize {
     let (i, n) = (texel as i64, i64::from(size));
-    // Whole turns are already removed, so at most one remains: no division.
+    // Whole repetitions are already removed, so at most one remains and no division is needed.
     let turned = |i: i64, n: i64| {
         if i < 0 {
             i + n
@@ -322,7 +332,7 @@ fn index(texel: f64, size: u32, wrap: Wrap) -> usize {
     i as usize
 }
 
-/// Returns an sRGB code as a linear number.
+/// Returns the linear value of an sRGB code.
 pub(crate) fn decoded(code: u8) -> f64 {
     static CODES: LazyLock<TexelCodes<f64>> = LazyLock::new(TexelCodes::new);
     CODES.srgb[usize::from(code)]

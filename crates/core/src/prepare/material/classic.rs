@@ -10,7 +10,8 @@ use crate::material::Glass;
 use crate::scene::{Classic as ClassicData, Colour, Mixture, SpecularModel, TransmissionChoice};
 use crate::texture::PreparedInput;
 
-/// Inputs of a local lighting model of several terms.
+/// Inputs of a classic material, a local lighting model of several terms (see
+/// [`crate::scene::Classic`]).
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ClassicInputs<R: Real> {
     pub colour: PreparedInput<R>,
@@ -25,15 +26,16 @@ pub(crate) struct ClassicInputs<R: Real> {
     pub mixture: Option<Mixture>,
     pub shadow_transmittance: R,
     pub shadow: Option<PreparedInput<R>>,
-    /// Whether a shadow ray is needed: not if `shadow` determines the light without one.
+    /// Whether a shadow ray is needed. It is not if the expression `shadow` reads no property of an
+    /// occluder.
     pub asks_what_is_between: bool,
-    /// Whether a weight depends on the distance of the nearest occluder.
+    /// Whether an expression reads the distance of the nearest occluder.
     pub asks_how_far: bool,
-    /// Whether, by its terms, a path tracer sees only Lambert's lobe and emission.
+    /// Whether the material consists of Lambert's lobe and emission alone for a path tracer.
     pub matte: bool,
 }
 
-/// A highlight.
+/// Inputs of a highlight.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SpecularInputs<R: Real> {
     pub model: SpecularModel,
@@ -44,16 +46,16 @@ pub(crate) struct SpecularInputs<R: Real> {
     pub on_reflection: bool,
 }
 
-/// A traced mirror reflection.
+/// Inputs of a traced mirror reflection.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ReflectionInputs<R: Real> {
     pub weight: PreparedInput<R>,
     pub tinted: bool,
-    /// Amount, and the rows of frequencies.
+    /// Amount of a disturbance of the mirrored direction, and its rows of frequencies.
     pub fuzz: Option<(R, [R::Vec3; 3])>,
 }
 
-/// Traced refraction.
+/// Inputs of traced refraction.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct TransmissionInputs<R: Real> {
     pub glass: Glass<R>,

@@ -1,4 +1,5 @@
-//! Preparation of a physical surface's layers, only if present and used by a path tracer.
+//! Preparation of a physical material's layers. Only path tracers use layers; other integrators
+//! ignore them.
 
 use raywright_bvh::{Real, Vector};
 
@@ -12,7 +13,7 @@ use crate::material::{
 use crate::scene::{Channel, Model, Physical as PhysicalData, Scene};
 use crate::texture::{Bump, InputProduct, PreparedInput};
 
-/// The stage of layers with inputs as fields.
+/// The field types of a layer before a hit: inputs.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct InputStage<R>(R);
 
@@ -29,22 +30,23 @@ impl<R: Real> LayerStage for InputStage<R> {
     type Base = ();
 }
 
-/// The layers of a physical surface.
+/// The layers of a physical material, as inputs.
 pub(crate) type LayeredInputs<R> = Layered<InputStage<R>>;
 
 /// Thickness of a film in nanometres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Thickness<R: Real> {
-    /// Thickness at white and at black texels of the image.
+    /// Thickness where the image is white, or everywhere without an image.
     pub thickest: InputProduct<R>,
+    /// Thickness where the image is black.
     pub thinnest: R,
     pub image: Option<PreparedInput<R>>,
 }
 
-/// Tangent directions on a surface.
+/// Directions of the rougher axis on a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct SurfaceDirections<R: Real> {
-    /// Cosine and sine of the rotation from the tangent.
+    /// Cosine and sine of the angle from the tangent to the rougher axis.
     pub turn: [R; 2],
     pub image: Option<PreparedInput<R>>,
 }
@@ -58,14 +60,14 @@ pub(super) fn is_directed<R: Real>(layers: &LayeredInputs<R>) -> bool {
             .is_some_and(|coat| coat.normal.is_some())
 }
 
-/// Context of preparing a material.
+/// State of the preparation of materials: settings, and the layers so far.
 #[derive(Debug)]
 pub(in crate::prepare) struct MaterialContext<R: Real> {
-    /// Layers of the prepared materials, which refer to them by index.
+    /// Layers so far, to which prepared materials refer by index.
     pub layers: Vec<LayeredInputs<R>>,
-    /// Whether a path tracer runs.
+    /// Whether the integrator is the path tracer.
     pub paths: bool,
-    /// Disabled effects.
+    /// Effects that the user has disabled.
     pub without: EffectSet,
     /// Choice of the reflectance formulas.
     pub fresnel: FresnelRule,
@@ -73,7 +75,7 @@ pub(in crate::prepare) struct MaterialContext<R: Real> {
     pub compensates: bool,
 }
 
-/// Whether a material goes beyond the metallic-roughness model.
+/// Whether a physical material needs layers beyond the plain metallic-roughness model.
 fn is_layered(m: &PhysicalData, rule: FresnelRule) -> bool {
     let clear = m.may_transmit() && (m.thin_walled || m.dispersion > 0.0);
     let present = [
@@ -91,7 +93,7 @@ fn is_layered(m: &PhysicalData, rule: FresnelRule) -> bool {
         || present.contains(&true)
 }
 
-/// Number of a scene's materials that get layers in a path tracer.
+/// Counts the materials of a scene that need layers in a path tracer.
 pub(crate) fn count_layered(scene: &Scene, rule: FresnelRule) -> u64 {
     let has =
         |model: &Model| matches!(model, Model::Physical(m) if !m.unlit && is_layered(m, rule));
@@ -182,7 +184,7 @@ pub(super) fn layered<R: Real>(
     })?;
     Ok(Some(Layered {
         base: (),
-        // At this stage the field holds the dispersion, in place of an index.
+        // Before a hit, this field holds the dispersion in place of an index.
         ior: if m.thin_walled { 0.0 } else { m.dispersion },
         specular: inputs.factor(&m.specular, &m.specular_texture, "specular")?,
         specular_colour: inputs.factor(

@@ -10,7 +10,7 @@ use crate::effects::Effect;
 use crate::scene::{AlphaMode, Channel, Physical as PhysicalData};
 use crate::texture::{Bump, InputProduct};
 
-/// Inputs of the metallic-roughness model.
+/// Inputs of a physical material, the metallic-roughness model.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PhysicalInputs<R: Real> {
     pub base: InputProduct<R>,
@@ -18,7 +18,7 @@ pub(crate) struct PhysicalInputs<R: Real> {
     pub metallic: InputProduct<R>,
     pub roughness: InputProduct<R>,
     pub index: RefractiveIndex<R>,
-    /// Transmission; `None` for an opaque material.
+    /// Transmission; `None` for a material that transmits nothing.
     pub transmission: Option<PhysicalTransmission<R>>,
     /// Absorption coefficient of the inside per metre; `None` without absorption.
     pub absorption: Option<R::Vec3>,
@@ -29,21 +29,22 @@ pub(crate) struct PhysicalInputs<R: Real> {
     pub unlit: bool,
     /// Whether the surface is a thin wall, without refraction.
     pub thin: bool,
-    /// Index in the table of layers; `None` without layers, or if the integrator ignores them.
+    /// Index in the table of layers; `None` without layers, or if the integrator ignores layers.
     pub layered: Option<u32>,
-    /// Factor of the dielectric part's reflectance, if that is its only layer
-    /// (KHR_materials_specular); 1 if the layers hold it.
+    /// Factor on the dielectric part's reflectance (KHR_materials_specular); 1 if the layers hold
+    /// the factor.
     pub specular: R,
-    /// Normal map; `None` without one.
+    /// Normal map; `None` without a normal map.
     pub bump: Option<Bump<R>>,
-    /// Whether the material is opaque, without layers and independent of expressions, so that many
-    /// of its points may be shaded at once.
+    /// Whether the material is opaque, has no layers and reads no expressions. Several hits of such
+    /// a material may be shaded at once.
     pub is_common: bool,
-    /// Whether smooth reflection is traced; otherwise it is shaded as rough reflection.
+    /// Whether smooth reflection is traced; if not, it is shaded as rough reflection.
     pub mirrors: bool,
 }
 
-/// Index of refraction of a physical material: at least 1, or 0 everywhere for total reflection.
+/// Index of refraction of a physical material, at least 1. A constant index of 0 stands for total
+/// reflection.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum RefractiveIndex<R: Real> {
     /// A constant index.
@@ -51,13 +52,13 @@ pub(crate) enum RefractiveIndex<R: Real> {
     Varying(InputProduct<R>),
 }
 
-/// An index of refraction with its reflectance.
+/// A constant index of refraction with its reflectance at normal incidence.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct DielectricBoundary<R> {
-    /// In `f64`, the precision of refraction.
+    /// Index of refraction, in `f64` as refraction needs.
     pub ior: f64,
-    /// Reflectance at normal incidence, computed in `f64` because `f32` would lose digits near
-    /// index 1; 1 for index 0.
+    /// Reflectance at normal incidence; 1 for index 0. It is computed in `f64`, because `f32` would
+    /// lose digits near index 1.
     pub f0: R,
 }
 
@@ -74,14 +75,15 @@ impl<R: Real> DielectricBoundary<R> {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PhysicalTransmission<R: Real> {
     pub share: InputProduct<R>,
-    /// Tint of the transmission by the base colour; white if the base colour varies.
+    /// Tint of shadow rays by the base colour; white if the base colour varies.
     pub tint: R::Vec3,
-    /// Transmittance for shadow rays; `None` if it varies.
+    /// Transmittance for shadow rays if it is constant; `None` if it varies.
     pub even: Option<R>,
 }
 
 impl<R: Real> PhysicalTransmission<R> {
-    /// Transmittance for shadow rays at this transmissive share.
+    /// Returns the transmittance for shadow rays where `share` of the light is transmitted: the
+    /// mean over the channels.
     pub fn of_light(&self, share: R) -> R {
         (self.tint * share).dot(R::Vec3::splat(R::from_f64(1.0 / 3.0)))
     }
@@ -94,8 +96,8 @@ impl<R: Real> PhysicalInputs<R> {
     }
 }
 
-/// Absorption per metre of a black attenuation colour: practically all light, in a number within
-/// `f32`.
+/// Greatest absorption coefficient per metre, which stands for a black attenuation colour: it
+/// absorbs practically all light and fits an `f32`.
 const MOST_ABSORPTION: f64 = 1e30;
 
 pub(super) fn physical<R: Real>(
@@ -105,7 +107,7 @@ pub(super) fn physical<R: Real>(
 ) -> Result<PhysicalInputs<R>, PrepareError> {
     let image = inputs.image(&m.base_colour_texture, "base_colour_texture")?;
     let base = inputs.product(&m.base_colour, image, "base_colour")?;
-    // The share of an image above the alpha cutoff differs from that of its mean.
+    // Mipmaps average alpha, which changes the share of the surface above the alpha cutoff.
     inputs.finest = matches!(m.alpha, AlphaMode::Mask { .. });
     let again = inputs.finest
         && m.base_colour_texture
