@@ -1,36 +1,35 @@
-//! Clock of the measurements: CPU time where the system provides it, which depends less on other
-//! load, and wall-clock time elsewhere.
+//! Clock of the measurements: CPU time on Unix, which depends less on the load by other programs,
+//! and wall-clock time elsewhere.
 
-/// Name of the time of [`thread_seconds`], for a report.
+/// Name, for reports, of the time that [`thread_seconds`] measures.
 pub const CLOCK: &str = if cfg!(unix) {
     "thread CPU time"
 } else {
     "wall-clock time"
 };
 
-/// Returns the working time of the calling thread in seconds; only differences on one thread are
+/// Returns the CPU time of the calling thread in seconds; only differences on one thread are
 /// meaningful.
 pub fn thread_seconds() -> f64 {
     seconds(TimerScope::Thread)
 }
 
-/// Returns the working time of all threads of the process in seconds; only differences are
-/// meaningful.
+/// Returns the CPU time of all threads of the process in seconds; only differences are meaningful.
 pub fn process_seconds() -> f64 {
     seconds(TimerScope::Process)
 }
 
-/// Measures the seconds of some work, which returns its amount. A test passes a stopwatch that
-/// depends on the amount alone, so that its result does not depend on the machine's load.
+/// Function that runs `work` and returns its seconds. The work returns its amount, such as a number
+/// of rays: tests use a stopwatch that computes the time from the amount, independent of the
+/// machine's load.
 pub(crate) type Stopwatch = fn(work: &mut dyn FnMut() -> u64) -> f64;
 
-/// Runs the work and returns the working seconds of the thread.
+/// Runs the work and returns the CPU seconds of the calling thread.
 pub(super) fn of_thread(work: &mut dyn FnMut() -> u64) -> f64 {
     timed(TimerScope::Thread, work)
 }
 
-/// Runs the work and returns the working seconds of all threads, which other programs do not
-/// lengthen.
+/// Runs the work and returns the CPU seconds of all threads of the process.
 pub(crate) fn of_process(work: &mut dyn FnMut() -> u64) -> f64 {
     timed(TimerScope::Process, work)
 }
@@ -41,7 +40,7 @@ fn timed(scope: TimerScope, work: &mut dyn FnMut() -> u64) -> f64 {
     seconds(scope) - start
 }
 
-/// Runs the work and returns ten nanoseconds per unit.
+/// Runs the work and returns ten nanoseconds per unit of its amount: a stopwatch for tests.
 #[cfg(test)]
 pub(super) fn steady(work: &mut dyn FnMut() -> u64) -> f64 {
     work() as f64 * 1e-8

@@ -1,5 +1,5 @@
-//! Benchmark of a user's scene: its camera rays, and one bounce of each in a random direction, by
-//! scan and by tree.
+//! Benchmark of a user's scene: camera rays, and one bounce ray from each hit, by linear scan and
+//! by tree.
 
 use glam::DVec3;
 use raywright_bvh::{Geometry, Interval, Ray, Real, Vector};
@@ -16,10 +16,10 @@ use crate::prepare::build_geometry;
 use crate::scene::Scene;
 use crate::settings::Settings;
 
-/// Most camera rays.
+/// Largest number of camera rays.
 const CAMERA_RAYS: u32 = 1 << 15;
 
-/// Scan against tree on a given scene.
+/// Times of linear scan and tree on a user's scene.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SceneComparison {
     /// Camera rays through a regular grid of pixel centres: coherent rays.
@@ -29,8 +29,8 @@ pub struct SceneComparison {
     pub bounce: Option<SeriesRow>,
 }
 
-/// Measures a validated scene as seen by the settings' camera. `on_row` is called with each
-/// finished row.
+/// Times the closest hit by linear scan and by tree on a validated scene, with rays of the
+/// settings' camera and with bounce rays. `on_row` is called with each finished row.
 ///
 /// # Errors
 /// See [`BenchError`].
@@ -87,8 +87,8 @@ fn measured(
     Ok(SceneComparison { camera, bounce })
 }
 
-/// Returns camera rays through pixel centres, relative to the geometry's origin, from every n-th
-/// column and row, which limits their number.
+/// Returns camera rays through the pixel centres of every n-th column and row, relative to the
+/// geometry's origin. The step n limits the number of rays.
 fn camera_rays(geometry: &Geometry<f32>, settings: &Settings, origin: DVec3) -> Vec<Ray<f32>> {
     let [width, height] = settings.size;
     let aspect = f64::from(width) / f64::from(height);
@@ -116,7 +116,8 @@ fn camera_rays(geometry: &Geometry<f32>, settings: &Settings, origin: DVec3) -> 
         .collect()
 }
 
-/// Returns one ray from each hit, cosine-weighted about the normal on the side of the incoming ray.
+/// Returns a bounce ray from each hit, cosine-weighted about the normal on the side of the incoming
+/// ray.
 fn bounces(geometry: &Geometry<f32>, rays: &[Ray<f32>]) -> Vec<Ray<f32>> {
     let numbers = AddressedNumbers { seed: SEEDS[1] };
     let bounce = |(i, ray): (usize, &Ray<f32>)| {

@@ -1,9 +1,8 @@
-//! Generated scenes of constant fill, with rays through them: equal for equal seeds on every
-//! machine.
+//! Generated scenes whose primitives fill a constant share of space, and rays through them. They
+//! depend on the seed alone, on every machine.
 //!
 //! N primitives are scattered in the unit cube. Their size is proportional to N^(−1/3), so that the
-//! spheres fill the same share of the cube for every N: more primitives mean more detail, not a
-//! fuller room.
+//! spheres fill the same share of the cube for every N.
 
 use core::f64::consts::{PI, TAU};
 
@@ -18,13 +17,13 @@ use crate::hash::mix;
 /// cube included.
 pub const FILL: f64 = 0.01;
 
-/// Kind of the primitives.
+/// Kind of the primitives of a generated scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum GeneratedKind {
     /// Spheres.
     Spheres,
-    /// Triangles, each with its corners on the sphere that it replaces.
+    /// Triangles, each with its corners on a sphere of the same size.
     Triangles,
 }
 
@@ -47,7 +46,8 @@ pub fn radius(count: u32) -> f64 {
     libm::cbrt(FILL * 3.0 / (4.0 * PI * f64::from(count.max(1))))
 }
 
-/// Random numbers by address: stream and index, never by the order of calls.
+/// Random numbers computed from an address (seed, item and lane), independent of the order of
+/// calls.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct AddressedNumbers {
     pub seed: u64,
@@ -111,13 +111,13 @@ pub fn group<R: Real>(
     Ok(group)
 }
 
-/// Generates rays that start outside the cube, in every direction, each towards a uniform point in
-/// the cube.
+/// Generates rays in uniform directions that start outside the unit cube, each towards a uniform
+/// point in the cube.
 pub fn rays<R: Real>(count: u32, seed: u64) -> Vec<Ray<R>> {
     let numbers = AddressedNumbers { seed };
     let ray = |i: u64| {
         let (target_direction, direction) = (numbers.point(i, 0), numbers.direction(i, 3));
-        // Beyond the cube's diagonal.
+        // The distance 2 is more than the cube's diagonal.
         Ray::new(
             Vector::from_f64(target_direction - direction * 2.0),
             <R::Vec3 as Vector<R>>::from_f64(direction).normalize(),

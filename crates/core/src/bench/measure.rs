@@ -1,4 +1,5 @@
-//! A row of the table: the same rays through scan and tree, first compared, then timed in turns.
+//! Measurement of a row of the benchmark: linear scan and tree intersect the same rays. Their hits
+//! are first compared, then both are timed alternately.
 
 use std::hint::black_box;
 
@@ -8,25 +9,26 @@ use serde::Serialize;
 use super::clock::{Stopwatch, of_thread};
 use super::statistics::Spread;
 
-/// Extent of the measurement.
+/// Extent of a benchmark: repetitions, length of a sample, and build quality of the tree.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BenchOptions {
-    /// Interleaved repetitions of each, at least one.
+    /// Number of alternating timings of scan and tree, at least one.
     pub repeats: usize,
-    /// Intended seconds of a timed sample; shorter samples measure the clock rather than the work.
+    /// Intended seconds of a timed sample. A much shorter sample measures the clock rather than the
+    /// work.
     pub sample_seconds: f64,
     /// Build quality of the tree.
     pub build: BuildQuality,
 }
 
 impl BenchOptions {
-    /// Returns scan and tree.
+    /// Returns linear scan and tree, the compared accelerators.
     pub(super) fn kinds(&self) -> [AcceleratorKind; 2] {
         [AcceleratorKind::Linear, AcceleratorKind::Tree(self.build)]
     }
 }
 
-/// Method of the measurement: its extent and its clock.
+/// Extent and clock of a benchmark.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Method {
     pub options: BenchOptions,
@@ -34,7 +36,7 @@ pub(super) struct Method {
 }
 
 impl Method {
-    /// Returns the method with the thread's CPU time.
+    /// Returns the method with the CPU clock of the thread.
     pub fn of(options: &BenchOptions) -> Self {
         Self {
             options: *options,
@@ -43,63 +45,66 @@ impl Method {
     }
 }
 
-/// Fewest rays of a sample.
+/// Least number of rays of a sample.
 const FEWEST_RAYS: usize = 16;
-/// Largest ratio of a sample's time to its intended time before it is left out.
+/// Largest ratio of a scan sample's time to the intended time. A slower scan is not timed.
 const PATIENCE: f64 = 8.0;
 
-/// A structure that answers ray queries, with the cost of its build.
+/// Accelerator of a scene, with the time of its build and its bytes.
 pub(super) struct Contestant<'a> {
     pub geometry: &'a Geometry<f32>,
     pub build: Spread,
     pub bytes: usize,
 }
 
-/// The two contestants of a row.
+/// Linear scan and tree of one scene.
 pub(super) struct ScanTreeContest<'a> {
     pub scan: Contestant<'a>,
     pub tree: Contestant<'a>,
 }
 
-/// Cost of the closest hit by one structure.
+/// Cost of closest-hit queries by one accelerator.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct QueryCost {
     /// Nanoseconds per ray.
     pub nanoseconds: Spread,
-    /// Rays of a sample; an even subset where a ray takes long.
+    /// Number of different rays of a sample: all rays, or evenly spread ones if a ray takes long.
     pub rays: usize,
-    /// Visited nodes, mean over these rays.
+    /// Mean number of visited nodes per ray.
     pub nodes_per_ray: f64,
-    /// Tested primitives, mean over these rays.
+    /// Mean number of tested primitives per ray.
     pub tests_per_ray: f64,
-    /// Milliseconds to build the structure, on the current thread pool.
+    /// Milliseconds to build the accelerator on the current thread pool.
     pub build_milliseconds: Spread,
-    /// Bytes of primitives and structure.
+    /// Bytes of primitives and accelerator.
     pub bytes: usize,
 }
 
-/// Scan against tree on one scene with one set of rays.
+/// Cost of linear scan and tree on one scene with the same rays.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct SeriesRow {
-    /// Primitives in the scene.
+    /// Number of primitives in the scene.
     pub primitives: usize,
-    /// Share of the rays that hit something.
+    /// Share of the rays, 0 to 1, that hit a primitive.
     pub hit_share: f64,
-    /// Cost with every primitive tested; `None` where a sample would have taken too long.
+    /// Cost of the linear scan, which tests every primitive; `None` if a sample would take too
+    /// long.
     pub scan: Option<QueryCost>,
     /// Cost of the tree.
     pub tree: QueryCost,
-    /// Ratio of the times of scan and tree, from samples taken one after the other.
+    /// Ratio of the scan's time to the tree's, from pairs of consecutive samples; `None` without a
+    /// scan.
     pub ratio: Option<Spread>,
 }
 
-/// Different hits by two structures, which make their times meaningless.
+/// Different hits of a ray by linear scan and tree, which make a comparison of their times
+/// meaningless.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("scan and tree disagree on ray {ray} among {primitives} primitives: {scan} against {tree}")]
 pub struct Disagreement {
     /// Index of the ray.
     pub ray: usize,
-    /// Primitives in the scene.
+    /// Number of primitives in the scene.
     pub primitives: usize,
     /// Hit of the scan.
     pub scan: String,
@@ -107,7 +112,7 @@ pub struct Disagreement {
     pub tree: String,
 }
 
-/// Measures one row. Rays must not be empty.
+/// Compares the hits of scan and tree, then times both alternately. `rays` must not be empty.
 pub(super) fn row(
     contest: &ScanTreeContest<'_>,
     rays: &[Ray<f32>],
@@ -137,7 +142,7 @@ pub(super) fn row(
     })
 }
 
-/// A scan that is timed against the tree, unless a sample of it would take too long.
+/// Timing of the linear scan against the tree; without samples if a sample would take too long.
 struct Challenger<'a> {
     contestant: &'a Contestant<'a>,
     sample: Option<RaySample<'a>>,
@@ -158,7 +163,7 @@ impl<'a> Challenger<'a> {
         }
     }
 
-    /// Compares hits to the bit: distance, parameters, primitive and instance.
+    /// Compares the hits of scan and tree to the bit: distance, parameters, primitive and instance.
     fn compare(&self, tree: &Geometry<f32>) -> Result<(), Disagreement> {
         let bits =
             |hit: &Option<Hit<f32>>| hit.map(|h| ([h.t, h.u, h.v].map(f32::to_bits), h.order()));
@@ -204,7 +209,7 @@ fn closest(geometry: &Geometry<f32>, ray: &Ray<f32>) -> Option<Hit<f32>> {
     geometry.closest(ray, Interval::positive(), &mut ())
 }
 
-/// Unit of timing: every `step`-th ray, all of them `passes` times.
+/// Rays that are timed together: every `step`-th ray, all of these `passes` times.
 struct RaySample<'a> {
     all: &'a [Ray<f32>],
     step: usize,
@@ -214,7 +219,8 @@ struct RaySample<'a> {
 }
 
 impl<'a> RaySample<'a> {
-    /// Determines the number of rays of a sample, which also warms up caches and predictors.
+    /// Returns a sample whose time is about the intended one. The trial runs also warm up caches
+    /// and branch predictors.
     fn sized(geometry: &Geometry<f32>, rays: &'a [Ray<f32>], method: &Method) -> Self {
         let Method { options, stopwatch } = *method;
         let mut sample = Self {
@@ -243,7 +249,7 @@ impl<'a> RaySample<'a> {
         self.all.iter().step_by(self.step)
     }
 
-    /// Returns the rays of a pass.
+    /// Returns the number of rays of a pass.
     fn count(&self) -> usize {
         self.all.len().div_ceil(self.step)
     }
@@ -253,7 +259,7 @@ impl<'a> RaySample<'a> {
         self.seconds_a_ray * (self.count() * self.passes) as f64
     }
 
-    /// Measures the seconds per ray once.
+    /// Runs the sample once and returns the seconds per ray.
     fn time(&self, geometry: &Geometry<f32>) -> f64 {
         let rays = self.count() * self.passes;
         let mut trace = || {
@@ -286,13 +292,13 @@ impl<'a> RaySample<'a> {
     }
 }
 
-/// Longest time for repeated builds of a structure, in samples.
+/// Longest total time of repeated builds of an accelerator, in units of a sample's intended time.
 const BUILD_PATIENCE: f64 = 8.0;
-/// Most builds in a timed batch.
+/// Largest number of builds in a timed batch.
 const LARGEST_BATCH: usize = 256;
 
-/// Builds a structure several times and returns the last one with the seconds per build. The input
-/// is created before the clock starts. Tiny builds are timed in batches.
+/// Builds an accelerator several times and returns the last result with the seconds per build. The
+/// input is created before the clock starts. Short builds are timed in batches.
 pub(super) fn timed_builds<I, G>(
     method: &Method,
     input: impl Fn() -> I,

@@ -1,10 +1,9 @@
-//! Cost of a ray by scan and by tree: measured, compared, summarised. The module prints nothing.
+//! Benchmark of closest-hit queries by linear scan and by tree. The module prints nothing.
 //!
-//! Every ray is traced on the calling thread, whose CPU time is measured (see [`clock`]): the cost
-//! of a ray is a property of the structure, not of the machine's load. Builds use the current
-//! thread pool; on a pool of one thread their times are those of one thread, too. Both structures
-//! trace the same rays, and their hits are compared to the bit before any timing. The timed samples
-//! alternate, so that a change of the machine's speed affects both.
+//! Every ray is traced on the calling thread, whose CPU time is measured (see [`clock`]), so that
+//! the load by other programs matters little. Accelerators are built on the current thread pool.
+//! Both accelerators trace the same rays, and their hits are compared to the bit before they are
+//! timed. Samples of both alternate, so that a change of the machine's speed affects both.
 
 pub mod clock;
 mod comparison;
@@ -23,10 +22,10 @@ pub use generated::{FILL, GeneratedKind, group, radius, rays};
 pub use measure::{BenchOptions, Disagreement, QueryCost, SeriesRow};
 pub use statistics::{Crossover, PowerLaw, Spread};
 
-/// Reason for a missing measurement.
+/// Reason why a benchmark has no result.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum BenchError {
-    /// Scan and tree differ: a bug, without times.
+    /// Linear scan and tree have different hits: a bug.
     #[error(transparent)]
     Disagreement(#[from] Disagreement),
     /// More primitives than a tree can address.
@@ -40,32 +39,32 @@ pub enum BenchError {
     Empty,
 }
 
-/// Rays through a generated scene.
+/// Number of rays through a generated scene.
 const RAYS: u32 = 1 << 16;
 /// Seeds of the scenes and of the rays through them.
 const SEEDS: [u64; 2] = [0x5eed_0001, 0x5eed_0002];
-/// Least number of primitives for the fit of growth exponents; below, caches and constant costs
-/// dominate.
+/// Least number of primitives of the points to which a power law is fitted. For fewer, caches and
+/// constant costs dominate.
 const FIT_FROM: f64 = 1e3;
 
-/// Growth of the cost with the number of primitives.
+/// Costs of linear scan and tree on generated scenes of growing size, with their growth.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Series {
     /// Kind of the primitives.
     pub kind: GeneratedKind,
     /// Rows by ascending number of primitives.
     pub rows: Vec<SeriesRow>,
-    /// Number of primitives from which on the tree is faster; `None` where the scan was never
-    /// timed.
+    /// Number of primitives from which on the tree is faster; `None` if the scan was never timed.
     pub crossover: Option<Crossover>,
-    /// Growth of the tree's time from 1000 primitives on; `None` with fewer than three such rows.
+    /// Power law of the tree's time per ray from 1000 primitives on; `None` with fewer than three
+    /// such rows.
     pub tree_growth: Option<PowerLaw>,
-    /// Growth of the scan's time.
+    /// Power law of the scan's time per ray, as for the tree.
     pub scan_growth: Option<PowerLaw>,
 }
 
-/// Returns sizes of generated scenes up to a largest one: powers of two to 32, then three steps per
-/// decade, 1, 3, 10, and the largest itself.
+/// Returns the numbers of primitives of generated scenes, ascending up to `largest`: powers of two
+/// to 32, then 1 and 3 times each power of ten from 100 on, and `largest` itself.
 pub fn sizes(largest: u32) -> Vec<u32> {
     let small = [1, 2, 4, 8, 16, 32].into_iter();
     let decades = (2..10).flat_map(|e| {
@@ -79,8 +78,8 @@ pub fn sizes(largest: u32) -> Vec<u32> {
     sizes
 }
 
-/// Measures generated scenes of several sizes, which must ascend and not be zero. `on_row` is
-/// called with each finished row.
+/// Times the closest hit by linear scan and by tree on generated scenes. `sizes` are numbers of
+/// primitives, above zero and ascending. `on_row` is called with each finished row.
 ///
 /// # Errors
 /// See [`BenchError`].

@@ -1,9 +1,9 @@
-//! Statistics of repeated measurements: median and spread, a power law through points, and the
+//! Statistics of repeated measurements: median and quartiles, a power law through points, and the
 //! crossover of two curves.
 
 use serde::Serialize;
 
-/// Repeated measurements of one quantity.
+/// Median, quartiles and range of repeated measurements of a quantity.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Spread {
     /// 50 % quantile.
@@ -19,8 +19,8 @@ pub struct Spread {
 }
 
 impl Spread {
-    /// Summarises finite measurements; all NaN for an empty slice. Quantiles between two
-    /// measurements are interpolated linearly.
+    /// Returns the quantiles of finite measurements, interpolated linearly; all NaN for an empty
+    /// slice.
     pub fn from_samples(measurements: &[f64]) -> Self {
         let mut sorted = measurements.to_vec();
         sorted.sort_by(f64::total_cmp);
@@ -41,7 +41,7 @@ impl Spread {
         }
     }
 
-    /// Converts to another unit.
+    /// Multiplies all quantiles by a factor, for another unit.
     pub fn scaled(self, factor: f64) -> Self {
         let Self {
             median,
@@ -61,13 +61,13 @@ impl Spread {
         }
     }
 
-    /// Returns half the distance between the quartiles relative to the median.
+    /// Returns half the distance between the quartiles over the median.
     pub fn relative(&self) -> f64 {
         0.5 * (self.upper_quartile - self.lower_quartile) / self.median
     }
 }
 
-/// y = factor · x^exponent, fitted by least squares to the logarithms.
+/// Power law y = factor · x^exponent, fitted to points by least squares in the logarithms.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct PowerLaw {
     /// Growth exponent: 1 is linear; a logarithm looks like a small, slowly falling exponent.
@@ -87,8 +87,8 @@ pub struct PowerLaw {
 }
 
 impl PowerLaw {
-    /// Fits points with x and y above zero; `None` for fewer than three points, or where all x are
-    /// equal.
+    /// Fits a power law to points (x, y) with x and y above zero; `None` for fewer than three
+    /// points, or if all x are equal.
     pub fn fit(points: &[(f64, f64)]) -> Option<Self> {
         if points.len() < 3 {
             return None;
@@ -128,7 +128,7 @@ impl PowerLaw {
     }
 }
 
-/// Number of primitives from which on one of two structures stays faster.
+/// Number of primitives from which on the first of two accelerators stays faster than the second.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Crossover {
@@ -141,10 +141,11 @@ pub enum Crossover {
 }
 
 impl Crossover {
-    /// Determines the crossover from sizes in ascending order, each with the measured ratios of the
-    /// other's time to its own. A structure is faster where three quarters of the ratios are above
-    /// one. A size where it is not faster but its median ratio is at least one counts as a tie, and
-    /// is the crossover. `None` without a measurement.
+    /// Determines the crossover from pairs of a size and the measured ratios of the second
+    /// accelerator's time to the first's, in ascending order of sizes. The first is faster at a
+    /// size if three quarters of the ratios are above one. The crossover is interpolated between
+    /// the last size at which it is not faster and the next. If the median ratio at the last size
+    /// is at least one, that size is the crossover. `None` without a measurement.
     pub fn of(ratios: &[(f64, Spread)]) -> Option<Self> {
         let Some(last) = ratios
             .iter()

@@ -1,5 +1,5 @@
-//! Candidate changes to the pixels of a tile: filtered light, filtered direct emission, and the
-//! removal of fireflies.
+//! Candidates: the changes of a pixel's colour that denoising may apply, fully or in part. They are
+//! filtered reflected light, filtered directly visible emission, and dimmed fireflies.
 
 use core::array::from_fn;
 
@@ -12,16 +12,17 @@ use super::plane::{
 use super::{CandidatePixel, FOUR, ReplicateQuad, TILE};
 use crate::observer::Observer;
 
-/// Offset of the albedo in demodulation: black surfaces reflect too.
+/// Offset added to the albedo by which reflected light is divided: surfaces with a black base
+/// colour reflect too.
 const LEAST_ALBEDO: f32 = 0.1;
 
-/// Firefly limit: light counts up to this factor of the brightest value near it in the other
-/// replicates, plus a small offset.
+/// Limit for fireflies: light is clamped to this factor times the brightest value near it in the
+/// other replicates, plus a small offset.
 const FIREFLY: f32 = 1.2;
 const DARK: f32 = 0.02;
 
-/// The first pass is strict, since it only makes the guide of the second. Tolerances beyond noise:
-/// 0.6 and 1.5 standard deviations.
+/// Tolerances of the two filter passes: 0.6 and 1.5 standard deviations beyond noise. The first
+/// pass only makes the guide of the second, and may leave more noise.
 const FIRST: Strictness = Strictness {
     inverse: 1.0 / (0.6 * 0.6),
     own: 0.0,
@@ -31,28 +32,30 @@ const SECOND: Strictness = Strictness {
     own: 0.5,
 };
 
-/// Share of the second guide that counts as its noise.
+/// Squared share of the second guide's colour that counts as the variance of its noise.
 const UNSURE: f32 = 0.04 * 0.04;
 
-/// Weight of a pixel's own value above which its leave-one-out colour keeps that value.
+/// Weight of a pixel in its own filtered value, 0 to 1, above which the leave-one-out colour keeps
+/// the pixel's value.
 const ALONE: f32 = 0.9;
 
-/// Reach of the second pass, including the compared patches; reach of its guide's variance; and
-/// reach of the first pass, including the variances of dimmed fireflies.
+/// Distances in pixels from which the result of a pixel is computed: in the second pass with its
+/// compared patches, in the variance of the second guide, and in the first pass with the variances
+/// of dimmed fireflies.
 const SECOND_REACH: usize = 9;
 const GUIDE_REACH: usize = SECOND_REACH + 2;
 const MARGIN: usize = GUIDE_REACH + 3 + 2 + 1;
 
-/// The data of all replicates in a window.
+/// Planes of all four replicates in a window of the picture.
 struct WindowReplicates {
     /// Reflected light, directly visible emission, albedo and normal of each replicate.
     light: [ColourPlanes; FOUR],
     emission: [ColourPlanes; FOUR],
     albedo: [ColourPlanes; FOUR],
     normal: [ColourPlanes; FOUR],
-    /// Distance as a feature.
+    /// Distance feature of the surfaces, with its tolerance (`features`).
     distance: (PixelPlane, PixelPlane),
-    /// Difference of each replicate's radiance from the mean of all.
+    /// Noise of each replicate: difference of its radiance from the mean of all four.
     noise: [ColourPlanes; FOUR],
 }
 
@@ -93,13 +96,14 @@ impl WindowReplicates {
         tile
     }
 
-    /// Whether reflected light is black everywhere.
+    /// Whether reflected light is black in every replicate and pixel of the window.
     fn is_unlit(&self) -> bool {
         let planes = self.light.iter().flatten();
         planes.flat_map(|plane| &plane.values).all(|of| *of == 0.0)
     }
 
-    /// Fills pixels of an unlit tile without flicker: their emission, and nothing added.
+    /// Sets the pixels of a window without reflected light and without noise to their emission,
+    /// without a candidate change.
     fn copy_emission(&self, part: Window, out: &mut [CandidatePixel]) {
         let width = self.emission[0][0].width;
         for (index, out) in out.iter_mut().enumerate() {
@@ -110,7 +114,8 @@ impl WindowReplicates {
         }
     }
 
-    /// Whether directly visible emission differs between replicates anywhere.
+    /// Whether directly visible emission is noisy: it differs between replicates in some pixel of
+    /// the window.
     fn flickers(&self) -> bool {
         let [first, others @ ..] = &self.emission;
         others
@@ -119,7 +124,7 @@ impl WindowReplicates {
     }
 }
 
-/// Fills the rows of pixels from `top` on, tile by tile.
+/// Computes the candidates of a band of rows that starts at row `top`, tile by tile.
 pub(super) fn fill_band(
     four: &ReplicateQuad<'_>,
     size: [usize; 2],
@@ -162,7 +167,8 @@ pub(super) fn fill_band(
 }
 
 impl WindowReplicates {
-    /// Filters one half of the replicates with the weights of the other.
+    /// Filters two replicates, `filtered`, with weights from the other two, `by`, and adds the
+    /// changes to the pixels of the tile `core`.
     fn cross_filter(
         &self,
         (filtered, by): ([usize; 2], [usize; 2]),
@@ -172,8 +178,8 @@ impl WindowReplicates {
     ) {
         let places = [GUIDE_REACH, 0].map(|reach| core.grow(reach, size).within(window));
         let [one, other] = by;
-        // Each replicate of the guiding half is limited by the other one, the filtered half by
-        // both.
+        // Each replicate of `by` is limited by its partner, and the filtered replicates by both of
+        // `by`.
         let limits = by.map(|r| brightest(&self.light[r]));
         let guides = [0, 1].map(|k: usize| dim_fireflies(&self.light[by[k]], &limits[1 - k]));
         let limit = PixelPlane::map_planes(
@@ -255,7 +261,8 @@ impl WindowReplicates {
     }
 }
 
-/// Light clamped to a limit from the brightest channel near it, with its hue kept.
+/// Returns light clamped, with its hue kept, to a limit: the brightest channel of `limit` within a
+/// pixel, times a factor.
 fn dim_fireflies(light: &ColourPlanes, limit: &PixelPlane) -> ColourPlanes {
     let share = PixelPlane::map_planes([&brightest(light), &limit.max_filter()], |[own, near]| {
         ((FIREFLY * near.max(0.0) + DARK) / own.max(1e-9)).min(1.0)
@@ -263,8 +270,8 @@ fn dim_fireflies(light: &ColourPlanes, limit: &PixelPlane) -> ColourPlanes {
     from_fn(|i| PixelPlane::map_planes([&light[i], &share], |[of, share]| of * share))
 }
 
-/// Both passes: the guides filter themselves, then the result filters the targets. `places`:
-/// windows of the second guide and of the result.
+/// Runs both filter passes: the first filters the guides by themselves, the second filters the
+/// targets by the result. `places` are the windows of the second guide and of the result.
 fn filter_twice(
     guides: [&ColourPlanes; 2],
     targets: [&ColourPlanes; 2],

@@ -1,21 +1,21 @@
-//! Error estimate of a denoised picture, from unbiased but noisy squared errors of its pixels.
+//! Error estimate of a denoised picture, from unbiased but noisy estimates of the squared error of
+//! each pixel.
 //!
-//! The filter correlates neighbouring pixels, so the standard error of the mean is taken from
-//! blocks: the variance of a block is half the mean square of differences between adjacent blocks.
-//! An error carried by few pixels is underestimated more often than overestimated, so the interval
-//! reaches farther up than down: such a mean of blocks behaves like a product rather than a sum of
-//! random variables.
+//! The filter correlates neighbouring pixels, so the standard error of the mean is computed from
+//! blocks: the variance of a block is half the mean squared difference of adjacent blocks. An error
+//! carried by few pixels is underestimated more often than overestimated. So the interval is
+//! log-normal above the estimate, and extends farther up than down.
 //!
-//! The true colour, to which errors are relative, is unknown too. The picture's own colour is
-//! correlated with the error: a dark pixel into which light was spread has a large error and looks
-//! less dark. The true colour lies above or below by the error of the surroundings, so the estimate
-//! uses the mean of the relative errors for both. A quarter of its difference from the estimate by
-//! the picture's own colour counts as a further standard error, which does not shrink in larger
-//! pictures.
+//! A relative error needs the true colour, which is unknown. The picture's colour is correlated
+//! with the error: the filter may spread light into a dark pixel, which then has a large error and
+//! looks too bright. The true colour is assumed above or below the picture's colour by the root
+//! mean squared error of the surroundings, and the relative errors for both are averaged. A quarter
+//! of the difference between this average and the relative error by the picture's colour counts as
+//! a further standard error, which does not shrink in larger pictures.
 //!
-//! Doubts about the noisy picture's error apply here too: light that no sample found is missing in
-//! both. Rare light, which makes the two relative errors differ widely, leaves the estimate in
-//! doubt too, even if other pixels support it.
+//! A doubt about the noisy picture's error (`Doubt`) applies to the denoised picture too, because
+//! light that no sample found is missing in both. The estimate is also doubtful if few pixels carry
+//! the noisy picture's error.
 
 use core::array::from_fn;
 
@@ -28,30 +28,31 @@ use crate::film::{BRIGHTEST, Doubt, ErrorEstimate, Film, ReplicateQuad, Uncertai
 use crate::metrics::student_95;
 use crate::picture::Picture;
 
-/// Edge of a block in pixels.
+/// Edge in pixels of the blocks over which squared errors are summed.
 const BLOCK: usize = 8;
 
-/// An estimate is meaningless if its standard error exceeds this share of the noisy picture's
-/// squared error. A share of the estimate itself would drop estimates that happen to be low, and
-/// more than one in twenty of the remaining ones would be too high.
+/// Largest standard error of a meaningful estimate, as a share of the noisy picture's squared
+/// error. A share of the estimate itself would reject estimates that are low by chance, so that
+/// more than one in twenty of the accepted estimates would be too high.
 const UNKNOWN: f64 = 0.5;
 
-/// Greatest standard error, relative to the estimate, for the log-normal interval.
+/// Largest standard error, relative to the estimate, in the log-normal upper end of the interval.
 const SKEWED: f64 = 0.5;
 
-/// Reach in pixels of the averages for a pixel's error, and for the true colour.
+/// Reach in pixels of the averages that give a pixel's error, and the true colour.
 const REACH: usize = 10;
 const NEAR: usize = 4;
 
-/// Sums of squared errors over a picture.
+/// Sums of estimated squared errors over a picture and over its blocks.
 struct ErrorSums {
-    /// Sums over blocks, row by row, and their total.
+    /// Sums over blocks, row by row.
     blocks: Vec<f64>,
     columns: usize,
     sum: f64,
     square: f64,
     pixels: f64,
-    /// Numbers of whole blocks along each side; only these count as neighbours.
+    /// Numbers of complete blocks along width and height; only complete blocks enter the standard
+    /// error.
     whole: [usize; 2],
 }
 
@@ -80,12 +81,13 @@ impl ErrorSums {
         self.sum / self.pixels
     }
 
-    /// Standard error of the mean, with its degrees of freedom; `None` without two adjacent blocks.
+    /// Returns the standard error of the mean squared error and its degrees of freedom; `None`
+    /// without two adjacent blocks.
     ///
-    /// For normally distributed blocks, the squared differences of n blocks, two for each, sum up
-    /// to a mean of 4nσ² and a variance of 40nσ⁴, since each difference shares a block with six
-    /// others: (4n)²·2/(40n) = 4n/5 degrees of freedom. As (Σd²)²/Σd⁴ is then 2n/3, 6/5 of it are
-    /// taken, which is less if few blocks dominate the differences.
+    /// n normally distributed blocks have 2n differences d between neighbours. Each difference
+    /// shares a block with six others, so Σd² has the mean 4nσ² and the variance 40nσ⁴:
+    /// (4n)²·2/(40n) = 4n/5 degrees of freedom. (Σd²)²/Σd⁴ is then 2n/3, and 6/5 of that are
+    /// returned. The result is less if few blocks dominate the differences.
     fn standard_error(&self) -> Option<(f64, f64)> {
         let [columns, rows] = self.whole;
         let at = |x: usize, y: usize| self.blocks[y * self.columns + x] / (BLOCK * BLOCK) as f64;
@@ -108,9 +110,10 @@ impl ErrorSums {
         })
     }
 
-    /// Standard error of the mean combined with a further error `off`, and Student's factor for it;
-    /// zero without any error. The further error is no estimate from blocks, so a greater share of
-    /// it raises the degrees of freedom (Satterthwaite, 1946).
+    /// Returns the standard error of the mean combined with a further standard error `off`, and
+    /// Student's factor; the standard error is zero if all errors are zero. The further error is
+    /// not estimated from blocks, so a greater share of it raises the degrees of freedom
+    /// (Satterthwaite, 1946).
     fn unsure(&self, off: f64) -> (f64, f64) {
         let (own, freedom) = self
             .standard_error()
@@ -128,8 +131,9 @@ impl ErrorSums {
         (unsure, student_95((of_both as u32).max(1)))
     }
 
-    /// Square root of the mean with its interval: below by Student's factor, above by the
-    /// log-normal one, as far as it is defined.
+    /// Returns the square root of the mean squared error with its interval. The lower end uses
+    /// Student's factor; the upper end is log-normal, extrapolated linearly for large standard
+    /// errors.
     fn estimate(&self, off: f64) -> ErrorEstimate {
         let (mean, (unsure, factor)) = (self.mean(), self.unsure(off));
         let share = if unsure < SKEWED * mean {
@@ -156,13 +160,14 @@ impl ErrorSums {
         }
     }
 
-    /// Whether the interval is meaningless for a picture with this squared error before.
+    /// Whether the interval is meaningless, for a noisy picture with the mean squared error
+    /// `noise`.
     fn is_unknown(&self, off: f64, noise: f64) -> bool {
         self.square > 0.0 && self.unsure(off).0 > UNKNOWN * noise
     }
 }
 
-/// The denoised picture of mixed pixels, with its error estimate.
+/// Writes the mixed pixels into the picture and returns it with its error estimate.
 pub(super) fn estimate(
     film: &Film,
     four: &ReplicateQuad<'_>,
@@ -204,8 +209,9 @@ pub(super) fn estimate(
     }
     let off = (relative.mean() - by_own.mean()).abs() / 4.0;
     let is_unknown = relative.is_unknown(off, noise / relative.pixels);
-    // The filter spreads light that few samples found, and light that no sample found is missing
-    // everywhere: the parts agree in both cases.
+    // Light that few samples found is spread by the filter, and light that no sample found is
+    // missing in all replicates. The replicates agree in both cases, so their differences do not
+    // show the error.
     let (noisy, is_rare) = film.uncertainty_and_rarity().unzip();
     let rare = is_rare.is_some_and(|is| is).then_some(Doubt::FewPixels);
     let doubt = noisy
@@ -229,14 +235,14 @@ pub(super) fn estimate(
     }
 }
 
-/// Weight that makes squared errors relative to a true colour that lies above or below `colour` by
-/// `apart`.
+/// Returns the weight of a squared error in the relative error: the mean of 1/(c² + 0.01) over the
+/// true colours c = `colour` ± `apart`.
 fn weight(colour: f64, apart: f64) -> f64 {
     let over = |colour: f64| 1.0 / (colour.max(0.0).powi(2) + FLOOR);
     f64::midpoint(over(colour + apart), over(colour - apart))
 }
 
-/// Mean of a quantity over the square around each pixel.
+/// Returns the mean of a quantity over the square of 2 `reach` + 1 pixels around each pixel.
 fn local_mean(
     [width, height]: [usize; 2],
     pixels: &[CandidatePixel],
@@ -251,9 +257,10 @@ fn local_mean(
     .box_mean(reach)
 }
 
-/// Root mean squared errors of pixels, by the errors of their neighbours, absolute or relative,
-/// whichever is less. Beside a lamp the absolute error belongs to the lamp; at a lamp the relative
-/// error belongs to dark neighbours, scaled by the lamp's brightness.
+/// Returns the root mean squared error of each pixel: the absolute or the relative squared error
+/// averaged over the neighbourhood, whichever gives less. Beside a lamp the absolute average is too
+/// large, because of the lamp's error. At a lamp the relative average is too large, because dark
+/// neighbours are scaled to the lamp's brightness.
 fn errors(size: [usize; 2], pixels: &[CandidatePixel]) -> Vec<[f32; 3]> {
     let near = |of: &(dyn Fn(&CandidatePixel) -> f32 + Sync)| local_mean(size, pixels, REACH, of);
     let channels: Vec<[PixelPlane; 2]> = (0..3)
@@ -277,7 +284,8 @@ fn errors(size: [usize; 2], pixels: &[CandidatePixel]) -> Vec<[f32; 3]> {
     pixels.iter().enumerate().map(value_of).collect()
 }
 
-/// Denominator of a pixel's relative squared error.
+/// Returns the denominator of a pixel's relative squared error in a channel: the product of two
+/// estimates of the colour, plus 0.01.
 fn relative_to(pixel: &CandidatePixel, channel: usize) -> f32 {
     pixel.added[1][channel].max(0.0) * pixel.base[channel].max(0.0) + FLOOR as f32
 }

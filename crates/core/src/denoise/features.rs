@@ -1,23 +1,24 @@
-//! Features of surfaces from one half of the replicates, each with its tolerance.
+//! Features of surfaces that limit the filter's weights: albedo, normal and distance, from two of
+//! the four replicates, each with its tolerance.
 
 use super::plane::{ColourPlanes, PixelPlane, mean};
 
-/// Squared differences that are always tolerated: of the albedo for light and for directly visible
-/// emission, of normals and of logarithms of distances.
+/// Squared differences that are always tolerated: of the albedo for reflected light, of the albedo
+/// for directly visible emission, of normals, and of logarithms of distances.
 const ALBEDO: f32 = 0.1 * 0.1;
 const SHARP_ALBEDO: f32 = 0.03 * 0.03;
 const NORMAL: f32 = 0.15 * 0.15;
 const DEPTH: f32 = 0.05 * 0.05;
 
-/// Multiple of noise and slopes that is tolerated.
+/// Tolerated multiple of the squared noise and slope of a feature.
 const MORE: f32 = 2.0;
 
-/// Logarithm of the distance of pixels without a hit.
+/// Logarithm of the distance for a pixel without a hit.
 const ENDLESS: f32 = 12.0;
 
-/// Features, each with the inverse of the tolerated squared difference: three of the albedo, three
-/// of the normal, one of the distance. `sharp` is for directly visible emission, which changes with
-/// smaller differences than lit surfaces.
+/// Returns seven features, each with the inverse of the tolerated squared difference: three of the
+/// albedo, three of the normal, one of the distance. `sharp` lowers the tolerance of the albedo,
+/// for directly visible emission.
 pub(super) fn features(
     albedo: [&ColourPlanes; 2],
     normal: [&ColourPlanes; 2],
@@ -46,7 +47,7 @@ pub(super) fn features(
     features
 }
 
-/// The feature of distances, the same for both halves.
+/// Returns the distance feature and the inverse of its tolerated squared difference.
 pub(super) fn distance(depth: &PixelPlane) -> (PixelPlane, PixelPlane) {
     let log = PixelPlane::map_planes([depth], |[z]| {
         if z > 0.0 {

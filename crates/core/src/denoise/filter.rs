@@ -1,9 +1,10 @@
-//! One pass of non-local means: each pixel becomes a mean of pixels around it with similar
-//! surroundings in a guide, and similar features.
+//! One pass of non-local means: each pixel becomes a weighted mean of the pixels around it. The
+//! weight is large for pixels with similar surroundings in a guide picture and with similar
+//! features.
 //!
-//! Differences in the guide are related to the differences that noise would cause (Rousselle, Knaus
+//! Squared differences in the guide are divided by those that noise would cause (Rousselle, Knaus
 //! and Zwicker, "Adaptive Rendering with Non-Local Means Filtering", 2012) and averaged over three
-//! by three pixels. A feature can only reduce a weight.
+//! by three pixels. Features can only reduce a weight.
 
 use core::ops::Range;
 use std::sync::LazyLock;
@@ -15,24 +16,26 @@ use super::loops;
 use super::plane::{ColourPlanes, PixelPlane, Window, black};
 use super::rows::{Compared, Filtered, LANES, PixelRow, ROW, Sums, lit_part};
 
-/// Filtered means, and the weight of each pixel in its own mean; zero outside the filtered part.
+/// Filtered pictures, and the weight of each pixel in its own filtered value, 0 to 1; all zero
+/// outside the filtered window.
 pub(super) struct FilterOutput {
     pub means: [ColourPlanes; 2],
     pub own: PixelPlane,
 }
 
-/// Offsets around a pixel, down and to the right. Each comes with its opposite, so that no picture
-/// is shifted.
+/// Offsets from a pixel to its neighbours, down and to the right in pixels. Every offset has its
+/// opposite in the list, so that the filter does not shift the picture.
 pub(super) type Offsets = Vec<[isize; 2]>;
 
 /// All offsets within a disc of two and a half pixels.
 pub(super) static NEAR: LazyLock<Offsets> = LazyLock::new(|| offsets(2, 0.0, 2));
-/// All offsets of a square of five by five, and beyond it a fifth of those in a disc of eight and a
-/// half pixels.
+/// All offsets of a square of five by five pixels, and a fifth of the other offsets within eight
+/// and a half pixels.
 pub(super) static FAR: LazyLock<Offsets> = LazyLock::new(|| offsets(8, 0.2, 2));
 
-/// Offsets within `radius`; beyond a square of `dense` pixels to each side a share of them, spread
-/// evenly (Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences", 2018).
+/// Returns the offsets within `radius` plus half a pixel. Beyond `dense` pixels to each side only a
+/// share of them is returned, spread evenly (Roberts, "The Unreasonable Effectiveness of
+/// Quasirandom Sequences", 2018).
 fn offsets(radius: isize, share: f64, dense: isize) -> Offsets {
     let chosen = |y: isize, x: isize| {
         let (a, b) = if (y, x) > (-y, -x) { (y, x) } else { (-y, -x) };
@@ -44,20 +47,21 @@ fn offsets(radius: isize, share: f64, dense: isize) -> Offsets {
         .collect()
 }
 
-/// Rows of a block, which are filtered together: their inputs fit into a cache.
+/// Number of rows that are filtered together, so that their inputs fit into a cache.
 const BLOCK: usize = 16;
 
-/// Buffers of a filter, reused by the next.
+/// Buffers of a filter pass, reused by the next pass.
 #[derive(Default)]
 pub(super) struct Workspace {
     compared: Vec<Compared>,
     filtered: Vec<Filtered>,
     sums: Vec<Sums>,
-    /// One for each step to the right.
+    /// Recent rows for each horizontal offset.
     lately: Vec<Lately>,
 }
 
-/// The last three rows of differences, and of means of three along them.
+/// The last three rows of squared differences for a horizontal offset, and their means over three
+/// neighbours along the row.
 #[derive(Clone)]
 struct Lately {
     differences: [PixelRow; 3],
@@ -71,9 +75,9 @@ impl Lately {
     };
 }
 
-/// Filters the targets within `core`, a rectangle of their planes, by offsets. Pixels beyond the
-/// planes are ignored: planes that end before the picture does must exceed the core by the reach of
-/// the offsets, and one more. Parts with no lit target within reach are skipped.
+/// Filters the targets in the window `core` of their planes. Pixels beyond the planes are ignored,
+/// so planes that are smaller than the picture must exceed `core` by the reach of the offsets plus
+/// one pixel. Parts whose targets are black within reach are skipped and stay zero.
 pub(super) fn filter(
     guide: &Guide<'_>,
     targets: [&ColourPlanes; 2],
@@ -98,7 +102,7 @@ pub(super) fn filter(
     let (Some(first), Some(last)) = (lit.first(), lit.last()) else {
         return out;
     };
-    // Differences are taken of one more row to each side.
+    // Differences are also needed for one row above and one below.
     let rows = first.y.saturating_sub(reach + 1)..(last.y + last.height + reach + 1).min(size[1]);
     Compared::fill(&mut workspace.compared, guide, rows);
     for block in lit {
@@ -115,7 +119,7 @@ pub(super) fn filter(
 }
 
 impl FilterOutput {
-    /// Writes the means of a rectangle, from its sums.
+    /// Writes the weighted means of a window: the weighted sums over the sums of weights.
     fn put(&mut self, place: Window, sums: &[Sums]) {
         let width = self.own.width;
         for (y, sums) in sums[..place.height].iter().enumerate() {
@@ -132,7 +136,7 @@ impl FilterOutput {
     }
 }
 
-/// The filter of one block of rows.
+/// Filter pass over one block of rows, as a task for SIMD dispatch.
 struct FilterPass<'a> {
     strictness: Strictness,
     /// Size of the planes.
@@ -145,8 +149,8 @@ struct FilterPass<'a> {
 impl SimdTask for FilterPass<'_> {
     type Output = ();
 
-    /// Adds the offsets with a common step down together, row by row: the numbers of a row are read
-    /// once for all steps to the right.
+    /// Processes all offsets with the same vertical step together, row by row, so that a row is
+    /// read once for all horizontal steps.
     #[inline(always)]
     fn run(mut self) {
         let sums = &mut self.workspace.sums;
@@ -158,7 +162,7 @@ impl SimdTask for FilterPass<'_> {
     }
 }
 
-/// Range of places, out of `end`, whose neighbour at a step exists.
+/// Returns the range of indices below `end` whose neighbour at distance `step` is also below `end`.
 fn both(step: isize, end: usize) -> (usize, usize) {
     (
         (-step).max(0) as usize,
@@ -170,8 +174,8 @@ fn shift(position: usize, step: isize) -> usize {
     (position as isize + step) as usize
 }
 
-/// Columns of a block whose neighbours at a step are in the planes, without and with a margin of
-/// one.
+/// Columns of a block whose neighbours at a horizontal step are inside the planes, without and with
+/// a margin of one column.
 struct Columns {
     inner: Range<usize>,
     wide: Range<usize>,
@@ -187,7 +191,7 @@ impl Columns {
 }
 
 impl FilterPass<'_> {
-    /// Adds the pixels at offsets with a common step down.
+    /// Adds to the sums of the block the neighbours at offsets with a common vertical step.
     #[inline(always)]
     fn add(&mut self, offsets: &[[isize; 2]]) {
         let (block, [width, height], dy) = (self.block, self.size, offsets[0][0]);
@@ -212,7 +216,8 @@ impl FilterPass<'_> {
         }
     }
 
-    /// Differences of two rows in the guide, and means of three along them.
+    /// Computes the squared differences of two rows of the guide, and their means over three
+    /// neighbours along the row.
     #[inline(always)]
     fn compare(&mut self, [y, other]: [usize; 2], dx: isize, columns: &Range<usize>, index: usize) {
         let Workspace {
@@ -233,7 +238,7 @@ impl FilterPass<'_> {
         loops::average(means, differences, length);
     }
 
-    /// Adds a row of neighbours by their weights.
+    /// Computes the weights of a row of neighbours and adds the weighted neighbours to the sums.
     #[inline(always)]
     fn weigh(
         &mut self,

@@ -1,21 +1,24 @@
-//! The guide of a filter pass: planes by which pixels are compared, and how strictly.
+//! Guide of a filter pass: the planes in which pixels are compared, and the tolerance of the
+//! comparison.
 
 use super::plane::{ColourPlanes, PixelPlane};
 
-/// Strictness of the comparison: inverse of the squared tolerance in units of noise, and the least
-/// share of a pixel's own difference in the mean over its neighbours.
+/// Tolerance of a comparison of pixels: `inverse` is the inverse of the squared tolerance in units
+/// of noise. `own` is the share of a pixel's own squared difference below which the mean over three
+/// by three pixels cannot fall.
 #[derive(Clone, Copy)]
 pub(super) struct Strictness {
     pub inverse: f32,
     pub own: f32,
 }
 
-/// Guide for comparing pixels.
+/// Planes in which a filter pass compares pixels.
 pub(super) struct Guide<'a> {
     pub colour: &'a ColourPlanes,
     /// Variance of the guide, summed over channels.
     pub variance: &'a PixelPlane,
-    /// Variance of the targets, and its inverse: much noisier pixels get less weight.
+    /// Variance of the filtered targets, and its inverse. A neighbour that is more than twice as
+    /// noisy gets less weight.
     pub noise: &'a PixelPlane,
     pub inverse_noise: &'a PixelPlane,
     /// Features, each with the inverse of the tolerated squared difference.

@@ -1,10 +1,11 @@
 //! Loops over rows that the compiler vectorises.
 //!
-//! Each is a function of its own, so that the compiler knows that outputs do not alias inputs.
+//! Each loop is a function, so that the compiler knows that outputs do not alias inputs.
 
 use super::rows::{Compared, FEATURES, PixelRow};
 
-/// Squared differences of colours relative to the noise of these variances.
+/// Writes the squared differences of the colours of two rows, relative to their noise, from column
+/// `x` of the own row and column `beside` of the other.
 #[inline(always)]
 pub(super) fn compare(
     to: &mut [f32],
@@ -28,14 +29,16 @@ pub(super) fn compare(
     }
 }
 
-/// A squared difference relative to the noise of two variances.
+/// Returns a squared difference of two colours, less the expected noise, over the sum of their
+/// variances `own` and `there`, times `inverse`.
 #[inline(always)]
 pub(super) fn relate(square: f32, own: f32, there: f32, inverse: f32) -> f32 {
     let less = if own < there { own } else { there };
     (square - own - less) / (1e-7 + own + there) * inverse
 }
 
-/// Means of three along a row of a length; the ends count twice.
+/// Writes the mean of each number and its two neighbours along the first `length` entries of a row;
+/// an end counts as its own missing neighbour.
 #[inline(always)]
 pub(super) fn average(to: &mut PixelRow, of: &PixelRow, length: usize) {
     const THIRD: f32 = 1.0 / 3.0;
@@ -52,8 +55,9 @@ pub(super) fn average(to: &mut PixelRow, of: &PixelRow, length: usize) {
     }
 }
 
-/// Weights of neighbours: of the mean of three rows of differences, at least zero and a share of
-/// the pixel's own difference, and of the largest difference of a feature.
+/// Writes the weights of a row of neighbours. The distance is the largest of three numbers: the
+/// mean of three rows of differences, a share of the pixel's own difference, and the difference of
+/// a feature.
 #[inline(always)]
 pub(super) fn weigh(
     to: &mut [f32],
@@ -90,8 +94,8 @@ pub(super) fn weigh(
     }
 }
 
-/// The weight of a distance, exp(-x) with finite support, reduced if the noise is more than
-/// doubled.
+/// Returns the weight of a neighbour at a distance: (1 − x/4)⁴, which approximates exp(−x) with
+/// finite support. The weight is reduced if the neighbour's variance is more than twice `noise`.
 #[inline(always)]
 pub(super) fn close(apart: f32, noise: f32, inverse: f32) -> f32 {
     let close = 1.0 - apart * 0.25;
@@ -100,7 +104,7 @@ pub(super) fn close(apart: f32, noise: f32, inverse: f32) -> f32 {
     close * close * (close * close) * if noisier < 1.0 { noisier } else { 1.0 }
 }
 
-/// Adds the weighted channels of a colour.
+/// Adds the three channels of a row of colours, multiplied by the weights.
 #[inline(always)]
 pub(super) fn add_weighed([r, g, b]: [&mut [f32]; 3], weights: &[f32], of: [&[f32]; 3]) {
     for (to, values) in [r, g, b].into_iter().zip(of) {
@@ -117,7 +121,7 @@ fn add_product(to: &mut [f32], weights: &[f32], values: &[f32]) {
     }
 }
 
-/// Adds numbers.
+/// Adds a row of numbers to another.
 #[inline(always)]
 pub(super) fn add(to: &mut [f32], values: &[f32]) {
     let to = &mut to[..values.len()];

@@ -1,11 +1,11 @@
-//! Shares of the candidates in a pixel: the shares that minimise the error in its surroundings, by
-//! the replicates.
+//! Shares, 0 to 1, with which the candidate changes of a pixel are applied: those that minimise the
+//! squared error of its surroundings, as the replicates estimate it.
 //!
-//! With shares α the squared error changes by 2 Σ αb + Σ ααQ, where Q holds the products of the
-//! candidates' changes and b their negated correlation with the partners' noise. Both are relative,
-//! as the error is, and averaged over the neighbours *without the pixel itself*: so a pixel's own
-//! noise does not choose the shares that lower its own error estimate. (With the pixel, estimates
-//! were up to a half too small.)
+//! Shares α change the squared error by 2 Σ αb + Σ ααQ. Q holds the products of the candidates'
+//! changes, and b their negated mean product with the noise of the partner replicates. Both are
+//! relative, as the error is, and averaged over the neighbours *without the pixel itself*, so that
+//! a pixel's own noise does not choose the shares that lower its error estimate. (With the pixel,
+//! error estimates were too small by up to a half.)
 
 use core::array::from_fn;
 use core::ops::Range;
@@ -17,30 +17,30 @@ use raywright_bvh::{SimdTask, run_widest};
 use super::{CANDIDATES, CandidatePixel, FOUR, ReplicateQuad};
 pub(super) use crate::metrics::RELATIVE_FLOOR as FLOOR;
 
-/// Reach of the surroundings in pixels.
+/// Reach in pixels of the surroundings from which the shares of a pixel are solved.
 const REACH: usize = 20;
 
-/// Rows mixed together.
+/// Number of rows whose shares are solved as a unit.
 const BAND: usize = 64;
 
-/// Factor within which the colour without the pixel's own noise must agree with the filtered
-/// colour, to serve as the reference of relative errors.
+/// Largest ratio of the leave-one-out colour to the filtered colour, and its inverse, in the
+/// denominator of relative errors.
 const UNLIKE: f64 = 1.5;
 
-/// Rounds of coordinate descent over the shares.
+/// Largest number of rounds of coordinate descent over the shares.
 const SWEEPS: usize = 12;
 
-/// Pairs of candidates, once each.
+/// Pairs of candidates, whose products are the second moments.
 const PAIRS: [[usize; 2]; 6] = [[0, 0], [1, 1], [2, 2], [0, 1], [0, 2], [1, 2]];
 
-/// First and second moments of the candidates in a pixel, or in its surroundings.
+/// Number of first and second moments of the candidates.
 const KINDS: usize = CANDIDATES + PAIRS.len();
 
-/// Pixels whose shares are solved together.
+/// Number of pixels whose shares are solved together.
 const LANES: usize = 8;
 
-/// The colour with all candidates in full, and the colour without the pixel's own noise, clamped to
-/// agree with it.
+/// Returns two colours of a pixel: with all candidates applied in full, and the leave-one-out
+/// colour, clamped to agree with the first.
 pub(super) fn colours(mean: [f64; 3], pixel: &CandidatePixel) -> [[f64; 3]; 2] {
     let whole = from_fn(|i| {
         mean[i]
@@ -57,9 +57,10 @@ pub(super) fn colours(mean: [f64; 3], pixel: &CandidatePixel) -> [[f64; 3]; 2] {
     [whole, base]
 }
 
-/// Mean of a pixel's replicates, its variance, and an estimate of the mean's squared error by the
-/// products of partners. The expectation of the estimate is the variance, and its noise is
-/// correlated with that of the candidates.
+/// Returns the mean of a pixel's replicates, the variance of the mean, and an estimate of the
+/// mean's squared error from products of partner replicates. The expectation of the estimate is the
+/// variance. Its noise is correlated with the noise of the candidates' error terms, so that part of
+/// the noise cancels in their sum.
 pub(super) fn replicate_statistics(radiance: [[f64; 3]; FOUR]) -> [[f64; 3]; 3] {
     let mean: [f64; 3] =
         from_fn(|i| radiance.iter().map(|value| value[i]).sum::<f64>() / FOUR as f64);
@@ -75,7 +76,7 @@ pub(super) fn replicate_statistics(radiance: [[f64; 3]; FOUR]) -> [[f64; 3]; 3] 
     ]
 }
 
-/// Mixes the candidates of all pixels.
+/// Solves the shares of the candidates in all pixels and applies them.
 pub(super) fn mix(
     four: &ReplicateQuad<'_>,
     [width, height]: [usize; 2],
@@ -97,7 +98,8 @@ pub(super) fn mix(
         });
 }
 
-/// Reduces a pixel to its total change, its colour without its own noise, and its squared error.
+/// Applies the shares to the candidates of a pixel, which then holds its total change, its
+/// leave-one-out colour and its estimated squared error.
 fn settle(pixel: &mut CandidatePixel, shares: [f32; CANDIDATES], radiance: [[f64; 3]; FOUR]) {
     let [mean, _, error] = replicate_statistics(radiance);
     let sum = |of: &[[f32; 3]; CANDIDATES], i: usize| {
@@ -120,7 +122,8 @@ fn settle(pixel: &mut CandidatePixel, shares: [f32; CANDIDATES], radiance: [[f64
     };
 }
 
-/// Moments of some rows of pixels: in each row, one kind after the other.
+/// Moments of the candidates in some rows of pixels. A row holds each kind of moment for all its
+/// pixels, one kind after the other.
 struct MomentRows {
     width: usize,
     first: usize,
@@ -155,7 +158,7 @@ impl MomentRows {
     }
 }
 
-/// Shares of the candidates in the pixels of some rows.
+/// Returns the shares of the candidates in the pixels of these rows.
 fn shares(
     four: &ReplicateQuad<'_>,
     [width, height]: [usize; 2],
@@ -171,7 +174,7 @@ fn shares(
     })
 }
 
-/// Shares in some rows, from the moments of their surroundings.
+/// Task for SIMD dispatch that solves the shares in some rows from the moments of the surroundings.
 struct Shares {
     moments: MomentRows,
     height: usize,
@@ -189,7 +192,8 @@ impl SimdTask for Shares {
         };
         let mut out = vec![[0.0; CANDIDATES]; self.rows.len() * width];
         let padded = width.next_multiple_of(LANES);
-        // Sums of columns, padded with zeros by the reach at both ends.
+        // Sums over the surrounding rows of each column, padded with zeros by the reach at both
+        // ends.
         let mut columns = vec![0.0; padded + 2 * REACH];
         let mut sums = vec![[0.0; LANES]; KINDS * padded / LANES];
         for (y, out) in self.rows.zip(out.chunks_exact_mut(width)) {
@@ -250,7 +254,8 @@ fn minus(to: &mut [f64], values: &[f64]) {
     }
 }
 
-/// Moments of the candidates in a pixel, relative to its colour and its noise.
+/// Returns the moments of a pixel's candidates, relative to its squared colour plus its variance:
+/// the error terms b, then the products Q of all pairs.
 fn moments(radiance: [[f64; 3]; FOUR], pixel: &CandidatePixel) -> [f64; KINDS] {
     let [mean, variance, _] = replicate_statistics(radiance);
     let [_, base] = colours(mean, pixel);
@@ -269,11 +274,11 @@ fn moments(radiance: [[f64; 3]; FOUR], pixel: &CandidatePixel) -> [f64; KINDS] {
     })
 }
 
-/// Shares from 0 to 1 that minimise 2 Σ αb + Σ ααQ, by coordinate descent from all ones, of several
-/// pixels.
+/// Returns the shares α, 0 to 1, that minimise 2 Σ αb + Σ ααQ for several pixels, by coordinate
+/// descent that starts at one.
 #[inline(always)]
 fn solve(moments: &[[f64; LANES]; KINDS]) -> [[f32; LANES]; CANDIDATES] {
-    // Both other candidates of each, with the index of their product among the moments.
+    // For each candidate, the other two, with the index of their common product among the moments.
     const OTHERS: [[[usize; 2]; 2]; CANDIDATES] =
         [[[1, 6], [2, 7]], [[0, 6], [2, 8]], [[0, 7], [1, 8]]];
     let mut shares = [[1.0; LANES]; CANDIDATES];

@@ -1,22 +1,23 @@
-//! Denoising with an error estimate: from a film to a picture and its error.
+//! Denoising of a film, with an estimate of the denoised picture's error.
 //!
-//! Two passes of non-local means (Buades, Coll and Morel, "A Non-Local Algorithm for Image
-//! Denoising", 2005), with features and variances as by Rousselle, Manzi and Zwicker ("Robust
-//! Denoising Using Feature and Color Information", 2013). The four replicates of a film form two
-//! halves, and the weights of each half filter the other. Reflected light is divided by the albedo
-//! plus a tenth before filtering, so that texture is not taken for noise. Directly visible
-//! emission, of lamps and sky, is filtered separately, if it is noisy at all. The share of the
-//! filter in a pixel is solved from its surroundings without the pixel itself (`mixture`).
+//! A film holds four *replicates*: pictures from independent quarters of the samples. Two
+//! replicates are *partners* and form a half. Each half is filtered with weights computed from the
+//! other half, by two passes of non-local means (Buades, Coll and Morel, "A Non-Local Algorithm for
+//! Image Denoising", 2005), with features and variances as by Rousselle, Manzi and Zwicker ("Robust
+//! Denoising Using Feature and Color Information", 2013). Reflected light is divided by the albedo
+//! plus a tenth before filtering, so that texture is not taken for noise. Directly visible emission
+//! of lamps and sky is filtered separately if it is noisy. The share of the filtered colour in a
+//! pixel is solved from its surroundings without the pixel itself (`mixture`).
 //!
-//! So each of the four parts Pᵢ of the picture D = ¼ Σ Pᵢ is independent of one replicate, its
-//! partner xᵢ′ in the same half, and mean (Pᵢ − xᵢ′)² − s² − mean (Pᵢ − D)² has the squared error
-//! of D as its expectation, where s² is the sample variance of the four: the first two terms are
-//! the mean error of the parts, and the error of a mean is less than that by the spread of its
-//! parts. No reference is needed, and nothing is assumed of the filter, only that replicates are
-//! independent (`claim` derives an interval).
+//! The denoised picture is D = ¼ Σ Pᵢ, where Pᵢ is the filtered replicate i. Pᵢ is independent of
+//! the partner xᵢ′ of replicate i. So the expectation of mean (Pᵢ − xᵢ′)² − s² − mean (Pᵢ − D)² is
+//! the squared error of D, where s² is the sample variance of the four replicates: the first two
+//! terms are the mean squared error of the Pᵢ, and the error of their mean is less by their
+//! variance. The estimate needs no reference. It assumes nothing of the filter, only that
+//! replicates are independent (`claim` derives an interval).
 //!
-//! Bits depend on the film alone: tiles have a fixed size, and sums are taken row by row. Pixels at
-//! the edge of a crop have fewer neighbours than in the whole picture.
+//! The bits of the result depend on the film alone: tiles have a fixed size, and sums are added row
+//! by row. Pixels at the edge of a crop have fewer neighbours than in the whole picture.
 
 mod candidates;
 mod claim;
@@ -43,13 +44,13 @@ use crate::settings::Aov;
 use demand::{CANDIDATES, CandidatePixel, FOUR};
 pub use demand::{FEWEST_SAMPLES, LAYERS, is_possible};
 
-/// Width and height of a tile, filtered as a unit.
+/// Width and height in pixels of a tile, which is filtered as a unit.
 const TILE: [usize; 2] = [128, 64];
 
 /// Reason why a film can't be denoised.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum DenoiseError {
-    /// A deterministic picture without noise.
+    /// The picture has no random samples, so it has no noise.
     #[error("chance has no part in the picture, so that there is no noise")]
     NoChance,
     /// The film lacks a layer that the denoiser needs.
@@ -77,33 +78,35 @@ impl From<QuadError> for DenoiseError {
     }
 }
 
-/// A denoised picture with its error estimate.
+/// Denoised picture with its error estimate.
 #[derive(Clone, Debug)]
 pub struct DenoiseOutput {
     /// Colour, with the film's coverage and no layers.
     pub picture: Picture,
-    /// Root of the expected squared error of each pixel, bias included, averaged over its
+    /// Root mean squared error of each pixel per channel, bias included, estimated from its
     /// neighbourhood of 21 by 21 pixels.
     pub standard_error: Vec<[f32; 3]>,
-    /// Error of the picture.
+    /// Estimated error of the denoised picture, with an interval.
     pub error: Uncertainty,
-    /// Error of the noisy picture, if known.
+    /// Estimated error of the noisy picture; `None` if unknown.
     pub noisy: Option<Uncertainty>,
-    /// Relative change of the picture's light by the filter; negative for a darker picture.
+    /// Relative change of the picture's summed radiance by the filter; negative for a darker
+    /// picture.
     pub brightened: f64,
 }
 
 impl DenoiseOutput {
-    /// Whether the relative error is below `error`: by its interval, or, if the interval is
-    /// doubtful, by the interval's upper end and the noisy picture's error together. A picture of
-    /// less than two blocks has no interval, and its value counts.
+    /// Whether the root relMSE is at most `error`, by the upper end of its interval. If the
+    /// estimate is doubtful, the noisy picture must reach `error` too. A picture of less than two
+    /// blocks has no interval, so the estimate itself counts.
     pub fn reaches(&self, error: f64, noisy: &Uncertainty) -> bool {
         let ErrorEstimate { value, high, .. } = self.error.root_relmse;
         let maximum = if high.is_finite() { high } else { value };
         maximum <= error && (self.error.doubt.is_none() || noisy.reaches(error))
     }
 
-    /// The colour and the errors as layers of another picture.
+    /// Returns the denoised colour and its standard errors as layers, for another picture of the
+    /// same size.
     pub fn layers(&self) -> Vec<Layer> {
         const NAMES: [[&str; 3]; 2] = [
             ["denoised.R", "denoised.G", "denoised.B"],
@@ -125,7 +128,7 @@ impl DenoiseOutput {
     }
 }
 
-/// Denoises a film on the current thread pool and estimates the error of the result.
+/// Denoises a film on the current thread pool and estimates the error of the denoised picture.
 ///
 /// # Errors
 /// See [`DenoiseError`].

@@ -1,6 +1,6 @@
-//! Windows of a picture, and planes of numbers over them.
+//! Windows of a picture, and planes: one number for each pixel of a window.
 
-/// A rectangle of a picture, in its pixels.
+/// Rectangle of a picture, in pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Window {
     pub x: usize,
@@ -25,7 +25,7 @@ impl Window {
         }
     }
 
-    /// The window relative to a larger one.
+    /// Returns the window with its position relative to the window `outer`, which contains it.
     pub fn within(self, outer: Self) -> Self {
         Self {
             x: self.x - outer.x,
@@ -39,7 +39,7 @@ impl Window {
     }
 }
 
-/// Numbers of a window's pixels, row by row.
+/// Plane: one number for each pixel of a window, row by row.
 #[derive(Clone, Debug)]
 pub(super) struct PixelPlane {
     pub width: usize,
@@ -60,7 +60,7 @@ impl PixelPlane {
         &self.values[y * self.width..][..self.width]
     }
 
-    /// A plane computed from the numbers of other planes at the same pixel.
+    /// Returns the plane that `make` computes from the numbers of the given planes at each pixel.
     pub fn map_planes<const N: usize>(from: [&Self; N], make: impl Fn([f32; N]) -> f32) -> Self {
         let mut made = Self::zero(from[0].width, from[0].height);
         make_each(
@@ -71,8 +71,8 @@ impl PixelPlane {
         made
     }
 
-    /// Combines each number with those up to `reach` away on both sides, along rows and then along
-    /// columns.
+    /// Combines each number by `join` with the numbers up to `reach` pixels away, along rows and
+    /// then along columns.
     fn combine(&self, reach: usize, join: impl Fn(f32, f32) -> f32) -> Self {
         let (width, height) = (self.width, self.height);
         let into = |to: &mut [f32], from: &[f32]| {
@@ -100,7 +100,8 @@ impl PixelPlane {
         all
     }
 
-    /// Means over squares of 2 `reach` + 1 pixels, limited to the plane.
+    /// Returns the mean over the square of 2 `reach` + 1 pixels around each pixel, as far as it is
+    /// in the plane.
     pub fn box_mean(&self, reach: usize) -> Self {
         let mut sums = self.combine(reach, |a, b| a + b);
         let count = |position: usize, end: usize| {
@@ -116,12 +117,13 @@ impl PixelPlane {
         sums
     }
 
-    /// Maximum of three by three pixels.
+    /// Returns the maximum over three by three pixels around each pixel.
     pub fn max_filter(&self) -> Self {
         self.combine(1, |a, b| if b > a { b } else { a })
     }
 
-    /// Squares of the smaller difference to both neighbours, added for rows and columns.
+    /// Returns the squared slope at each pixel: the square of the smaller difference to the left
+    /// and right neighbour, plus the same for the neighbours above and below.
     pub fn slope(&self) -> Self {
         let (width, height) = (self.width, self.height);
         let mut slope = Self::zero(width, height);
@@ -156,8 +158,8 @@ impl PixelPlane {
     }
 }
 
-/// Computes each number from those at the same place of other lists. A function of its own, so that
-/// the compiler knows that the output does not alias the inputs.
+/// Writes the number that `make` computes from the entries of the lists at the same index. The loop
+/// is a function, so that the compiler knows that the output does not alias the inputs.
 #[inline]
 fn make_each<const N: usize>(to: &mut [f32], from: [&[f32]; N], make: impl Fn([f32; N]) -> f32) {
     let from = from.map(|values| &values[..to.len()]);
@@ -166,7 +168,8 @@ fn make_each<const N: usize>(to: &mut [f32], from: [&[f32]; N], make: impl Fn([f
     }
 }
 
-/// The square of the smaller difference.
+/// Returns the square of the smaller difference of `here` to both neighbours; zero if it is not
+/// finite.
 #[inline(always)]
 fn least(here: f32, others: [f32; 2]) -> f32 {
     let [one, other] = others.map(|other| (here - other).abs());
@@ -178,20 +181,21 @@ fn least(here: f32, others: [f32; 2]) -> f32 {
     }
 }
 
-/// A plane for each channel.
+/// Colour picture as three planes: red, green and blue.
 pub(super) type ColourPlanes = [PixelPlane; 3];
 
-/// A black colour plane.
+/// Returns a black colour picture of this width and height.
 pub(super) fn black([width, height]: [usize; 2]) -> ColourPlanes {
     [(); 3].map(|()| PixelPlane::zero(width, height))
 }
 
-/// The brightest channel.
+/// Returns the brightest channel of each pixel.
 pub(super) fn brightest(of: &ColourPlanes) -> PixelPlane {
     PixelPlane::map_planes(of.each_ref(), |[r, g, b]| r.max(g).max(b))
 }
 
-/// The variance of the mean of two colours, summed over channels.
+/// Returns the variance of the mean of two colour pictures, summed over channels: a quarter of the
+/// squared difference.
 pub(super) fn variance([one, other]: [&ColourPlanes; 2]) -> PixelPlane {
     let mut made = PixelPlane::zero(one[0].width, one[0].height);
     for (one, other) in one.iter().zip(other) {
@@ -201,7 +205,7 @@ pub(super) fn variance([one, other]: [&ColourPlanes; 2]) -> PixelPlane {
     made
 }
 
-/// Adds squares of differences.
+/// Adds the squared difference of the other two lists to each entry of `to`.
 #[inline]
 fn add_square(to: &mut [f32], one: &[f32], other: &[f32]) {
     for ((to, one), other) in to.iter_mut().zip(one).zip(other) {
@@ -209,13 +213,13 @@ fn add_square(to: &mut [f32], one: &[f32], other: &[f32]) {
     }
 }
 
-/// The mean of two colours.
+/// Returns the mean of two colour pictures.
 pub(super) fn mean([one, other]: [&ColourPlanes; 2]) -> ColourPlanes {
     [0, 1, 2].map(|i: usize| PixelPlane::map_planes([&one[i], &other[i]], |[a, b]| (a + b) / 2.0))
 }
 
-/// Smoothed variances, for estimates from few samples: the mean of the surroundings, at least half
-/// of the pixel's own.
+/// Returns smoothed variances, because estimates from few samples are noisy: the mean over five by
+/// five pixels, or half of the pixel's own variance if that is larger.
 pub(super) fn smooth_variance(variance: &PixelPlane) -> PixelPlane {
     const REACH: usize = 2;
     PixelPlane::map_planes([&variance.box_mean(REACH), variance], |[near, own]| {

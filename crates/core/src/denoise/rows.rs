@@ -1,15 +1,15 @@
-//! Inputs and sums of a filter, row by row: all numbers of a row lie side by side, at offsets known
-//! to the compiler, so that a loop over many of them needs few address registers.
+//! Inputs and sums of a filter pass, row by row. All planes of a row are adjacent in memory, at
+//! offsets known to the compiler, so that a loop over many planes needs few address registers.
 
 use core::ops::Range;
 
 use super::guide::Guide;
 use super::plane::{ColourPlanes, PixelPlane, Window};
 
-/// Loops run to a multiple of this length.
+/// Number of entries to whose multiple the length of a loop is rounded up.
 pub(super) const LANES: usize = 16;
 
-/// Length of a row: a tile with its margins and padding.
+/// Number of entries of a row: the width of a tile, its margins and padding.
 pub(super) const ROW: usize = 192;
 
 pub(super) type PixelRow = [f32; ROW];
@@ -17,7 +17,7 @@ pub(super) type PixelRow = [f32; ROW];
 /// Number of features.
 pub(super) const FEATURES: usize = 7;
 
-/// A row of the guide, with zeros beyond the picture.
+/// Row of a filter's guide, padded with zeros.
 #[derive(Clone)]
 pub(super) struct Compared {
     pub colour: [PixelRow; 3],
@@ -38,7 +38,7 @@ impl Compared {
         tolerances: [[0.0; ROW]; FEATURES],
     };
 
-    /// Copies some rows of a guide's planes.
+    /// Copies the rows `which` of a guide's planes.
     pub fn fill(rows: &mut Vec<Self>, guide: &Guide<'_>, which: Range<usize>) {
         rows.resize(guide.variance.height.max(rows.len()), Self::BLACK);
         for y in which {
@@ -58,11 +58,11 @@ impl Compared {
     }
 }
 
-/// A row of the targets.
+/// Row of the two target pictures of a filter.
 #[derive(Clone)]
 pub(super) struct Filtered {
     pub colours: [[PixelRow; 3]; 2],
-    /// Range of the pixels that are not black; none in a black row.
+    /// First and end column of the pixels that are not black; `None` for a black row.
     lit: Option<(usize, usize)>,
 }
 
@@ -72,7 +72,7 @@ impl Filtered {
         lit: None,
     };
 
-    /// Copies the rows of two colours.
+    /// Copies all rows of two target pictures and finds their lit columns.
     pub fn fill(rows: &mut Vec<Self>, colours: [&ColourPlanes; 2]) {
         let height = colours[0][0].height;
         rows.resize(height.max(rows.len()), Self::BLACK);
@@ -94,7 +94,8 @@ impl Filtered {
     }
 }
 
-/// The part of a block with any pixel within `reach` that is not black; none if there is none.
+/// Returns the part of a block within `reach` columns and rows of a pixel that is not black; `None`
+/// if all are black.
 pub(super) fn lit_part(rows: &[Filtered], block: Window, reach: usize) -> Option<Window> {
     let around = block.y.saturating_sub(reach)..(block.y + block.height + reach).min(rows.len());
     let lit = rows[around].iter().filter_map(|row| row.lit);
@@ -115,7 +116,8 @@ fn put(to: &mut PixelRow, of: &PixelPlane, y: usize) {
     rest.fill(0.0);
 }
 
-/// A row of weighted sums, sums of weights, and weights of the pixels themselves.
+/// Row of a filter's sums: weighted sums of both targets, sums of weights, and the weight of each
+/// pixel in its own sum.
 #[derive(Clone)]
 pub(super) struct Sums {
     pub colours: [[PixelRow; 3]; 2],
