@@ -1,12 +1,12 @@
-//! Axis-aligned boxes in f64, and the conservative f32 boxes that a tree stores.
+//! Axis-aligned boxes in f64, and the padded f32 boxes that a tree stores.
 
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-/// Boxes that one parallel task handles. No result depends on this number.
+/// Number of boxes for each parallel task. No result depends on it.
 pub(crate) const PIECE: usize = 4096;
 
-/// A closed axis-aligned box in f64. Empty when a minimum exceeds its maximum.
+/// A closed axis-aligned box in f64; empty if `min` exceeds `max` in any axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[doc(alias("RTCBounds", "Bounds3f"))]
 pub struct Aabb {
@@ -17,17 +17,17 @@ pub struct Aabb {
 }
 
 impl Aabb {
-    /// The empty box: the neutral element of [`Aabb::union`].
+    /// Empty box: its union with any box is that box.
     pub const EMPTY: Self = Self {
         min: DVec3::INFINITY,
         max: DVec3::NEG_INFINITY,
     };
 
-    /// The smallest box around the points. All six bounds are NaN if any coordinate is NaN, so that
-    /// no corner of a primitive is lost silently.
+    /// Creates the smallest box around points. All six bounds are NaN if any coordinate is NaN, so
+    /// that no corner of a primitive is lost silently.
     pub fn from_points(points: impl IntoIterator<Item = DVec3>) -> Self {
         let (mut min, mut max, mut is_number) = (Self::EMPTY.min, Self::EMPTY.max, true);
-        // One comparison per bound: `min` and `max` of floats would check for NaN each time.
+        // One comparison per bound: `min` and `max` of floats would also check for NaN.
         for point in points {
             min = DVec3::select(point.cmplt(min), point, min);
             max = DVec3::select(point.cmpgt(max), point, max);
@@ -43,8 +43,8 @@ impl Aabb {
         }
     }
 
-    /// The box around a shape with the given support function: the maximum of p·direction over the
-    /// points p of the shape. `None` if the function returns `None` for an axis.
+    /// Creates the box around a shape from its support function: the maximum of p·direction over
+    /// all points p of the shape. `None` if the function returns `None` for an axis.
     pub fn from_support(support: impl Fn(DVec3) -> Option<f64>) -> Option<Self> {
         let along = |d: DVec3| {
             Some(DVec3::new(
@@ -59,7 +59,7 @@ impl Aabb {
         })
     }
 
-    /// The box from centre − half to centre + half.
+    /// Creates the box from `centre − half` to `centre + half`.
     pub fn around(centre: DVec3, half: DVec3) -> Self {
         Self {
             min: centre - half,
@@ -67,7 +67,7 @@ impl Aabb {
         }
     }
 
-    /// The smallest box around both boxes.
+    /// Returns the smallest box around two boxes.
     pub fn union(self, other: Self) -> Self {
         Self {
             min: self.min.min(other.min),
@@ -85,12 +85,12 @@ impl Aabb {
         (self.min + self.max) * 0.5
     }
 
-    /// Edge lengths.
+    /// Edge lengths of the box along x, y, z.
     pub fn extent(&self) -> DVec3 {
         self.max - self.min
     }
 
-    /// The intersection of both boxes.
+    /// Returns the intersection of two boxes.
     pub(crate) fn intersection(self, other: Self) -> Self {
         Self {
             min: self.min.max(other.min),
@@ -98,7 +98,7 @@ impl Aabb {
         }
     }
 
-    /// The eight corners.
+    /// Returns the eight corners.
     pub fn corners(&self) -> [DVec3; 8] {
         core::array::from_fn(|i| {
             let pick = |bit: usize, a: f64, b: f64| if i >> bit & 1 == 0 { a } else { b };
@@ -110,11 +110,11 @@ impl Aabb {
         })
     }
 
-    /// The f32 box for culling: rounded outward, then grown by four units in the last place of the
-    /// coordinates and one unit of the extent. Measurements showed this padding to be enough for a
-    /// watertight triangle test. The padding also gives flat boxes a thickness, without which
-    /// Morton-sorted builders degenerate on closed rooms. `None` for an empty box, and if a bound
-    /// is not a finite f32: no tree can hold such a primitive.
+    /// Converts to the f32 box for box tests. It is rounded outward, then grown by four units in
+    /// the last place of the coordinates and one unit of the extent. In measurements this padding
+    /// was enough for a watertight triangle test. It also gives flat boxes a thickness, without
+    /// which builders that sort by Morton codes degenerate on closed rooms. `None` for an empty
+    /// box, and if a bound is not a finite f32: no tree can hold such a primitive.
     pub fn padded(&self) -> Option<PaddedBox> {
         if self.is_empty() {
             return None;
@@ -132,7 +132,7 @@ impl Aabb {
     }
 }
 
-/// A sphere around boxes, with a margin of three percent.
+/// Bounding sphere of boxes, three percent larger than needed.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BoundingSphere {
     pub centre: [f32; 3],
@@ -140,7 +140,7 @@ pub(crate) struct BoundingSphere {
 }
 
 impl BoundingSphere {
-    /// The sphere with the given centre around all boxes.
+    /// Creates the bounding sphere of the boxes with the given centre.
     pub fn new(centre: DVec3, boxes: &[PaddedBox]) -> Self {
         let farthest = |bounds: &PaddedBox| {
             (bounds.max.as_dvec3() - centre)
@@ -153,7 +153,7 @@ impl BoundingSphere {
             .map(farthest)
             .reduce(|| 0.0, f64::max)
             .sqrt();
-        // The stored centre is rounded to f32.
+        // The margin also covers the rounding of the stored centre to f32.
         let radius = radius * 1.03 + centre.length() * (4.0 * f64::from(f32::EPSILON));
         Self {
             centre: centre.as_vec3().to_array(),
@@ -162,7 +162,7 @@ impl BoundingSphere {
     }
 }
 
-/// An f32 box that contains its primitive with a margin for rounding errors of a traversal.
+/// An f32 box that contains its primitive with a margin for the rounding errors of a traversal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PaddedBox {
     /// Least corner.
@@ -172,13 +172,13 @@ pub struct PaddedBox {
 }
 
 impl PaddedBox {
-    /// The empty box: the neutral element of the union.
+    /// Empty box: its union with any box is that box.
     pub(crate) const NOTHING: Self = Self {
         min: Vec3::INFINITY,
         max: Vec3::NEG_INFINITY,
     };
 
-    /// The smallest box around both boxes.
+    /// Returns the smallest box around two boxes.
     pub(crate) fn union(&self, other: &Self) -> Self {
         Self {
             min: self.min.min(other.min),

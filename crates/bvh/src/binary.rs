@@ -1,26 +1,27 @@
-//! The binary tree between the builders and the eight-wide tree.
+//! The binary tree that builders make, before its collapse to eight-wide nodes.
 
 use core::ops::Range;
 
 use crate::aabb::PaddedBox;
 
-/// A finished binary tree. Siblings are adjacent and come after their parent; leaves refer to
-/// ranges of `order`.
+/// A binary tree. Siblings are adjacent and come after their parent. Leaves refer to ranges of
+/// `order`.
 pub(crate) struct Binary {
-    /// Root first.
+    /// All nodes, the root first.
     pub nodes: Vec<BinaryNode>,
     /// Indices of the input boxes, leaf by leaf.
     pub order: Vec<u32>,
-    /// Ranges of nodes, each closed under taking children, one after the other at the end of
-    /// `nodes`: the independent work of threads. May be empty.
+    /// Ranges of nodes that threads process independently: each range contains the children of its
+    /// inner nodes. The ranges are adjacent, at the end of `nodes`. May be empty.
     pub parts: Vec<Range<usize>>,
 }
 
 impl Binary {
-    /// Sorts nodes given in any order, with the root first and siblings adjacent. Leaves have
-    /// boxes; boxes of inner nodes are computed.
+    /// Creates the tree from nodes in any order, with the root first and siblings adjacent. Leaves
+    /// must have boxes. The boxes of inner nodes are computed.
     pub fn sorted(nodes: &[BinaryNode], order: Vec<u32>) -> Self {
-        /// Number of parts for threads, for trees of at least `MANY` nodes.
+        /// Number of parts for threads, for trees of at least `MANY` nodes. Smaller trees have no
+        /// parts.
         const PARTS: usize = 64;
         const MANY: usize = 1 << 14;
         let maximum = if nodes.len() < MANY {
@@ -59,7 +60,7 @@ impl Binary {
         }
     }
 
-    /// Number of nodes at the start that belong to no part.
+    /// Number of nodes at the start of `nodes` that belong to no part.
     pub fn tops(&self) -> usize {
         self.parts
             .first()
@@ -67,8 +68,8 @@ impl Binary {
     }
 }
 
-/// Copies nodes level by level from the root until `maximum` copied nodes still lack their
-/// children. Returns the copies and the index of the first such node.
+/// Copies nodes level by level from the root until `maximum` copied nodes have no copied children.
+/// Returns the copies, and the index of the first node without copied children.
 fn level(nodes: &[BinaryNode], maximum: usize) -> (Vec<BinaryNode>, usize) {
     let (mut sorted, mut next) = (Vec::with_capacity(nodes.len()), 0);
     sorted.extend(nodes.first());
@@ -83,8 +84,8 @@ fn level(nodes: &[BinaryNode], maximum: usize) -> (Vec<BinaryNode>, usize) {
     (sorted, next)
 }
 
-/// Inner node: `count` is 0, and the children are `first` and `first + 1`. Leaf: `count` entries of
-/// the order from `first`.
+/// Node of the binary tree. In an inner node `count` is 0, and the children are the nodes `first`
+/// and `first + 1`. A leaf contains `count` entries of the order, from `first` on.
 #[derive(Clone, Copy)]
 pub(crate) struct BinaryNode {
     pub bounds: PaddedBox,

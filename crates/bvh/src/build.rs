@@ -1,6 +1,6 @@
-//! Building: boxes in, a tree of eight-wide nodes out. The crate `obvhs` clusters the boxes and
-//! reinserts subtrees where they cost less. This module adds the guards against bad trees and the
-//! collapse from binary to eight-wide nodes.
+//! Construction of the tree: boxes in, eight-wide nodes out. The crate `obvhs` clusters the boxes
+//! into a binary tree and reinserts subtrees at cheaper positions. This module adds safeguards
+//! against bad trees, and the collapse from binary to eight-wide nodes.
 
 mod clusters;
 mod curve;
@@ -14,12 +14,12 @@ use crate::aabb::PaddedBox;
 use crate::binary::{Binary, BinaryNode};
 use crate::bvh8::{Bvh8, WIDTH};
 
-/// The acceleration structure of a geometry. Hits do not depend on it.
+/// Kind of acceleration structure. Hits do not depend on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AcceleratorKind {
-    /// A linear scan over every primitive: the test oracle, and the O(N) side of the benchmark.
+    /// A linear scan over all primitives: the oracle of tests, and the O(N) side of the benchmark.
     Linear,
-    /// A bounding-volume hierarchy.
+    /// A bounding-volume hierarchy of the given build quality.
     Tree(BuildQuality),
 }
 
@@ -29,47 +29,50 @@ impl Default for AcceleratorKind {
     }
 }
 
-/// Trade-off between build time and tree quality. Pictures do not depend on it.
+/// Trade-off between the time of building a tree and the time of its queries. Pictures do not
+/// depend on it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[doc(alias = "RTCBuildQuality")]
 pub enum BuildQuality {
-    /// Least build time: clustering, then reinsertion of the largest subtrees.
+    /// Least build time: clustering, then reinsertion of the largest subtrees only.
     Fast,
-    /// Reinsertion of more subtrees.
+    /// Clustering, then reinsertion of more subtrees.
     #[default]
     Medium,
-    /// Twice the build time: clustering among more neighbours, then reinsertion of every subtree.
+    /// Twice the build time of `Medium`: clustering among more neighbours, then reinsertion of
+    /// every subtree.
     High,
 }
 
 impl BuildQuality {
-    /// Every quality, the fastest build first.
+    /// All qualities, the fastest build first.
     pub const ALL: [Self; 3] = [Self::Fast, Self::Medium, Self::High];
 }
 
-/// Deterministic measure of build cost, for tests that can't measure time.
+/// Deterministic measure of the cost of a build, for tests that can't measure time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BuildWork {
-    /// Boxes visited by sorting, clustering, reinsertion and halving. For clustering the count is a
-    /// lower bound of the work.
+    /// Number of boxes visited by sorting, clustering, reinsertion and median splits. For
+    /// clustering the number is a lower bound of the work.
     pub looks: u64,
-    /// Number of levels, the root included.
+    /// Number of levels of the tree, including the root.
     pub depth: u32,
 }
 
-/// An accelerator over boxes, whose leaves are still to be filled.
+/// An accelerator over boxes, whose leaves have no primitives yet.
 pub(crate) struct BoxTree {
     pub bvh: Bvh8,
-    /// Box index for each position of the accelerator; `None` if both orders agree.
+    /// Index of the box at each position of the accelerator; `None` if positions are in the order
+    /// of the boxes.
     pub order: Option<Vec<u32>>,
     /// Cost of the build; `None` for a scan.
     pub work: Option<BuildWork>,
-    /// Number of spheres at the first positions, which every query tests in rows.
+    /// Number of spheres at the first positions, which every query tests in rows outside nodes.
     pub spheres: usize,
 }
 
 impl BoxTree {
-    /// A linear scan over `places` primitives.
+    /// Creates a linear scan over `places` primitives.
     pub fn scan(places: usize, work: Option<BuildWork>) -> Self {
         Self {
             bvh: Bvh8::flat(0, 0, places),
@@ -80,8 +83,8 @@ impl BoxTree {
     }
 }
 
-/// The kind of wide leaf that a primitive may share: such a leaf tests up to eight primitives in
-/// SIMD lanes.
+/// Kind of leaf that a primitive can share with up to seven others of its kind. A shared leaf is
+/// tested in SIMD lanes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum LeafKind {
     /// No shared leaf: the primitive is tested alone.
@@ -91,8 +94,8 @@ pub(crate) enum LeafKind {
 }
 
 impl LeafKind {
-    /// Greatest size of a subtree that always becomes one leaf. Smaller leaves would cost more
-    /// memory than their rays save time.
+    /// Greatest number of primitives in a subtree that always becomes one leaf. Smaller leaves
+    /// would cost more memory than they save time.
     pub fn shared(self) -> usize {
         match self {
             Self::None => 1,
@@ -101,8 +104,9 @@ impl LeafKind {
         }
     }
 
-    /// Greatest size of a subtree that becomes one leaf of the binary tree, if all primitives are
-    /// of this kind. Spheres are then halved into full leaves. These larger leaves save memory.
+    /// Greatest number of primitives in a subtree that becomes one leaf of the binary tree, if all
+    /// primitives of the set are of this kind. Larger leaves of spheres are then split into full
+    /// leaves of eight, which saves memory.
     fn collapsed(self) -> usize {
         if self == Self::Spheres {
             4 * WIDTH
@@ -112,13 +116,14 @@ impl LeafKind {
     }
 }
 
-/// The leaf kind of the box with the given index.
+/// Function that returns the leaf kind of the primitive with a given box index.
 pub(crate) type LeafKindOf<'a> = &'a (dyn Fn(u32) -> LeafKind + Sync);
 
-/// Whether to cancel the build; polled between its passes.
+/// Function that returns whether to cancel the build. It is polled between passes.
 pub(crate) type StopCheck<'a> = &'a (dyn Fn() -> bool + Sync);
 
-/// Builds the tree over at least two boxes. Returns `None` if `stop` cancelled the build.
+/// Builds the tree over at least two boxes; `kind` returns the leaf kind of a box. Returns `None`
+/// if `stop` cancelled the build.
 pub(crate) fn build(
     boxes: &[PaddedBox],
     quality: BuildQuality,
@@ -126,7 +131,8 @@ pub(crate) fn build(
     stop: StopCheck<'_>,
 ) -> Option<BoxTree> {
     let mut work = BuildWork::default();
-    // The clustered tree may be too deep; the halved tree is not.
+    // The clustered tree may be too deep for the traversal stack. The tree of median splits never
+    // is.
     for quality in [Some(quality), None] {
         let (binary, looks) = binary(boxes, quality, kind, stop)?;
         work.looks += looks;
@@ -139,12 +145,12 @@ pub(crate) fn build(
             });
         }
     }
-    // Fallback: queries by scan are slow but correct.
+    // Fallback: a linear scan is slow but correct.
     Some(BoxTree::scan(boxes.len(), Some(work)))
 }
 
-/// The binary tree over the boxes, and the number of boxes visited. Without a quality the tree is
-/// built by halving alone.
+/// Builds the binary tree over the boxes. Returns the tree and the number of visited boxes. Without
+/// a quality the tree is built by median splits alone.
 fn binary(
     boxes: &[PaddedBox],
     quality: Option<BuildQuality>,
@@ -163,8 +169,8 @@ fn binary(
     let is_alike = (1..boxes.len() as u32).all(|index| kind(index) == kind(0));
     if let Some(quality) = quality {
         (order, looks) = curve::order(boxes);
-        // `obvhs` knows no leaf kinds. With several kinds, leaves are made in the collapse to wide
-        // nodes.
+        // `obvhs` knows no leaf kinds. In a set of several kinds, leaves are therefore made in the
+        // collapse to eight-wide nodes.
         let leaf = if is_alike { kind(0).collapsed() } else { 1 };
         let clusters = Clustering::new(boxes, quality, leaf, stop).run(&mut order)?;
         looks += clusters.looks;

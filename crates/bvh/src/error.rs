@@ -1,9 +1,9 @@
-//! Errors of adding primitives.
+//! Errors from adding primitives to a set.
 
 use crate::aabb::Aabb;
 use crate::slot::MAX_PRIMITIVES;
 
-/// Reason why a primitive was refused.
+/// Reason why a primitive set refuses a primitive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum GeometryError {
     /// A coordinate is NaN, infinite, or too large for an f32 box.
@@ -12,13 +12,13 @@ pub enum GeometryError {
     /// A transform has no inverse.
     #[error("the transform can't be inverted")]
     Singular,
-    /// A moving transform has no inverse at some time between its ends.
+    /// The transform of a moving instance has no inverse at some time of the motion.
     #[error("the transform can't be inverted at some time between its two ends")]
     SingularOnTheWay,
-    /// An instance of a geometry that itself holds instances: only two levels are supported.
+    /// A part that itself holds instances: only two levels are supported.
     #[error("an instance of something that holds instances itself")]
     Nested,
-    /// An instance of a part that was never added.
+    /// An instance of a part that is not in the set.
     #[error("an instance of a part that the group does not have")]
     NoPart,
     /// More primitives than a tree can address.
@@ -26,7 +26,8 @@ pub enum GeometryError {
     TooMany,
 }
 
-/// Refuses a box that no tree can hold. No box and an empty box are both accepted.
+/// Returns an error for a box that no tree can hold. An unbounded primitive (`None`) and an empty
+/// box are accepted.
 pub(crate) fn check_bounds(bounds: Option<Aabb>) -> Result<Option<Aabb>, GeometryError> {
     let refused = bounds.is_some_and(|b| b != Aabb::EMPTY && b.padded().is_none());
     if refused {

@@ -1,8 +1,8 @@
 //! A primitive set with its accelerator, ready for queries.
 //!
 //! A [`PrimitiveSet`] collects primitives; [`Geometry`] adds the accelerator. An instance is a
-//! primitive that places another geometry by an affine map. So a scene has two levels where it
-//! repeats geometry, and one level elsewhere.
+//! primitive that places another geometry by an affine map. So a scene with repeated geometry has
+//! two levels of trees, and any other scene has one level.
 
 use core::mem::take;
 
@@ -17,43 +17,45 @@ use crate::scalar::{Real, Vector};
 use crate::shapes::Triangle;
 use crate::slot::{PrimitiveKind, Slot};
 
-/// A primitive set with its accelerator.
+/// A primitive set with its accelerator, for queries by rays.
 #[derive(Clone, Debug)]
 #[doc(alias("RTCScene", "BVHAggregate", "Aggregate"))]
 pub struct Geometry<R: Real> {
-    /// The primitives. Their slots come in this order: unbounded ones, which every query tests;
-    /// bounded ones in the accelerator's order; instances of empty geometries, which no query
-    /// tests.
+    /// The primitives. Their slots are sorted: first unbounded primitives, which every query tests;
+    /// then bounded primitives in the accelerator's order; then instances of empty geometries,
+    /// which no query tests.
     pub(crate) group: PrimitiveSet<R>,
     pub(crate) unbounded: usize,
-    /// Number of planes at the first slots, which lie in rows of the accelerator.
+    /// Number of planes in the first slots, which the accelerator holds in rows.
     pub(crate) planes: usize,
-    /// Accelerator over the bounded slots. For a scan it has no nodes.
+    /// Accelerator over the bounded primitives. For a linear scan it has no nodes.
     pub(crate) bvh: Bvh8,
     work: Option<BuildWork>,
-    /// Whether the set has triangles or quads, whose tests project onto the plane across the ray.
+    /// Whether the set has triangles or quads, whose tests project corners onto the plane
+    /// perpendicular to the ray.
     pub(crate) faces: bool,
     bounds: Aabb,
-    /// Sphere around the bounded slots.
+    /// Bounding sphere of the bounded primitives.
     pub(crate) sphere: BoundingSphere,
 }
 
-/// Primitives, sorted by whether a tree can hold them.
+/// Slots of the primitives, sorted by whether a tree can hold the primitive.
 struct PrimitivePartition {
-    /// Slots that every query tests.
+    /// Slots of unbounded primitives, which every query tests.
     slots: Vec<Slot>,
     bounded: Vec<Slot>,
-    /// Slots that no query tests.
+    /// Slots of instances of empty geometries, which no query tests.
     nothing: Vec<Slot>,
-    /// Boxes of `bounded`.
+    /// Box of each slot in `bounded`.
     boxes: Vec<PaddedBox>,
-    /// Union of the primitives' own boxes.
+    /// Union of the boxes of the bounded primitives, before padding.
     bounds: Aabb,
 }
 
 impl PrimitivePartition {
-    /// An instance of an empty geometry has an empty box and is never tested. A primitive whose box
-    /// no tree can hold is tested by every query, so that no primitive disappears silently.
+    /// Sorts the slots of a set. An instance of an empty geometry has an empty box and is never
+    /// tested. A primitive whose box no tree can hold is tested by every query, so that it does not
+    /// disappear silently.
     fn new<R: Real>(group: &mut PrimitiveSet<R>) -> Self {
         let all = take(&mut group.slots);
         let mut boxes = huge_page_vec_of(all.len(), PaddedBox::NOTHING);
@@ -122,8 +124,8 @@ impl PrimitivePartition {
     }
 }
 
-/// Counts of spheres, triangles and others, if they are so few that nodes would cost more than they
-/// save; otherwise `None`. At most `few` primitives never make a tree.
+/// Returns the numbers of spheres, triangles and other primitives if they are so few that nodes
+/// would cost more than they save; otherwise `None`. At most `few` primitives never make a tree.
 fn without_nodes<R: Real>(bounded: &[Slot], few: usize) -> Option<[usize; 3]> {
     let is_few = bounded.len() <= few;
     if !R::IS_SINGLE || bounded.len() > few.max(Bvh8::MOST_FLAT) {
@@ -136,8 +138,8 @@ fn without_nodes<R: Real>(bounded: &[Slot], few: usize) -> Option<[usize; 3]> {
     (is_few || is_flat).then_some([spheres, triangles, others])
 }
 
-/// Builds the accelerator; `None` if `stop` cancelled the build. Sets too small for nodes are
-/// sorted by kind.
+/// Builds the accelerator over the bounded primitives; `None` if `stop` cancelled the build. In a
+/// set too small for nodes, the slots are sorted by kind instead.
 fn structure<R: Real>(
     group: &PrimitiveSet<R>,
     kind: AcceleratorKind,
@@ -176,8 +178,8 @@ fn structure<R: Real>(
 }
 
 impl<R: Real> Geometry<R> {
-    /// Builds the accelerator. Every primitive was checked when it was added, so the build can't
-    /// fail.
+    /// Builds the accelerator of a primitive set. Every primitive was checked when it was added, so
+    /// the build can't fail.
     ///
     /// # Panics
     /// Never: nothing cancels the build.
@@ -185,9 +187,9 @@ impl<R: Real> Geometry<R> {
         Self::unless(group, kind, &|| false).expect("no one gave the build up")
     }
 
-    /// [`Self::new`] with cancellation: returns `None` if `stop` returned true. `stop` is polled
-    /// between the passes of a build, from any thread of the pool. A pass over a quarter of a
-    /// million boxes is not interrupted.
+    /// Builds the accelerator as [`Self::new`]; `None` if `stop` cancelled the build by returning
+    /// true. `stop` is polled between the passes of a build, from any thread of the pool. A pass
+    /// over up to a quarter of a million boxes is not interrupted.
     pub fn unless(
         mut group: PrimitiveSet<R>,
         kind: AcceleratorKind,
@@ -249,12 +251,12 @@ impl<R: Real> Geometry<R> {
         })
     }
 
-    /// The box around all primitives; `None` if a primitive is unbounded.
+    /// Returns the box around all primitives; `None` if a primitive is unbounded.
     pub fn bounds(&self) -> Option<Aabb> {
         (self.unbounded == 0).then_some(self.bounds)
     }
 
-    /// The box around the bounded primitives; empty if there are none.
+    /// Returns the box around the bounded primitives; empty without bounded primitives.
     pub fn bounded_part(&self) -> Aabb {
         self.bounds
     }
@@ -269,7 +271,7 @@ impl<R: Real> Geometry<R> {
         self.group.is_empty()
     }
 
-    /// Number of primitives without bounds, which every query tests.
+    /// Number of unbounded primitives, which every query tests.
     pub fn unbounded_count(&self) -> usize {
         self.unbounded
     }
@@ -279,12 +281,13 @@ impl<R: Real> Geometry<R> {
         self.group.instances.len()
     }
 
-    /// Memory of primitives and accelerators in bytes, including instanced geometries.
+    /// Memory of the primitives and accelerators in bytes, including instanced geometries.
     pub fn bytes(&self) -> usize {
         self.group.bytes() + self.bvh.bytes()
     }
 
-    /// The triangle with the given index, from the tree or from the set's own array.
+    /// Returns the triangle with the given index, from the tree or, for a geometry without one,
+    /// from the set's array.
     #[inline(always)]
     pub(crate) fn triangle(&self, index: usize) -> Triangle<R> {
         if R::IS_SINGLE && self.bvh.has_blocks() {
@@ -299,19 +302,20 @@ impl<R: Real> Geometry<R> {
         self.group.triangles[index]
     }
 
-    /// The tree for rays stored in f32; `None` if primitives are tested one by one.
+    /// Returns the tree if it is traversed in SIMD lanes by rays stored in f32; `None` if all
+    /// primitives are tested one by one or stored in f64.
     #[inline(always)]
     pub(crate) fn lanes(&self) -> Option<&Bvh8> {
         (R::IS_SINGLE && self.bvh.places_alone().is_none()).then_some(&self.bvh)
     }
 
-    /// The kernel that traverses the tree; `None` for a scan.
+    /// Returns the kernel that traverses the tree; `None` for a linear scan.
     pub fn kernel(&self) -> Option<Kernel> {
         self.work.map(|_| self.bvh.kernel())
     }
 
     /// Selects the kernel of this geometry and of its instanced geometries, for comparisons: hits
-    /// do not depend on it. A kernel that the processor can't run is replaced by
+    /// do not depend on the kernel. A kernel that the processor can't run is replaced by
     /// [`Kernel::Portable`].
     pub fn set_kernel(&mut self, kernel: Kernel) {
         self.bvh.set_kernel(kernel);
@@ -321,7 +325,7 @@ impl<R: Real> Geometry<R> {
             .for_each(|part| part.set_kernel(kernel));
     }
 
-    /// Cost of building the tree; `None` for a scan.
+    /// Returns the cost of building the tree; `None` for a linear scan.
     pub fn build_work(&self) -> Option<BuildWork> {
         self.work
     }

@@ -1,4 +1,4 @@
-//! Memory estimate for a primitive set before it is built, from counts of primitives by kind.
+//! Memory estimate for a geometry before it is built, from the numbers of its primitives by kind.
 
 use crate::build::AcceleratorKind;
 use crate::bvh8::Bvh8;
@@ -8,29 +8,30 @@ use crate::primitive_set::{PrimitiveSet, few};
 use crate::scalar::Real;
 use crate::shapes::{AnyShape, Plane, Shape, Sphere, TransformedShape, Triangle};
 
-/// Counts of primitives by their storage in a [`PrimitiveSet`].
+/// Numbers of primitives by the array of a [`PrimitiveSet`] that will store them, for an estimate
+/// of the geometry's memory.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct GeometryMemory {
-    /// Spheres without a transform.
+    /// Number of spheres without a transform.
     pub spheres: u64,
-    /// Triangles without a transform.
+    /// Number of triangles without a transform.
     pub triangles: u64,
-    /// Planes without a transform.
+    /// Number of planes without a transform.
     pub planes: u64,
-    /// Other shapes without a transform.
+    /// Number of other shapes without a transform.
     pub shapes: u64,
-    /// Shapes of any kind with a transform.
+    /// Number of shapes of any kind with a transform.
     pub placed: u64,
-    /// Instances of other geometries.
+    /// Number of instances of other geometries.
     pub instances: u64,
-    /// Number of moving instances, out of `instances`.
+    /// Number of moving instances, which `instances` includes.
     pub moving: u64,
-    /// Number of unbounded primitives, out of all.
+    /// Number of unbounded primitives, which the numbers above include.
     unbounded: u64,
 }
 
 impl GeometryMemory {
-    /// Counts of a mesh alone.
+    /// Creates the counts of a geometry that contains `count` triangles and nothing else.
     pub fn of_triangles(count: u64) -> Self {
         Self {
             triangles: count,
@@ -38,8 +39,8 @@ impl GeometryMemory {
         }
     }
 
-    /// Adds `count` shapes of this kind, each with a transform if `mapped`. The shapes may differ
-    /// in position.
+    /// Adds `count` shapes of the kind of `shape`, each with a transform if `mapped`. The shapes
+    /// may differ in position.
     pub fn add<R: Real>(&mut self, shape: &AnyShape<R>, mapped: bool, count: u64) {
         let kind = match shape {
             _ if mapped => &mut self.placed,
@@ -54,7 +55,7 @@ impl GeometryMemory {
         }
     }
 
-    /// Number of primitives.
+    /// Total number of primitives.
     pub fn len(&self) -> u64 {
         let kinds = [
             self.spheres,
@@ -67,15 +68,15 @@ impl GeometryMemory {
         kinds.into_iter().fold(0, u64::saturating_add)
     }
 
-    /// Whether the count of primitives is zero.
+    /// Whether the total number of primitives is zero.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Upper bound of [`Geometry::bytes`](crate::Geometry::bytes) for these primitives. The bound
-    /// is below three times the true value plus a few kilobytes; below five times if triangles and
-    /// other primitives are interspersed. Only the number of nodes and the fill of triangle blocks
-    /// are uncertain.
+    /// Upper bound of [`Geometry::bytes`](crate::Geometry::bytes) for a geometry of these
+    /// primitives. The bound is below three times the true number of bytes plus a few kilobytes, or
+    /// below five times if triangles and other primitives are interspersed. Only the number of
+    /// nodes and the fill of triangle blocks are uncertain.
     pub fn most_bytes<R: Real>(&self, kind: AcceleratorKind) -> u64 {
         let bounded = self.len().saturating_sub(self.unbounded);
         let few = few(self.len() == self.spheres.saturating_add(self.planes));
@@ -105,8 +106,8 @@ impl GeometryMemory {
             .saturating_add(tree)
     }
 
-    /// Bytes without the accelerator. In a wide tree triangles count as zero, since its leaves
-    /// store them.
+    /// Bytes of the primitives, without the accelerator. In an eight-wide tree triangles count as
+    /// zero, since the tree's leaves store them.
     fn bytes<R: Real>(&self, wide: bool) -> u64 {
         let each = [
             (self.len(), PrimitiveSet::<R>::BYTES_EACH),

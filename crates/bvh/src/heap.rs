@@ -1,6 +1,6 @@
-//! A global allocator that counts the bytes held by the program and limits them. Allocations that
-//! nobody checks beforehand, in this project or another crate, are then refused with a message, and
-//! no refusal aborts the program.
+//! A global allocator that counts the bytes that the program holds, and limits them. An allocation
+//! beyond the limit that no code checks, in this project or in another crate, reaches a handler
+//! that can print a message, instead of an abort.
 #![expect(
     unsafe_code,
     reason = "an allocator is unsafe by its trait; every call goes to the system's with the arguments as they came"
@@ -12,20 +12,21 @@ use core::sync::atomic::{AtomicUsize, Ordering};
 use std::alloc::System;
 use std::sync::OnceLock;
 
-/// The system allocator with a byte count. Programs install it with `#[global_allocator]`;
-/// libraries work with any allocator.
+/// The system allocator with a count of the held bytes. Programs install it with
+/// `#[global_allocator]`; libraries work with any allocator.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct CountingHeap;
 
-/// Bytes held now, and their limit.
+/// Bytes that the program holds now, and their limit.
 static HELD: AtomicUsize = AtomicUsize::new(0);
 static LIMIT: AtomicUsize = AtomicUsize::new(usize::MAX);
 
-/// Handler that ends the program after an unchecked refusal.
+/// Handler that ends the program after a refused allocation that no code checks.
 static REFUSAL: OnceLock<fn(Refusal) -> !> = OnceLock::new();
 
 thread_local! {
-    /// Whether the current code checks for failed allocations, or the handler already runs.
+    /// Whether the current code of the thread checks for failed allocations. It is also set while
+    /// the handler runs.
     static FALLIBLE: Cell<bool> = const { Cell::new(false) };
 }
 
@@ -52,15 +53,15 @@ pub fn limit_heap(bytes: Option<u64>) {
     );
 }
 
-/// Sets the handler for refused allocations that nobody checks; later calls have no effect. Without
-/// a handler the program aborts. Allocations of the handler itself have no limit.
+/// Sets the handler for refused allocations that no code checks. Later calls have no effect.
+/// Without a handler the program aborts. Allocations of the handler itself have no limit.
 pub fn on_heap_refusal(end: fn(Refusal) -> !) {
-    // The first handler stays.
+    // Only the first handler is kept.
     let _ = REFUSAL.set(end);
 }
 
-/// Runs code that checks for failed allocations: a refusal reaches the caller instead of the
-/// handler of [`on_heap_refusal`].
+/// Runs code that checks for failed allocations. A refusal is then returned to the code, instead of
+/// to the handler of [`on_heap_refusal`].
 pub fn allocate_fallibly<T>(allocate: impl FnOnce() -> T) -> T {
     let before = FALLIBLE.replace(true);
     let out = allocate();
@@ -68,7 +69,7 @@ pub fn allocate_fallibly<T>(allocate: impl FnOnce() -> T) -> T {
     out
 }
 
-/// Adds `bytes` to the count if the limit allows.
+/// Adds `bytes` to the count of held bytes if the limit allows. Returns whether it did.
 fn claim(bytes: usize) -> bool {
     let before = HELD.fetch_add(bytes, Ordering::Relaxed);
     let is_allowed = before.saturating_add(bytes) <= LIMIT.load(Ordering::Relaxed);
@@ -78,13 +79,14 @@ fn claim(bytes: usize) -> bool {
     is_allowed
 }
 
+/// Subtracts `bytes` from the count of held bytes.
 fn release(bytes: usize) {
     HELD.fetch_sub(bytes, Ordering::Relaxed);
 }
 
-/// Ends the program, or returns null to code that checks for it.
+/// Ends the program by the handler, or returns null to code that checks for failed allocations.
 fn refuse(refusal: Refusal) -> *mut u8 {
-    // A thread that is ending has lost its thread-local variable.
+    // The thread-local variable of an ending thread no longer exists.
     let is_fallible = FALLIBLE
         .try_with(|fallible| fallible.replace(true))
         .unwrap_or(true);
@@ -96,7 +98,7 @@ fn refuse(refusal: Refusal) -> *mut u8 {
     core::ptr::null_mut()
 }
 
-/// Allocates `bytes` more by a call of the system allocator.
+/// Calls the system allocator, which takes `bytes` more than before, if the limit allows.
 fn counted(bytes: usize, allocate: impl FnOnce() -> *mut u8) -> *mut u8 {
     if !claim(bytes) {
         return refuse(Refusal::Limit);

@@ -1,4 +1,4 @@
-//! An instance: the part that it shows, and its transform.
+//! Instances: geometries placed by a transform.
 
 use glam::DAffine3;
 
@@ -6,32 +6,33 @@ use crate::aabb::{Aabb, BoundingSphere};
 use crate::error::{GeometryError, check_bounds};
 use crate::shapes::{Transform, transform_bounds};
 
-/// Motion index of an instance at rest: beyond the end of any list of motions.
+/// Motion index of an instance at rest, beyond the end of any list of motions.
 const STILL: u32 = u32::MAX;
 
-/// A part of a primitive set under an affine map.
+/// An instance of a geometry, one of the parts of a primitive set, under an affine map.
 #[derive(Clone, Debug)]
 #[repr(C, align(64))]
 pub(crate) struct Instance {
-    /// World-to-object map for box tests. First in the struct, so that most rays read one cache
-    /// line.
+    /// World-to-object map for box tests. It comes first in the struct, so that most rays read only
+    /// one cache line.
     pub to_object: RoughInverse,
-    /// Index of the part.
+    /// Index of the instanced geometry among the set's parts.
     pub part: u32,
-    /// Index into the set's motions; `STILL` for an instance at rest. The field fills padding, so
+    /// Index of the instance's motion; `STILL` for an instance at rest. The field fills padding, so
     /// it costs no memory.
     pub motion: u32,
-    /// Object-to-world map; of a moving instance, at time 0.
+    /// Object-to-world map; for a moving instance, the map at time 0.
     pub transform: Transform,
-    /// World-space box over all times; `None` if the part is unbounded.
+    /// World-space box around the instance at all times; `None` if the part is unbounded.
     pub bounds: Option<Aabb>,
 }
 
 impl Instance {
-    /// `bounds` is the box of the part; `None` if it is unbounded.
+    /// Creates an instance at rest. `bounds` is the object-space box of the part; `None` if the
+    /// part is unbounded.
     pub fn new(part: u32, bounds: Option<Aabb>, to_world: DAffine3) -> Result<Self, GeometryError> {
         let transform = Transform::new(to_world).ok_or(GeometryError::Singular)?;
-        // An empty box stays empty: the map would turn its infinite corners into NaN, and a NaN box
+        // An empty box stays empty. The map would turn its infinite corners into NaN, and a NaN box
         // is refused as too large.
         let mapped = |b: Aabb| {
             if b.is_empty() {
@@ -50,9 +51,9 @@ impl Instance {
         })
     }
 
-    /// A moving instance, from the first map at time 0 to the second at time 1. A point moves along
-    /// the segment between its ends, so the box around both ends' boxes holds it at every time. No
-    /// smaller box would.
+    /// Creates a moving instance, from the first map at time 0 to the second map at time 1. Each
+    /// point moves along the segment between its ends. So the union of the boxes at both ends
+    /// contains the instance at every time, and no smaller box does.
     pub fn moving(
         part: u32,
         bounds: Option<Aabb>,
@@ -73,45 +74,47 @@ impl Instance {
         })
     }
 
-    /// A box for a tree, no larger than `bounds`: the intersection with the box of the part's
-    /// bounding sphere. A rotated box has a larger box than its contents need.
+    /// Tightens the box of the instance for a tree: intersects it with the box of the part's mapped
+    /// bounding sphere. The box around a rotated box is larger than its contents need.
     pub fn within(&self, bounds: Aabb, sphere: &BoundingSphere) -> Aabb {
         if bounds.is_empty() || self.motion != STILL {
             return bounds;
         }
         let both = bounds.intersection(self.transform.sphere_bounds(sphere));
-        // Bounds that are NaN or too large leave the box unchanged.
+        // Where the sphere's box is NaN or too large, the box stays unchanged.
         if both.is_empty() { bounds } else { both }
     }
 }
 
-/// The inverse of a map in f32, exact up to rounding, for box tests.
+/// World-to-object map in f32 with an error bound, for box tests.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RoughInverse {
     columns: [[f32; 3]; 3],
-    /// Subtracted from a point first, followed by its own rounding error `rest`.
+    /// Translation, which is subtracted from a point first.
     translation: [f32; 3],
+    /// Rounding error of the stored translation, subtracted from the point next.
     rest: [f32; 3],
-    /// Error bound of a mapped component, relative to the sum of the components' absolute values. A
-    /// point is taken relative to the translation.
+    /// Error bound of a mapped component, relative to the sum of the absolute values of the
+    /// components. A point is taken relative to the translation.
     error: f32,
 }
 
 impl RoughInverse {
-    /// No inverse: every result is NaN.
+    /// Map without a valid inverse: every result is NaN, so the ray is mapped in f64 instead.
     const NONE: Self = Self {
         columns: [[f32::NAN; 3]; 3],
         translation: [0.0; 3],
         rest: [0.0; 3],
         error: f32::NAN,
     };
-    /// Range of the inverse's greatest entry, and upper bound of the translation, for which
-    /// products with coordinates keep full precision.
+    /// Range of the greatest entry of the inverse, for which products with coordinates keep full
+    /// precision. The upper end also bounds the translation.
     const SIZES: [f64; 2] = [1e-12, 1e12];
 
-    /// Relative errors, with u = 2⁻²⁴: u for a rounded entry, 2 u for the difference from the
-    /// translation, 3 u for products and their sums, and 2 u for the ray made from these results. A
-    /// factor of 1.5 covers the rest of a translation after it was rounded twice.
+    /// Creates the map. Its relative errors, with u = 2⁻²⁴, are: u for a rounded entry, 2 u for the
+    /// difference from the translation, 3 u for products and their sums, and 2 u for the ray made
+    /// from these results. A factor of 1.5 covers the error that remains after the translation was
+    /// rounded twice.
     fn new(transform: &Transform) -> Self {
         let (inverse, translation) = (transform.inverse, transform.to_world.translation);
         let columns = [inverse.x_axis, inverse.y_axis, inverse.z_axis];
@@ -132,8 +135,8 @@ impl RoughInverse {
         }
     }
 
-    /// Maps an exact f32 ray of the world into object space. Returns the ray, and error bounds for
-    /// a component of its origin and of its direction.
+    /// Maps a world-space ray, exact in f32, to object space. Returns the ray, and the error bounds
+    /// of a component of its origin and of a component of its direction.
     #[inline(always)]
     pub fn ray(&self, origin: [f32; 3], direction: [f32; 3]) -> ([[f32; 3]; 2], [f32; 2]) {
         let ([x, y, z], [a, b, c], [i, j, k]) = (&self.columns, self.translation, self.rest);

@@ -1,4 +1,4 @@
-//! The surface point and texture coordinates of a hit, computed once the hit is known.
+//! The surface point and the texture coordinates of a hit, computed after the query.
 
 use glam::DVec3;
 
@@ -12,16 +12,16 @@ use crate::shapes::{
 };
 use crate::slot::PrimitiveKind;
 
-/// Number of triangles located together.
+/// Number of triangle hits whose surface points are computed together.
 const LANES: usize = 8;
 
 impl<R: Real> Geometry<R> {
-    /// The surface at a hit, before it is rounded to the stored scalar. The hit must come from a
-    /// query of this geometry with the same ray.
+    /// Computes the surface point of a hit in f64. The hit must come from a query of this geometry
+    /// with the same ray.
     #[inline]
     pub fn surface_point(&self, ray: &Ray<R>, hit: &Hit<R>) -> SurfacePoint {
-        // Spheres and planes are inlined here, so that parts of the prepared ray that they do not
-        // use are not computed.
+        // Spheres and planes are inlined here, so that the parts of the prepared ray that they do
+        // not use are not computed.
         let slot = &self.group.slots[hit.slots[0] as usize];
         match slot.kind {
             PrimitiveKind::Sphere => {
@@ -34,14 +34,16 @@ impl<R: Real> Geometry<R> {
         }
     }
 
-    /// The surface at a hit that this geometry returned for the same ray.
+    /// Computes the surface at a hit that this geometry returned for the same ray, in the stored
+    /// scalar.
     #[inline]
     pub fn surface(&self, ray: &Ray<R>, hit: &Hit<R>) -> Surface<R> {
         self.surface_point(ray, hit).to_scalar()
     }
 
-    /// [`Self::surface`] for many rays, which is faster since triangles are located several at a
-    /// time. `out` receives each surface with its index in the list; the order of calls is free.
+    /// Computes the surfaces at many hits, as [`Self::surface`]. It is faster, since eight
+    /// triangles are evaluated at a time. `out` receives each surface with the hit's index in the
+    /// list, in any order.
     #[inline]
     pub fn surfaces<'a>(
         &self,
@@ -63,21 +65,21 @@ impl<R: Real> Geometry<R> {
         waiting.locate(&mut out);
     }
 
-    /// Texture coordinates at a hit that this geometry returned for the same ray.
+    /// Computes the texture coordinates at a hit that this geometry returned for the same ray.
     #[inline]
     pub fn parameters(&self, ray: &Ray<R>, hit: &Hit<R>) -> Parameters<R> {
         self.parameters_at(&self.prepare(*ray), own(hit), hit.slots)
     }
 
-    /// World-space corners of the hit triangle at the ray's time, in the order of the hit's
-    /// weights; `None` for any other shape.
+    /// Returns the world-space corners of the hit triangle at the ray's time, in the order of the
+    /// hit's weights; `None` for any other shape.
     pub fn corners(&self, ray: &Ray<R>, hit: &Hit<R>) -> Option<[DVec3; 3]> {
         self.corners_at(ray.time.to_f64(), hit.slots)
     }
 
-    /// Maps a normal from the hit instance's space to the world at the ray's time, without
-    /// normalising it: for normals of a mesh under a moving instance. Without an instance the
-    /// normal is returned unchanged.
+    /// Maps a normal from the space of the hit instance to the world at the ray's time, without
+    /// normalising it. Shading uses it for the normals of a mesh under a moving instance. For a hit
+    /// outside any instance the normal is returned unchanged.
     pub fn normal(&self, ray: &Ray<R>, hit: &Hit<R>, normal: R::Vec3) -> R::Vec3 {
         let (group, slot) = (&self.group, &self.group.slots[hit.slots[0] as usize]);
         if slot.kind != PrimitiveKind::Instance {
@@ -92,7 +94,9 @@ impl<R: Real> Geometry<R> {
         R::Vec3::from_f64(transform.normal_to_world(normal.to_f64()))
     }
 
-    /// The surface for a ray in this geometry's own space, which lies under `transform_chain`.
+    /// Computes the surface point of a hit by a ray in this geometry's own space. `transform_chain`
+    /// holds the maps from that space to the world. `inner` is the slot in the instanced geometry,
+    /// if `slot` is an instance.
     #[inline(never)]
     fn locate(
         &self,
@@ -138,6 +142,8 @@ impl<R: Real> Geometry<R> {
         }
     }
 
+    /// Returns the corners of the triangle in a slot, or in the slot `inner` of an instance, in the
+    /// space of this geometry.
     fn corners_at(&self, time: f64, [slot, inner]: [u32; 2]) -> Option<[DVec3; 3]> {
         let (group, slot) = (&self.group, &self.group.slots[slot as usize]);
         let index = slot.index as usize;
@@ -156,6 +162,8 @@ impl<R: Real> Geometry<R> {
         }
     }
 
+    /// Computes the texture coordinates of a hit by its slots, for a ray in this geometry's own
+    /// space.
     fn parameters_at(
         &self,
         prepared_ray: &PreparedRay,
@@ -187,13 +195,15 @@ impl<R: Real> Geometry<R> {
     }
 }
 
-/// Triangle hits in structure-of-arrays layout.
+/// Hits of up to eight triangles in structure-of-arrays layout, collected by
+/// [`Geometry::surfaces`].
 struct HitLanes<R: Real> {
     len: usize,
-    /// Indices in the list of hits.
+    /// Indices of the hits in the caller's list.
     place: [usize; LANES],
-    /// Corners by axis, and the weights of the second and third corner.
+    /// Corners as `corners[corner][axis][lane]`.
     corners: [[[R; LANES]; 3]; 3],
+    /// Barycentric weights of the second and the third corner.
     weights: [[R; LANES]; 2],
 }
 
@@ -221,7 +231,7 @@ impl<R: Real> HitLanes<R> {
         (self.weights[0][lane], self.weights[1][lane]) = (hit.u, hit.v);
     }
 
-    /// Emits the surfaces of all stored hits and clears the list.
+    /// Passes the surfaces of all collected hits to `out` and clears the list.
     #[inline(always)]
     fn locate(&mut self, out: &mut impl FnMut(usize, Surface<R>)) {
         if self.len == 0 {
@@ -264,7 +274,7 @@ impl<R: Real> HitLanes<R> {
 
     #[inline(always)]
     fn weights(&self, lane: usize) -> [f64; 2] {
-        // Component by component: `map` would take whole columns, which prevents vectorisation of
+        // Component by component: `map` would copy whole arrays, which prevents vectorisation of
         // the loops over lanes.
         [
             self.weights[0][lane].to_f64(),
@@ -273,8 +283,8 @@ impl<R: Real> HitLanes<R> {
     }
 }
 
-/// Surfaces of several triangles, rounded to the stored scalar, and whether each is valid: points
-/// near an edge of a triangle are not.
+/// Surfaces of eight triangles, rounded to the stored scalar. `is_inside` tells whether a surface
+/// is valid: it is not near an edge of its triangle, where the caller evaluates it alone.
 struct LocatedLanes<R> {
     point: [[R; LANES]; 3],
     normal: [[R; LANES]; 3],
@@ -282,6 +292,7 @@ struct LocatedLanes<R> {
     is_inside: [bool; LANES],
 }
 
+/// Task of [`run_widest`]: evaluates the surfaces of all collected hits.
 struct LocateTriangles<'a, R: Real>(&'a HitLanes<R>);
 
 impl<R: Real> SimdTask for LocateTriangles<'_, R> {
@@ -318,7 +329,7 @@ impl<R: Real> SimdTask for LocateTriangles<'_, R> {
     }
 }
 
-/// The part of the hit that a shape uses.
+/// Returns the part of a hit that a shape interprets.
 #[inline(always)]
 fn own<R: Real>(hit: &Hit<R>) -> ShapeHit<R> {
     ShapeHit {

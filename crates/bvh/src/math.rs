@@ -1,5 +1,5 @@
-//! Numerics beyond the standard library: angles, double-double arithmetic, four scalars in a
-//! formula, eight SIMD lanes.
+//! Numerics beyond the standard library: angles, double-double arithmetic, vectors of four scalars,
+//! and eight SIMD lanes.
 
 pub(crate) mod angles;
 pub(crate) mod double_double;
@@ -9,8 +9,8 @@ use core::ops::{Add, Div, Mul, Sub};
 
 use glam::{DVec4, Vec4};
 
-/// Four scalars side by side: the platform's vector registers where glam supports the scalar, and
-/// the same operations one by one elsewhere.
+/// Vector of four scalars for arithmetic in parallel: glam's vector, in SIMD registers where glam
+/// has them for the scalar, and one by one elsewhere.
 pub trait Four<R>:
     Copy
     + From<[R; 4]>

@@ -1,5 +1,5 @@
 //! Large arrays on huge pages. A traversal reads scattered addresses in hundreds of megabytes. With
-//! pages of four kilobytes nearly every read would also look up the page table.
+//! pages of four kilobytes, nearly every read would also have to look up the page table.
 #![expect(
     unsafe_code,
     reason = "advice to the system about an array's memory; the block says why it changes nothing"
@@ -7,19 +7,20 @@
 
 use core::mem::MaybeUninit;
 
-/// Smaller arrays stay on ordinary pages. The limit is two huge pages, since an array rarely starts
-/// at a page boundary.
+/// Least size, in bytes, of an array on huge pages. It is two huge pages, since an array rarely
+/// starts at a page boundary.
 const LEAST: usize = 4 << 20;
 
-/// An empty `Vec` with the given capacity, on huge pages if it is large and the system supports
-/// them: for data written once and read at random. Without that support it is an ordinary `Vec`.
+/// Creates an empty `Vec` with the given capacity, on huge pages if it is large and the system
+/// supports them. It suits data that is written once and read at random. Without system support it
+/// is an ordinary `Vec`.
 pub fn huge_page_vec<T>(capacity: usize) -> Vec<T> {
     let mut list = Vec::with_capacity(capacity);
     advise(list.spare_capacity_mut());
     list
 }
 
-/// The same, filled with `count` copies of `value`.
+/// Creates the `Vec` of [`huge_page_vec`], filled with `count` copies of `value`.
 pub(crate) fn huge_page_vec_of<T: Clone>(count: usize, value: T) -> Vec<T> {
     let mut list = huge_page_vec(count);
     list.resize(count, value);

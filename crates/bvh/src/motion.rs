@@ -6,7 +6,7 @@ use crate::error::GeometryError;
 use crate::math::double_double::DoubleDouble;
 use crate::shapes::Transform;
 
-/// A map interpolated from time 0 to time 1, linearly in each entry.
+/// An affine map that moves from time 0 to time 1, interpolated linearly in each entry.
 #[derive(Clone, Copy, Debug)]
 pub struct Motion {
     ends: [DAffine3; 2],
@@ -20,7 +20,7 @@ impl Motion {
     /// at some time in [0, 1]; [`GeometryError::NotFinite`] if the ends are too far apart.
     pub fn new(ends: [DAffine3; 2]) -> Result<Self, GeometryError> {
         let motion = Self { ends };
-        // Ends further apart than the greatest f64 have no finite midpoint.
+        // The midpoint of ends further apart than the greatest f64 is not finite.
         if !motion.map(0.5).is_finite() {
             return Err(GeometryError::NotFinite);
         }
@@ -30,18 +30,18 @@ impl Motion {
             .ok_or(GeometryError::SingularOnTheWay)
     }
 
-    /// The map at a time, clamped to [0, 1], with an accurate inverse. A still instance under the
-    /// same map is hit with the same bits.
+    /// Returns the transform at a time, clamped to [0, 1], with an accurate inverse. An instance at
+    /// rest under the same map is hit with the same bits.
     #[inline(never)]
     pub(crate) fn at(&self, time: f64) -> Transform {
         Transform::of_invertible(self.map(time.clamp(0.0, 1.0)))
     }
 
-    /// The map at a time in [0, 1]. Each entry is the exact value, rounded once: the sum is
-    /// computed in double-double arithmetic. So its relative error is one rounding, even where the
-    /// instance passes near the origin between distant ends, and error bounds for any f64 map hold
-    /// here without an extra margin. At either end the map is exactly that end's, and entries equal
-    /// at both ends stay constant.
+    /// Returns the map at a time in [0, 1]. Each entry is the exact interpolated value, rounded
+    /// once, since the sum is computed in double-double arithmetic. So its relative error is one
+    /// rounding, even where the instance passes near the origin between distant ends, and error
+    /// bounds for a constant map hold for a moving map too. At either end the map is exactly the
+    /// given map, and entries that are equal at both ends stay constant.
     pub fn map(&self, time: f64) -> DAffine3 {
         let [start, end] = self.ends.map(|end| end.to_cols_array());
         let entry = |i: usize| {
@@ -53,11 +53,11 @@ impl Motion {
     }
 }
 
-/// Greatest number of bisections to find the sign of the determinant. Far more than needed: near a
-/// zero the error bounds end the recursion after about thirty.
+/// Greatest number of bisections in the search for the sign of the determinant. About thirty
+/// suffice: close to a zero the error bounds then end the recursion.
 const HALVINGS: u32 = 64;
 
-/// A number with an error bound.
+/// A number with a bound of its absolute error.
 #[derive(Clone, Copy, Debug)]
 struct Bounded {
     value: f64,
@@ -65,13 +65,13 @@ struct Bounded {
 }
 
 impl Bounded {
-    /// Whether the value is certainly positive (`sign` = 1) or negative (`sign` = −1). Never for
-    /// NaN.
+    /// Whether the true value is certainly positive (`sign` = 1) or certainly negative (`sign` =
+    /// −1); false for NaN.
     fn surely(&self, sign: f64) -> bool {
         self.value * sign > self.error
     }
 
-    /// Midpoint of two numbers.
+    /// Computes the midpoint of two numbers.
     fn middle(a: Self, b: Self) -> Self {
         let value = 0.5 * (a.value + b.value);
         Self {
@@ -81,8 +81,8 @@ impl Bounded {
     }
 }
 
-/// x·(y × z) in double-double arithmetic, and the sum of the absolute values of its products. The
-/// error is below 2⁻⁹⁶ of that sum.
+/// Computes the determinant x·(y × z) in double-double arithmetic, and the sum of the absolute
+/// values of its products. The error is below 2⁻⁹⁶ of that sum.
 fn determinant([x, y, z]: [DVec3; 3]) -> (DoubleDouble, f64) {
     let terms = [
         (0, 1, 2, 1.0),
@@ -102,9 +102,10 @@ fn determinant([x, y, z]: [DVec3; 3]) -> (DoubleDouble, f64) {
         })
 }
 
-/// Bernstein coefficients of the map's determinant, which is a cubic in time. The determinant is
-/// linear in each column. So coefficient i is the mean over all choices of i columns from the end
-/// and the others from the start.
+/// Computes the four Bernstein coefficients of the map's determinant, which is a cubic polynomial
+/// in time. The determinant is linear in each column of the map. So coefficient i is the mean of
+/// the determinants over all choices of i columns from the end and the other columns from the
+/// start.
 fn determinants(ends: [DMat3; 2]) -> [Bounded; 4] {
     let mut sums = [(DoubleDouble::default(), 0.0); 4];
     for choice in 0..8_usize {
@@ -123,10 +124,11 @@ fn determinants(ends: [DMat3; 2]) -> [Bounded; 4] {
     })
 }
 
-/// Whether a cubic has certainly one sign on [0, 1]. The cubic lies between its least and its
-/// greatest Bernstein coefficient. If these differ in sign, both halves are examined ("Curves and
-/// Surfaces for CAGD", Farin, 5th edition 2002, chapters 5 and 6: de Casteljau). A cubic that is
-/// zero up to the errors, or may change sign, gives false.
+/// Whether a cubic polynomial certainly has the same sign on all of [0, 1], by its Bernstein
+/// coefficients. The cubic lies between the least and the greatest coefficient. If these differ in
+/// sign, both halves are examined ("Curves and Surfaces for CAGD", Farin, 5th edition 2002,
+/// chapters 5 and 6: de Casteljau). The result is false for a cubic that may change its sign, or is
+/// zero within its errors.
 fn keeps_sign(b: [Bounded; 4], halvings: u32) -> bool {
     let on_side = |sign: f64| {
         (
@@ -138,7 +140,7 @@ fn keeps_sign(b: [Bounded; 4], halvings: u32) -> bool {
     if above.0 || below.0 {
         return true;
     }
-    // The first and the last coefficient are the values at the ends.
+    // The first and the last coefficient are the cubic's values at the ends.
     if !(above.1 || below.1) || halvings == 0 {
         return false;
     }

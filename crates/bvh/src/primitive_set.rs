@@ -1,4 +1,4 @@
-//! Collecting primitives, object by object.
+//! The set of primitives of a geometry, collected object by object.
 
 mod leaves;
 
@@ -15,32 +15,34 @@ use crate::scalar::{Real, Vector};
 use crate::shapes::{AnyShape, Plane, Shape, Sphere, Transform, TransformedShape, Triangle};
 use crate::slot::{MAX_PRIMITIVES, PrimitiveKind, Slot};
 
-/// Primitives by kind, and their slots. An object is a shape, a mesh or an instance.
+/// A set of primitives, stored by kind, with one slot for each primitive. An object is a shape, a
+/// mesh or an instance.
 #[derive(Clone, Debug, Default)]
 #[doc(alias("RTCGeometry", "rtcAttachGeometry"))]
 pub struct PrimitiveSet<R: Real> {
-    /// In the order of insertion; in a [`Geometry`], in the accelerator's order.
+    /// One slot for each primitive, in the order of insertion; in a [`Geometry`], in the
+    /// accelerator's order.
     pub(crate) slots: Vec<Slot>,
     objects: u32,
     pub(crate) spheres: Vec<Sphere<R>>,
     pub(crate) triangles: Vec<Triangle<R>>,
     pub(crate) planes: Vec<Plane<R>>,
-    /// All other shapes.
+    /// Shapes of all other kinds.
     pub(crate) shapes: Vec<AnyShape<R>>,
     pub(crate) transformed_shapes: Vec<TransformedShape<R>>,
     pub(crate) instances: Vec<Instance>,
-    /// Motions of the moving instances.
+    /// Motions of moving instances, which refer to them by index.
     pub(crate) motions: Vec<Motion>,
-    /// Geometries that instances show.
+    /// Geometries that instances refer to by index.
     pub(crate) parts: Vec<Geometry<R>>,
 }
 
 impl<R: Real> PrimitiveSet<R> {
-    /// Bytes per primitive of any kind, besides its data.
+    /// Bytes that a primitive of any kind takes besides its own data.
     pub(crate) const BYTES_EACH: usize = size_of::<Slot>();
 
-    /// The instance's map at the given time, and the geometry that it shows. A moving instance's
-    /// map is stored in `room`.
+    /// Returns the instance's map at the given time, and the geometry that it places. The map of a
+    /// moving instance is stored in `room`.
     #[inline(always)]
     pub(crate) fn shown<'a>(
         &'a self,
@@ -65,12 +67,13 @@ impl<R: Real> PrimitiveSet<R> {
         self.slots.is_empty()
     }
 
-    /// Number of objects, which is the id of the next object.
+    /// Number of objects, which is also the id of the next object.
     pub fn objects(&self) -> usize {
         self.objects as usize
     }
 
-    /// Adds an object of one primitive and returns its id.
+    /// Adds an object with a single primitive, which is already stored at `index` of the array of
+    /// its kind, and returns the object's id.
     fn single(
         &mut self,
         kind: PrimitiveKind,
@@ -82,6 +85,7 @@ impl<R: Real> PrimitiveSet<R> {
         Ok(self.objects - 1)
     }
 
+    /// Adds the slot of a primitive to the object that is being added.
     fn push(
         &mut self,
         kind: PrimitiveKind,
@@ -145,7 +149,8 @@ impl<R: Real> PrimitiveSet<R> {
         self.add_mesh([vertices], visibility)
     }
 
-    /// Reserves capacity for `count` more triangles, for an iterator without a size hint.
+    /// Reserves capacity for `count` more triangles. Callers with an iterator without a size hint
+    /// use it.
     pub fn reserve_triangles(&mut self, count: usize) {
         fn reserve<T>(list: &mut Vec<T>, count: usize) {
             if list.is_empty() && list.capacity() < count {
@@ -158,11 +163,11 @@ impl<R: Real> PrimitiveSet<R> {
         reserve(&mut self.triangles, count);
     }
 
-    /// Adds triangles as one object and returns its id. The triangles are numbered as its
-    /// primitives in their order; a mesh may be empty.
+    /// Adds triangles as one object and returns its id. The primitives of the object are numbered
+    /// in the order of the triangles. A mesh may be empty.
     ///
     /// # Errors
-    /// As [`PrimitiveSet::add_sphere`], for any of the triangles; then none is added.
+    /// As [`PrimitiveSet::add_sphere`], for any of the triangles. The set is then unchanged.
     #[doc(alias("RTC_GEOMETRY_TYPE_TRIANGLE", "TriangleMesh"))]
     pub fn add_mesh(
         &mut self,
@@ -193,7 +198,7 @@ impl<R: Real> PrimitiveSet<R> {
         Ok(self.objects - 1)
     }
 
-    /// The triangles of all meshes, in the order of insertion.
+    /// All triangles of the set, in the order of insertion.
     pub fn triangles(&self) -> &[Triangle<R>] {
         &self.triangles
     }
@@ -246,12 +251,12 @@ impl<R: Real> PrimitiveSet<R> {
         )
     }
 
-    /// Adds a geometry for instances to show, and returns its part number for
+    /// Adds a geometry that instances can place, and returns its part number for
     /// [`PrimitiveSet::add_instance`].
     ///
     /// # Errors
-    /// [`GeometryError::Nested`] if the geometry itself holds instances: a hit can name only one
-    /// instance.
+    /// [`GeometryError::Nested`] if the geometry itself holds instances: a hit can identify only
+    /// one instance.
     pub fn add_part(&mut self, geometry: Geometry<R>) -> Result<u32, GeometryError> {
         if geometry.instance_count() > 0 {
             return Err(GeometryError::Nested);
@@ -260,9 +265,9 @@ impl<R: Real> PrimitiveSet<R> {
         Ok(self.parts.len() as u32 - 1)
     }
 
-    /// Adds an instance of a part under an affine map, as one object, and returns its id. In
-    /// any-hit queries the instance's occlusion replaces that of the part's objects. Which sides
-    /// can be hit is a property of the part's objects.
+    /// Adds an instance of a part under an affine map as one object, and returns its id. In any-hit
+    /// queries the instance's occlusion replaces the occlusion of the part's objects. The sides
+    /// that can be hit remain a property of the part's objects.
     ///
     /// # Errors
     /// As [`PrimitiveSet::add_transformed`]; [`GeometryError::NoPart`] for an unknown part.
@@ -276,15 +281,15 @@ impl<R: Real> PrimitiveSet<R> {
         self.add_moving_instance(part, [to_world; 2], visibility)
     }
 
-    /// Adds a moving instance of a part, otherwise as [`PrimitiveSet::add_instance`]. The map is
-    /// interpolated linearly in each entry, from the first at ray time 0 to the second at time 1;
-    /// equal maps give an instance at rest. So each point moves along a straight line at constant
-    /// speed. A rotating part shrinks on the way: halfway, across the axis, by the cosine of half
-    /// the angle.
+    /// Adds a moving instance of a part, otherwise as [`PrimitiveSet::add_instance`]. Each entry of
+    /// the map is interpolated linearly, from the first map at ray time 0 to the second map at time
+    /// 1. Equal maps give an instance at rest. So each point moves along a straight line at
+    /// constant speed. A rotating part shrinks during the motion: at half time, perpendicular to
+    /// the axis, by the cosine of half the angle.
     ///
     /// # Errors
     /// As [`PrimitiveSet::add_instance`]; [`GeometryError::SingularOnTheWay`] if the map is
-    /// singular, or can't be proven invertible, at some time in [0, 1], for example halfway through
+    /// singular, or can't be proven invertible, at some time in [0, 1], for example at half time of
     /// half a turn.
     pub fn add_moving_instance(
         &mut self,
@@ -312,7 +317,7 @@ impl<R: Real> PrimitiveSet<R> {
         )
     }
 
-    /// Bytes of primitives and of instanced geometries.
+    /// Memory of the primitives and of the instanced geometries, in bytes.
     pub(crate) fn bytes(&self) -> usize {
         size_of_val(self.slots.as_slice())
             + size_of_val(self.spheres.as_slice())
@@ -329,7 +334,7 @@ impl<R: Real> PrimitiveSet<R> {
                 .sum::<usize>()
     }
 
-    /// The box of a primitive; `None` if it is unbounded.
+    /// Returns the box of a primitive; `None` if it is unbounded.
     pub(crate) fn bounds(&self, slot: &Slot) -> Option<Aabb> {
         let index = slot.index as usize;
         match slot.kind {
@@ -343,15 +348,16 @@ impl<R: Real> PrimitiveSet<R> {
     }
 }
 
-/// Number of primitives that are tested one by one as fast as through a node. A sphere's test is
-/// the cheapest of all, and a plane has no box.
+/// Greatest number of primitives whose tests, one by one, are as fast as a tree. Spheres have the
+/// cheapest test, and planes have no box, so a set of spheres and planes has a greater number.
 pub(crate) fn few(spheres_alone: bool) -> usize {
     const SPHERES: usize = 14;
     const OTHERS: usize = 2;
     if spheres_alone { SPHERES } else { OTHERS }
 }
 
-/// Refuses a triangle that no tree can hold. The box is computed only for very large triangles.
+/// Returns an error for a triangle that no tree can hold. The box is computed only for very large
+/// triangles.
 fn check_corners<R: Real>(triangle: &Triangle<R>) -> Result<(), GeometryError> {
     let maximum = R::from_f64(f64::from(f32::MAX) * 0.5);
     let within = |corner: &R::Vec3| corner.is_finite() && corner.abs().max_element() < maximum;

@@ -1,4 +1,4 @@
-//! Features of the processor at run time: prefetching, and the width of its registers.
+//! Use of the processor's features at run time: prefetches, and loops in its widest registers.
 #![expect(
     unsafe_code,
     reason = "instructions of the processor; each block says why it may"
@@ -7,17 +7,17 @@
 #[cfg(target_arch = "x86_64")]
 use crate::math::simd::{Avx2, Avx512};
 
-/// Arithmetic in plain loops over arrays, which the compiler vectorises.
+/// Arithmetic in plain loops over arrays, which the compiler vectorises for each instruction set.
 pub trait SimdTask {
-    /// Result of the loops.
+    /// Result of the arithmetic.
     type Output;
-    /// Runs the loops. Must be `#[inline(always)]`, with every function called in the loops: code
-    /// that is not inlined is compiled for the baseline processor.
+    /// Runs the loops. The implementation, and every function that the loops call, must be
+    /// `#[inline(always)]`: code that is not inlined is compiled for the baseline processor.
     fn run(self) -> Self::Output;
 }
 
-/// Runs loops with the widest registers of the processor. The bits are those of [`SimdTask::run`]
-/// by itself: nothing is fused, and each number is computed independently.
+/// Runs a task with the widest registers of the processor. The bits are those of [`SimdTask::run`]
+/// called directly, since nothing is fused and each number is computed independently.
 #[inline]
 pub fn run_widest<L: SimdTask>(work: L) -> L::Output {
     #[cfg(target_arch = "x86_64")]
@@ -46,8 +46,8 @@ fn with_avx2<L: SimdTask>(work: L) -> L::Output {
     work.run()
 }
 
-/// Prefetches an element of a list, so that a later read does not wait for memory. No result
-/// changes. Beyond the list's end, and on processors without the instruction, nothing happens.
+/// Prefetches an element of a list, so that a later read does not wait for memory. It has no other
+/// effect. It does nothing beyond the list's end, and on processors without the instruction.
 #[inline(always)]
 pub fn prefetch<T>(list: &[T], index: usize) {
     if let Some(requested) = list.get(index) {
@@ -55,7 +55,7 @@ pub fn prefetch<T>(list: &[T], index: usize) {
     }
 }
 
-/// Prefetches the cache line at an address, valid or not.
+/// Prefetches the cache line at an address, which may be invalid.
 #[inline(always)]
 pub(crate) fn prefetch_line<T>(place: *const T) {
     #[cfg(target_arch = "x86_64")]

@@ -2,8 +2,8 @@
 //! accelerator.
 //!
 //! Each query is a separate function per scalar type, so that a caller's loop contains a call and
-//! not a copy of every primitive's test. During a query a hit is identified by its slot; object and
-//! primitive ids are filled in at the end.
+//! not a copy of every primitive's test. During a query a hit is identified by its slot. The object
+//! and primitive ids are added after the query.
 
 mod packet;
 mod visitor;
@@ -21,10 +21,11 @@ use crate::stats::{TraversalCounter, TraversalStats};
 
 use self::visitor::{AnyHit, ClosestHit, QueryKind, Visitor};
 
-/// Inner slot of a hit outside any instance.
+/// Value of [`SlotHit`]'s inner slot for a hit outside any instance.
 const NO_PART: u32 = u32::MAX;
 
-/// A hit by slot; in an instance, `inner` is the slot in the instanced geometry.
+/// A hit, identified by the slot of its primitive. For an instance, `inner` is the slot in the
+/// instanced geometry.
 #[derive(Clone, Copy)]
 struct SlotHit<R> {
     t: R,
@@ -34,7 +35,7 @@ struct SlotHit<R> {
     inner: u32,
 }
 
-/// Whether all numbers of a ray, and their sum, are finite. A ray with NaN would enter every box
+/// Whether all numbers of a ray, and their sum, are finite. A ray with a NaN would enter every box
 /// and hit nothing, at the cost of a scan.
 #[inline(always)]
 fn is_sound<R: Real>(ray: &Ray<R>) -> bool {
@@ -43,8 +44,8 @@ fn is_sound<R: Real>(ray: &Ray<R>) -> bool {
 }
 
 impl<R: Real> Geometry<R> {
-    /// The closest hit with `range.min < t < range.max`. Ties at equal distance go to the lowest
-    /// object id, then to the lowest primitive.
+    /// Finds the closest hit with `range.min < t < range.max`. Ties at equal distance go to the
+    /// lowest object id, then to the lowest primitive.
     #[inline(never)]
     #[doc(alias("rtcIntersect1", "Intersect"))]
     pub fn closest<T: TraversalCounter>(
@@ -74,8 +75,8 @@ impl<R: Real> Geometry<R> {
             .map(|slot_hit| self.named(slot_hit))
     }
 
-    /// The closest hit by a ray that is prepared first: for a scan, and for primitives stored in
-    /// f64. A separate function, since its stack frame is much larger.
+    /// Finds the closest hit by a prepared ray: in a linear scan, and for primitives stored in f64.
+    /// It is a separate function, since its stack frame is much larger.
     #[inline(never)]
     fn closest_prepared<T: TraversalCounter>(
         &self,
@@ -95,9 +96,9 @@ impl<R: Real> Geometry<R> {
         })
     }
 
-    /// The tie-break between hits at equal distance. `range` is the final range of a closest-hit
-    /// search. All hits within it equal the nearest up to rounding of distances; the lowest object
-    /// wins.
+    /// Breaks the tie between hits at equal distance, in f64: the lowest object id wins. `range` is
+    /// the final range of a closest-hit query, in which every hit equals the nearest hit up to the
+    /// rounding of distances.
     #[cold]
     fn first_of_equals<T: TraversalCounter>(
         &self,
@@ -127,10 +128,11 @@ impl<R: Real> Geometry<R> {
         first
     }
 
-    /// Whether the ray is occluded: a hit with `range.min < t < range.max` belongs to an opaque
-    /// object, or to an [`Occlusion::Ask`](crate::Occlusion::Ask) object and `ask` returns true.
-    /// The order of calls is free; a refused hit does not stop the search. A primitive of the set
-    /// itself is passed once, at its nearest hit; for an instance, so is each primitive in it.
+    /// Whether the ray is occluded: whether a hit with `range.min < t < range.max` belongs to an
+    /// opaque object, or to an [`Occlusion::Ask`](crate::Occlusion::Ask) object and `ask` returns
+    /// true for it. Hits are passed to `ask` in any order, and a refused hit does not end the
+    /// query. A primitive of the set itself is passed once, at its nearest hit. For an instance,
+    /// each primitive in it is passed once.
     #[inline(never)]
     #[doc(alias("rtcOccluded1", "occluded", "IntersectP"))]
     pub fn any<T: TraversalCounter>(
@@ -162,7 +164,7 @@ impl<R: Real> Geometry<R> {
         }
     }
 
-    /// Whether a hit ends the query, for a ray that is prepared first.
+    /// Runs a query by a ray that is prepared first. Returns whether a hit ended it.
     #[inline(never)]
     fn visit_prepared<Q: QueryKind<R>, T: TraversalCounter>(
         &self,
@@ -173,20 +175,20 @@ impl<R: Real> Geometry<R> {
         self.visit_all(&self.prepare(*ray), query, stats).0
     }
 
-    /// Unbounded slots, which every query tests one by one.
+    /// Returns the slots of unbounded primitives without rows, which every query tests one by one.
     #[inline(always)]
     fn unbounded(&self) -> impl Iterator<Item = (u32, &Slot)> {
         (self.planes as u32..).zip(&self.group.slots[self.planes..self.unbounded])
     }
 
-    /// Slots at the given positions of the accelerator.
+    /// Returns the slots at the given positions of the accelerator.
     #[inline(always)]
     fn bounded(&self, places: Range<usize>) -> impl Iterator<Item = (u32, &Slot)> {
         let range = self.unbounded + places.start..self.unbounded + places.end;
         (range.start as u32..).zip(&self.group.slots[range])
     }
 
-    /// The nearest hit of one primitive.
+    /// Intersects a ray with one primitive. Returns the nearest hit in the range.
     #[inline(always)]
     fn test<T: TraversalCounter>(
         &self,
@@ -230,13 +232,13 @@ impl<R: Real> Geometry<R> {
         })
     }
 
-    /// The ray with precomputed values for the tests of these primitives.
+    /// Prepares a ray for the tests of this geometry's primitives.
     #[inline(always)]
     pub(crate) fn prepare(&self, ray: Ray<R>) -> PreparedRay {
         PreparedRay::of(ray, self.faces)
     }
 
-    /// The hit with its object and primitive ids.
+    /// Converts a hit by slot to a hit by object and primitive ids.
     #[inline(always)]
     fn named(
         &self,

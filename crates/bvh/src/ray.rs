@@ -2,25 +2,25 @@
 
 use crate::scalar::{Real, Vector};
 
-/// A half-line. The direction has unit length up to rounding: the creator of a ray normalises it,
-/// so that distances are lengths. Intersection tests use the stored direction unchanged, with
+/// A ray. The direction has unit length up to rounding: the creator of a ray normalises it, so that
+/// distances are lengths. Intersection tests use the stored direction unchanged and measure
 /// distances in units of its length.
 #[derive(Clone, Copy, Debug)]
 #[doc(alias = "RTCRay")]
 pub struct Ray<R: Real> {
-    /// Start, in world units.
+    /// Start of the ray, in world units.
     pub origin: R::Vec3,
     /// Unit direction.
     pub direction: R::Vec3,
-    /// Time, from 0 at the start of every motion to 1 at its end; values beyond are clamped. Only
-    /// moving instances depend on it.
+    /// Time, from 0 at the start of every motion to 1 at its end; other values are clamped to this
+    /// range. Only moving instances depend on it.
     pub time: R,
     /// Whether this is a camera ray, which passes through the back of [`Side::Culled`] surfaces.
     pub culls: bool,
 }
 
 impl<R: Real> Ray<R> {
-    /// A ray at time 0. The direction must already have unit length.
+    /// Creates a ray at time 0 that is no camera ray. The direction must already have unit length.
     #[inline(always)]
     pub fn new(origin: R::Vec3, direction: R::Vec3) -> Self {
         Self {
@@ -31,13 +31,13 @@ impl<R: Real> Ray<R> {
         }
     }
 
-    /// This ray at another time.
+    /// Returns the ray at another time.
     #[inline(always)]
     pub fn at_time(self, time: R) -> Self {
         Self { time, ..self }
     }
 
-    /// This ray as a camera ray.
+    /// Returns the ray as a camera ray.
     #[inline(always)]
     pub fn culling(self) -> Self {
         Self {
@@ -46,21 +46,21 @@ impl<R: Real> Ray<R> {
         }
     }
 
-    /// The point at distance `t`.
+    /// Computes the point of the ray at distance `t`.
     #[inline(always)]
     pub fn at(&self, t: R) -> R::Vec3 {
         self.origin + self.direction * t
     }
 
-    /// Whether no component is NaN or infinite.
+    /// Whether no number of the ray is NaN or infinite.
     #[inline]
     pub fn is_finite(&self) -> bool {
         self.origin.is_finite() && self.direction.is_finite() && self.time.is_finite()
     }
 }
 
-/// The open interval of accepted distances: a hit counts iff `min < t < max`, for every query and
-/// every accelerator.
+/// Open interval of accepted distances: a hit counts iff `min < t < max`, for every query and every
+/// accelerator.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[doc(alias("tnear", "tfar", "tMax"))]
 pub struct Interval<R> {
@@ -71,7 +71,7 @@ pub struct Interval<R> {
 }
 
 impl<R: Real> Interval<R> {
-    /// All positive distances.
+    /// Creates the interval of all positive distances.
     #[inline(always)]
     pub fn positive() -> Self {
         Self {
@@ -87,24 +87,25 @@ impl<R: Real> Interval<R> {
     }
 }
 
-/// Which sides of a surface a ray can hit. The outside is where the geometric normal points.
+/// Sides of a surface that a ray can hit. The geometric normal points to the outside.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Side {
-    /// Hits from either side count.
+    /// Both sides.
     #[default]
     Both,
-    /// Only hits by rays against the outward normal: the near root of a closed shape.
+    /// The outside only, by rays against the outward normal. For a closed shape this is the near
+    /// root.
     Outside,
-    /// Only hits by rays along the outward normal: the far root of a closed shape, as for a room
-    /// seen from inside.
+    /// The inside only, by rays along the outward normal. For a closed shape this is the far root,
+    /// as for a room that is seen from inside.
     Inside,
-    /// Back-face culling: camera rays hit only against the outward normal, all other rays hit from
-    /// either side. So light does not pass through the back, though the camera sees through it.
+    /// Back-face culling: camera rays can hit the outside only, all other rays both sides. So the
+    /// camera sees through the back of a surface that still blocks light.
     Culled,
 }
 
 impl Side {
-    /// The effective sides for a camera ray (`culls`) or any other ray.
+    /// Sides that a camera ray (`culls`) or any other ray can hit: never [`Side::Culled`].
     #[inline(always)]
     pub(crate) fn to(self, culls: bool) -> Self {
         match self {
@@ -114,12 +115,12 @@ impl Side {
         }
     }
 
-    /// The sides visible to a camera, which are also the emitting sides of a light.
+    /// Sides that a camera ray can hit. A light emits from the same sides.
     pub fn seen(self) -> Self {
         self.to(true)
     }
 
-    /// Whether a ray against (`true`) or along (`false`) the outward normal can hit.
+    /// Whether a ray can hit the surface against (`true`) or along (`false`) its outward normal.
     #[inline(always)]
     pub fn accepts(self, from_outside: bool) -> bool {
         match self {
@@ -133,44 +134,45 @@ impl Side {
 /// Effect of an object on any-hit queries.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Occlusion {
-    /// No effect: the object is ignored.
+    /// No effect: any-hit queries ignore the object.
     None,
-    /// Any hit ends the query without a call of the filter.
+    /// Every hit ends the query, without a call of the caller's filter.
     #[default]
     Opaque,
-    /// The caller's filter decides about each hit.
+    /// The caller's filter decides about each hit whether the query ends.
     Ask,
 }
 
-/// How an object takes part in queries.
+/// Role of an object in queries: its visible sides, and its effect on occlusion.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[doc(alias("ray mask", "backface culling"))]
 pub struct Visibility {
-    /// Which sides can be hit.
+    /// Sides that rays can hit.
     pub side: Side,
     /// Effect on any-hit queries.
     pub occlusion: Occlusion,
 }
 
-/// An intersection and the ids of the hit primitive. Kept small; the surface point is computed
-/// once, after the query.
+/// A hit: its distance, and the ids of the hit primitive. The surface point is computed only once,
+/// after the query, so that this type stays small.
 #[derive(Clone, Copy, Debug)]
 #[doc(alias("RTCHit", "ShapeIntersection"))]
 pub struct Hit<R> {
-    /// Distance along the unit direction.
+    /// Distance along the ray, in units of its direction's length.
     pub t: R,
     /// First shape-specific number: a barycentric coordinate, or the part of the surface.
     pub u: R,
     /// Second shape-specific number: a barycentric coordinate, or whether the ray leaves a solid.
     pub v: R,
-    /// The hit object: its id in the instanced geometry if an instance was hit, otherwise in the
-    /// set itself.
+    /// Id of the hit object: in the instanced geometry if an instance was hit, otherwise in the set
+    /// itself.
     pub object: u32,
-    /// Primitive within the object: the triangle's index in a mesh, 0 for a shape.
+    /// Id of the primitive within the object: the triangle's index in a mesh, 0 for a shape.
     pub primitive: u32,
     /// Id of the instance that was hit, or [`Hit::NO_INSTANCE`].
     pub instance: u32,
-    /// Slot of the primitive; for an instance, its slot and the slot in the instanced geometry.
+    /// Slot of the primitive in the set; for an instance, the slot of the instance and the slot in
+    /// the instanced geometry.
     pub(crate) slots: [u32; 2],
 }
 
@@ -178,7 +180,8 @@ impl<R> Hit<R> {
     /// Value of `instance` for a hit outside any instance.
     pub const NO_INSTANCE: u32 = u32::MAX;
 
-    /// Id in the outermost set: of the instance if one was hit, otherwise of the object.
+    /// Id of the hit object in the outermost set: the id of the instance if an instance was hit,
+    /// otherwise of the object.
     #[inline(always)]
     pub fn outermost(&self) -> u32 {
         if self.instance == Self::NO_INSTANCE {
@@ -188,14 +191,15 @@ impl<R> Hit<R> {
         }
     }
 
-    /// Order among hits at equal distance: the lowest wins.
+    /// Sort key among hits at equal distance: the lowest key wins.
     #[inline(always)]
     pub fn order(&self) -> [u32; 3] {
         [self.outermost(), self.object, self.primitive]
     }
 }
 
-/// Hits of different accelerators compare equal; the storage slots are ignored.
+/// Compares distances, shape-specific numbers and ids. The slots are ignored, so that hits of
+/// different accelerators compare equal.
 impl<R: PartialEq> PartialEq for Hit<R> {
     fn eq(&self, other: &Self) -> bool {
         (&self.t, &self.u, &self.v) == (&other.t, &other.u, &other.v)

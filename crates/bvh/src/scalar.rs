@@ -1,8 +1,8 @@
 //! The stored scalar as a type parameter: one source serves f32 and f64, the two values of
 //! `--precision`. Intersections are computed in f64 for both.
 //!
-//! glam has no generics. So [`Real`] names the vector type of a scalar, and [`Vector`] names the
-//! few operations that geometry and shading need. Both traits are sealed.
+//! glam has no generic vectors. So [`Real`] names the vector type of a scalar, and [`Vector`] lists
+//! the few operations that geometry and shading need. Both traits are sealed.
 
 use core::fmt::Debug;
 use core::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
@@ -44,7 +44,7 @@ pub trait Real:
 {
     /// The three-component vector of this scalar.
     type Vec3: Vector<Self>;
-    /// Four of this scalar side by side.
+    /// Vector of four of this scalar.
     type Four: Four<Self>;
     /// Zero.
     const ZERO: Self;
@@ -52,40 +52,39 @@ pub trait Real:
     const ONE: Self;
     /// Positive infinity.
     const INFINITY: Self;
-    /// Unit roundoff u: half the spacing of the numbers just above one (2⁻²⁴ for f32, 2⁻⁵³ for
-    /// f64).
+    /// Unit roundoff u: half the distance from one to the next number (2⁻²⁴ for f32, 2⁻⁵³ for f64).
     const ROUNDOFF: Self;
-    /// Whether this is f32. The f64 arithmetic of intersections then has more than twice the
-    /// digits.
+    /// Whether the scalar is f32. If so, the f64 arithmetic of intersections has more than twice
+    /// the scalar's digits.
     const IS_SINGLE: bool;
-    /// Nearest value to `x`.
+    /// Rounds `x` to the nearest value.
     fn from_f64(x: f64) -> Self;
-    /// Nearest value to `x`; exact for both families.
+    /// Converts `x` exactly.
     fn from_f32(x: f32) -> Self;
-    /// This value, exactly.
+    /// Converts to f64 exactly.
     fn to_f64(self) -> f64;
-    /// Nearest f32.
+    /// Rounds to the nearest f32.
     fn to_f32(self) -> f32;
     /// Square root, correctly rounded; NaN below zero.
     fn sqrt(self) -> Self;
     /// Absolute value.
     fn abs(self) -> Self;
-    /// The larger number; if either is NaN, the other one.
+    /// The larger number; if one number is NaN, the other number.
     fn max(self, other: Self) -> Self;
-    /// The smaller number; if either is NaN, the other one.
+    /// The smaller number; if one number is NaN, the other number.
     fn min(self, other: Self) -> Self;
-    /// This magnitude with the sign of `sign`.
+    /// The magnitude of `self` with the sign of `sign`.
     fn copysign(self, sign: Self) -> Self;
     /// Whether the number is neither NaN nor infinite.
     fn is_finite(self) -> bool;
     /// Whether the number is NaN.
     fn is_nan(self) -> bool;
-    /// The least number greater than this one.
+    /// The least number greater than `self`.
     fn next_up(self) -> Self;
-    /// The greatest number less than this one.
+    /// The greatest number less than `self`.
     fn next_down(self) -> Self;
-    /// The adjacent number in the direction of `sign`, without a branch. The number itself if
-    /// `sign` is zero or NaN, or if the number is not finite.
+    /// The adjacent number in the direction of `sign`, computed without a branch. Returns `self` if
+    /// `sign` is zero or NaN, or if `self` is not finite.
     fn next_towards(self, sign: Self) -> Self;
     /// Sine of radians.
     fn sin(self) -> Self;
@@ -101,21 +100,22 @@ pub trait Real:
     fn atan(self) -> Self;
     /// Angle of the point (x, self), radians in (−π, π].
     fn atan2(self, x: Self) -> Self;
-    /// [`Self::atan2`] of finite numbers; 0 if both are zero. In f32 by arithmetic alone, so that
-    /// loops vectorise, with an error of at most three units of rounding.
+    /// Angle of the point (x, self) as [`Self::atan2`], for finite numbers; 0 if both are zero. In
+    /// f32 it uses arithmetic alone, so that loops vectorise, with an error of at most three units
+    /// of rounding.
     fn angle(self, x: Self) -> Self;
-    /// Cosine and sine of a fraction of a full turn, in [0, 1]. In f32 by arithmetic alone, as
-    /// [`Self::angle`], with an error of at most 1.5e-7.
+    /// Cosine and sine of a fraction of a full turn, in [0, 1]. In f32 it uses arithmetic alone, so
+    /// that loops vectorise, with an error of at most 1.5e-7.
     fn sin_cos_turns(self) -> [Self; 2];
     /// Natural exponential.
     fn exp(self) -> Self;
     /// Natural logarithm.
     fn ln(self) -> Self;
-    /// This base raised to a real exponent.
+    /// The base `self` raised to a real exponent.
     fn powf(self, exponent: Self) -> Self;
 
-    /// This base raised to an integer exponent, by repeated squaring: the same operations in the
-    /// same order on every machine.
+    /// The base `self` raised to an integer exponent, by repeated squaring: the same operations in
+    /// the same order on every machine.
     #[inline(always)]
     fn powi(self, mut exponent: u32) -> Self {
         if exponent == 0 {
@@ -139,12 +139,12 @@ pub trait Real:
         result
     }
 
-    /// The largest integer not above this number; never −0. Written out, since the library function
-    /// is a call on processors that may lack the instruction.
+    /// The largest integer not above `self`; never −0. It is written out in arithmetic, since the
+    /// library function is a call on processors that may lack the instruction.
     #[inline(always)]
     fn floor(self) -> Self {
-        // Every f32 from 2²³ on is an integer, and every f64 from 2⁵² on. Adding that number to a
-        // smaller one rounds it.
+        // Every f32 from 2²³ on is an integer, and every f64 from 2⁵² on. Adding that power of two
+        // to a smaller number rounds the number to an integer.
         let all_whole = Self::from_f64(0.5) / Self::ROUNDOFF;
         let magnitude = self.abs();
         let nearest = ((magnitude + all_whole) - all_whole).copysign(self);
@@ -160,7 +160,7 @@ pub trait Real:
         }
     }
 
-    /// This number, limited to the range from `min` to `max`.
+    /// Clamps `self` to the range from `min` to `max`.
     #[inline(always)]
     fn clamp(self, min: Self, max: Self) -> Self {
         Self::min(Self::max(self, min), max)
@@ -193,9 +193,9 @@ pub trait Vector<R: Real>:
     const ZERO: Self;
     /// One in every component.
     const ONE: Self;
-    /// From components.
+    /// Creates a vector from its components.
     fn new(x: R, y: R, z: R) -> Self;
-    /// The same number in every component.
+    /// Creates a vector with the same number in every component.
     fn splat(value: R) -> Self;
     /// First component.
     fn x(self) -> R;
@@ -203,7 +203,7 @@ pub trait Vector<R: Real>:
     fn y(self) -> R;
     /// Third component.
     fn z(self) -> R;
-    /// Component 0, 1 or 2.
+    /// Component with the index 0, 1 or 2.
     fn axis(self, index: usize) -> R;
     /// Dot product.
     fn dot(self, other: Self) -> R;
@@ -224,11 +224,11 @@ pub trait Vector<R: Real>:
     fn max_element(self) -> R;
     /// Whether no component is NaN or infinite.
     fn is_finite(self) -> bool;
-    /// Nearest vector to `v`.
+    /// Rounds each component of `v` to the nearest scalar.
     fn from_f64(v: DVec3) -> Self;
-    /// This vector, exactly.
+    /// Converts each component to f64 exactly.
     fn to_f64(self) -> DVec3;
-    /// Nearest f32 vector.
+    /// Rounds each component to the nearest f32.
     fn to_f32(self) -> Vec3;
 }
 
@@ -262,8 +262,8 @@ macro_rules! real {
                 fn copysign(self, sign: Self) -> Self { $t::copysign(self, sign) }
                 fn is_finite(self) -> bool { $t::is_finite(self) }
                 fn is_nan(self) -> bool { $t::is_nan(self) }
-                // The common case, positive and finite, is tested on the bits: for numbers the
-                // compiler generates five comparisons.
+                // The common case, positive and finite, is tested on the bits. For a test on the
+                // number, the compiler would generate five comparisons.
                 fn next_up(self) -> Self {
                     let is_usual = self.to_bits().wrapping_sub(1) < $t::INFINITY.to_bits() - 1;
                     if is_usual { $t::from_bits(self.to_bits() + 1) } else { $t::next_up(self) }

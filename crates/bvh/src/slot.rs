@@ -1,11 +1,11 @@
-//! Slots: one per primitive of a set, of any kind.
+//! Slots: the records of a set's primitives, one for each primitive of any kind.
 
 use crate::ray::Visibility;
 
-/// The most primitives that one tree can address.
+/// Greatest number of primitives that one tree can address.
 pub(crate) const MAX_PRIMITIVES: usize = (1 << 27) - 1;
 
-/// The array that stores a primitive.
+/// Kind of a primitive, which selects the array that stores it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum PrimitiveKind {
     Sphere,
@@ -16,9 +16,9 @@ pub(crate) enum PrimitiveKind {
     Instance,
 }
 
-/// One primitive: its ids, its kind, its visibility, and its index in the array of that kind.
-/// Objects and their primitives are numbered in the order of insertion, so both ids also decide
-/// ties.
+/// Record of one primitive: its ids, kind and visibility, and its index in the array of that kind.
+/// Objects, and the primitives of an object, are numbered in the order of insertion, so the two ids
+/// also decide ties.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Slot {
     pub object: u32,
@@ -29,7 +29,7 @@ pub(crate) struct Slot {
 }
 
 impl Slot {
-    /// Order among hits at equal distance: the lowest wins.
+    /// Sort key among hits at equal distance: the lowest key wins.
     #[inline(always)]
     pub fn order(&self) -> (u32, u32) {
         (self.object, self.primitive)

@@ -1,10 +1,10 @@
-//! Double-double arithmetic, for decisions and sums that f64 alone would get wrong.
+//! Double-double arithmetic, for decisions and sums whose rounding error in f64 would be too large.
 
 use core::ops::{Add, Mul};
 
-/// An unevaluated sum of two f64 numbers, the second being the rounding error of the first.
+/// An unevaluated sum of two f64 numbers, of which the second is the rounding error of the first.
 /// Operations have errors of a few times 2⁻¹⁰⁶ relative to the operands ("Accurate Sum and Dot
-/// Product", Ogita, Rump, Oishi 2005), without overflow or underflow.
+/// Product", Ogita, Rump, Oishi 2005), unless a number overflows or underflows.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct DoubleDouble {
     most: f64,
@@ -12,7 +12,7 @@ pub(crate) struct DoubleDouble {
 }
 
 impl DoubleDouble {
-    /// a·b, exactly.
+    /// Creates the exact product a·b.
     #[inline(always)]
     pub fn product(a: f64, b: f64) -> Self {
         let maximum = a * b;
@@ -22,7 +22,7 @@ impl DoubleDouble {
         }
     }
 
-    /// The nearest f64.
+    /// Rounds to the nearest f64.
     #[inline(always)]
     pub fn rounded(self) -> f64 {
         self.most

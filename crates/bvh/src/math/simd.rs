@@ -1,7 +1,7 @@
-//! Eight-wide SIMD lanes of f32 and f64, the only SIMD abstraction of this crate: arithmetic and
-//! masks, independent of rays.
+//! Eight SIMD lanes of f32 and f64: arithmetic and masks, independent of rays. No other module of
+//! this crate abstracts from instruction sets.
 //!
-//! Each f64 operation is rounded individually, as its scalar counterpart, so that tests in lanes
+//! Each f64 operation is rounded individually, like the scalar operation, so that tests in lanes
 //! have the bits of scalar tests. The crates `fearless_simd`, `pulp` and `wide` were evaluated and
 //! not used: `../../../../docs/decisions/0048-what-stays.md`.
 
@@ -10,7 +10,7 @@ mod portable;
 mod x86;
 
 pub(crate) use self::portable::Portable;
-/// Other processors have none of these instructions.
+/// Other processors have neither instruction set: `detect` of these types returns `None`.
 #[cfg(not(target_arch = "x86_64"))]
 pub(crate) use self::portable::{Portable as Avx2, Portable as Avx512};
 #[cfg(target_arch = "x86_64")]
@@ -19,17 +19,19 @@ pub(crate) use self::x86::{Avx2, Avx512};
 /// Number of lanes.
 pub(crate) const WIDTH: usize = 8;
 
-/// Eight lanes; a value of an implementing type proves that the processor has its instructions.
-/// Minimum and maximum return the second operand unless the first is less or greater, so that NaN
-/// in the first operand is ignored. Comparisons return a mask with one bit per lane, never set for
-/// NaN.
+/// Arithmetic on eight lanes. A value of an implementing type is a token: it proves that the
+/// processor has the instructions.
+///
+/// Minimum and maximum return the second operand unless the first is less or greater, so a NaN in
+/// the first operand is ignored. A comparison returns a mask with one bit per lane, which is never
+/// set for NaN.
 pub(crate) trait Simd: Copy {
     type Floats: Copy;
     type Doubles: Copy;
 
     fn splat(self, value: f32) -> Self::Floats;
     fn load(self, values: &[f32; WIDTH]) -> Self::Floats;
-    /// Eight numbers from `first` on; zeros if fewer are left.
+    /// Loads eight numbers from index `first` on; zeros if fewer than eight are left.
     #[inline(always)]
     fn load_from(self, values: &[f32], first: usize) -> Self::Floats {
         self.load(values[first..].first_chunk().unwrap_or(&[0.0; WIDTH]))
@@ -38,19 +40,20 @@ pub(crate) trait Simd: Copy {
     fn add(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
     fn sub(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
     fn mul(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
-    /// a·b + c, rounded once or twice: for results with error bounds.
+    /// Computes a·b + c, rounded once or twice depending on the instruction set: only for results
+    /// with error bounds.
     fn mul_add(self, a: Self::Floats, b: Self::Floats, c: Self::Floats) -> Self::Floats;
-    /// a·b − c, rounded likewise.
+    /// Computes a·b − c, rounded once or twice depending on the instruction set.
     fn mul_sub(self, a: Self::Floats, b: Self::Floats, c: Self::Floats) -> Self::Floats;
     fn max(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
     fn min(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
     fn abs(self, a: Self::Floats) -> Self::Floats;
     fn negate(self, a: Self::Floats) -> Self::Floats;
-    /// `a` with its sign flipped where the sign of `b` is set.
+    /// Flips the sign of `a` in lanes where the sign bit of `b` is set.
     fn signed_by(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
     fn less(self, a: Self::Floats, b: Self::Floats) -> u32;
     fn at_most(self, a: Self::Floats, b: Self::Floats) -> u32;
-    /// `set` where the lane's bit is set, `unset` elsewhere.
+    /// Selects `set` in lanes whose mask bit is set, `unset` in the others.
     fn select(self, mask: u32, unset: Self::Floats, set: Self::Floats) -> Self::Floats;
 
     fn splat_f64(self, value: f64) -> Self::Doubles;
@@ -71,7 +74,7 @@ pub(crate) trait Simd: Copy {
     fn at_least_f64(self, a: Self::Doubles, b: Self::Doubles) -> u32;
 }
 
-/// The lanes whose mask bits are set, in ascending order.
+/// Iterator over the lanes whose mask bits are set, in ascending order.
 #[derive(Clone, Copy)]
 pub(crate) struct Lanes(pub u32);
 
@@ -87,7 +90,7 @@ impl Iterator for Lanes {
     }
 }
 
-/// x·a + y·b + z·c, summed in the order of a scalar dot product.
+/// Dot product in each lane, summed in the order of a scalar dot product.
 #[inline(always)]
 pub(crate) fn dot_f64<S: Simd>(s: S, a: [S::Doubles; 3], b: [S::Doubles; 3]) -> S::Doubles {
     s.add_f64(
@@ -96,7 +99,7 @@ pub(crate) fn dot_f64<S: Simd>(s: S, a: [S::Doubles; 3], b: [S::Doubles; 3]) -> 
     )
 }
 
-/// A vector broadcast to all lanes.
+/// Broadcasts a vector to all lanes.
 #[inline(always)]
 pub(crate) fn splat3_f64<S: Simd>(s: S, v: glam::DVec3) -> [S::Doubles; 3] {
     [s.splat_f64(v.x), s.splat_f64(v.y), s.splat_f64(v.z)]

@@ -1,5 +1,5 @@
-//! Preparation of a primitive set for its tree: leaf kinds, filled leaves, and arrays in the tree's
-//! order.
+//! Preparation of a primitive set for its tree: the leaf kind of each primitive, the data of the
+//! leaves, and arrays sorted in the tree's order.
 
 use core::mem::take;
 use core::ops::Range;
@@ -12,11 +12,11 @@ use crate::shapes::{AnyShape, Triangle};
 use crate::slot::{PrimitiveKind, Slot};
 
 impl<R: Real> PrimitiveSet<R> {
-    /// Leaf kind of a primitive. Cuboids gain nothing from lanes: the node test already intersects
-    /// eight of their boxes, and nearly every cuboid that passes is hit.
+    /// Returns the leaf kind of a primitive. Cuboids have no leaves in lanes: the node test already
+    /// intersects eight of their boxes, and nearly every cuboid whose box is hit is hit too.
     pub(crate) fn leaf_kind(&self, slot: &Slot) -> LeafKind {
         match slot.kind {
-            // Leaf lanes are f32 only.
+            // Leaves in lanes exist only for primitives stored in f32.
             _ if !R::IS_SINGLE => LeafKind::None,
             PrimitiveKind::Triangle => LeafKind::Triangles,
             PrimitiveKind::Sphere => LeafKind::Spheres,
@@ -24,7 +24,8 @@ impl<R: Real> PrimitiveSet<R> {
         }
     }
 
-    /// Whether the set has shapes whose test projects onto the plane across the ray.
+    /// Whether the set has triangles or quads, whose tests project corners onto the plane
+    /// perpendicular to the ray.
     pub(crate) fn has_faces(&self) -> bool {
         let is_face =
             |shape: &AnyShape<R>| matches!(shape, AnyShape::Quad(_) | AnyShape::Triangle(_));
@@ -33,8 +34,9 @@ impl<R: Real> PrimitiveSet<R> {
             || self.transformed_shapes.iter().any(|p| is_face(p.shape()))
     }
 
-    /// Sorts the arrays of spheres and triangles by slot, so that primitives tested in sequence are
-    /// adjacent. Triangles that moved to blocks are omitted.
+    /// Sorts the arrays of spheres and triangles in the order of the slots, so that primitives
+    /// tested in sequence are adjacent in memory. Does nothing for triangles that were moved to
+    /// blocks.
     pub(crate) fn follow(&mut self) {
         fn follow<T: Copy>(list: &mut Vec<T>, slots: &mut [Slot], kind: PrimitiveKind) {
             let before = take(list);
@@ -55,8 +57,8 @@ impl<R: Real> PrimitiveSet<R> {
         );
     }
 
-    /// Moves the triangles into the tree's blocks, if it has any; the blocks then hold the only
-    /// copy. The slots from `first` on are in the tree's order.
+    /// Moves the triangles into the tree's blocks, if it has blocks, which then hold the only copy.
+    /// The slots from `first` on are in the tree's order.
     pub(crate) fn move_triangles(&mut self, bvh: &mut Bvh8, first: usize) {
         if !bvh.has_blocks() {
             return;
@@ -73,9 +75,10 @@ impl<R: Real> PrimitiveSet<R> {
         });
     }
 
-    /// Adds rows that every query tests: one for each eight of the first slots, which are planes,
-    /// and of the first `spheres` bounded slots. Then fills the tree's rows of spheres. The slots
-    /// from `first` on are in the tree's order, spheres first.
+    /// Builds the rows of planes and spheres. Every query tests the rows of the first `planes`
+    /// slots, and of the `spheres` slots from `first` on, eight primitives to a row. The other
+    /// spheres fill the rows of the tree's leaves. The slots from `first` on are in the tree's
+    /// order, spheres first.
     pub(crate) fn make_rows(&self, bvh: &mut Bvh8, planes: usize, first: usize, spheres: usize) {
         for (kind, slots) in [
             (RowKind::Planes, 0..planes),
@@ -89,6 +92,7 @@ impl<R: Real> PrimitiveSet<R> {
         bvh.fill_rows(first, |slots| self.row(RowKind::Spheres, slots));
     }
 
+    /// Builds the row of up to eight spheres or planes in the given slots.
     fn row(&self, kind: RowKind, slots: Range<usize>) -> PrimitiveRow {
         let own = |slot: &Slot| {
             let index = slot.index as usize;

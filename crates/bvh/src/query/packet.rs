@@ -1,5 +1,5 @@
-//! Packets of rays with a common origin, such as the rays of a pinhole camera: traced together,
-//! each finds the hit that it would find alone.
+//! Packets of rays with a common origin, such as the rays of a pinhole camera. They are traced
+//! together, and each ray finds the same hit as alone.
 
 use super::SlotHit;
 use crate::bvh8::{PacketResult, PacketState, PacketVisitor, RAYS};
@@ -8,7 +8,7 @@ use crate::ray::{Hit, Interval, Ray};
 use crate::scalar::{Real, Vector};
 use crate::shapes::PreparedRay;
 
-/// Smaller packets are traced ray by ray.
+/// Least number of rays in a packet. Fewer rays are traced one by one.
 const FEWEST: usize = 4;
 
 /// Rays with a common origin.
@@ -17,18 +17,19 @@ const FEWEST: usize = 4;
 pub struct RayPacket<'a, R: Real> {
     /// Common origin, in world units.
     pub origin: R::Vec3,
-    /// Unit directions. Consecutive directions should be similar: up to sixteen rays are traced
-    /// together.
+    /// Unit directions. Consecutive directions should be similar, since up to sixteen rays are
+    /// traced together.
     pub directions: &'a [R::Vec3],
-    /// Time of the rays, see [`Ray::time`].
+    /// Time of all rays, see [`Ray::time`].
     pub time: R,
     /// Whether these are camera rays, see [`Ray::culls`].
     pub culls: bool,
-    /// Accepted distances.
+    /// Open interval of accepted distances, for all rays.
     pub range: Interval<R>,
 }
 
 impl<R: Real> RayPacket<'_, R> {
+    /// Creates the single ray with one of the directions.
     fn ray(&self, direction: R::Vec3) -> Ray<R> {
         Ray {
             culls: self.culls,
@@ -38,29 +39,29 @@ impl<R: Real> RayPacket<'_, R> {
 }
 
 /// Adaptive choice between packets and single rays, from the success of earlier packets. If
-/// triangles are smaller than pixels, rays diverge and are faster one by one. After a failed packet
-/// the next few turns use single rays, twice as many after each further failure. No hit depends on
-/// this choice.
+/// triangles are smaller than pixels, rays diverge in the tree and are faster one by one. After a
+/// failed packet, the next groups of rays are traced one by one, and their number doubles with each
+/// further failure. No hit depends on this choice.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct PacketBackoff {
-    /// Turns still to be traced ray by ray.
+    /// Number of groups of rays still to be traced one by one.
     alone: u32,
-    /// Length of the last pause.
+    /// Number of groups that were traced one by one after the last failure.
     pause: u32,
 }
 
 impl PacketBackoff {
-    /// Longest pause, in turns.
+    /// Greatest number of groups traced one by one after a failure.
     const LONGEST: u32 = 64;
 
-    /// Whether this turn uses a packet.
+    /// Decides whether the next group of rays is traced as a packet.
     fn tries(&mut self) -> bool {
         let tries = self.alone == 0;
         self.alone = self.alone.saturating_sub(1);
         tries
     }
 
-    /// Adapts to the outcome of a packet.
+    /// Adapts the number of groups to the outcome of a packet.
     fn learn(&mut self, requested: PacketResult) {
         match requested {
             PacketResult::Whole => self.pause = 0,
@@ -74,9 +75,9 @@ impl PacketBackoff {
 }
 
 impl<R: Real> Geometry<R> {
-    /// The closest hit of each ray, in order; the former contents of `hits` are discarded. The hits
-    /// equal those of [`Geometry::closest`] bit for bit. Pass the same `backoff` to consecutive
-    /// calls with similar rays.
+    /// Finds the closest hit of each ray, in order, and replaces the contents of `hits`. The hits
+    /// equal those of [`Geometry::closest`] bit for bit. Consecutive calls with similar rays should
+    /// pass the same `backoff`.
     #[doc(alias("rtcIntersect8", "rtcIntersect16"))]
     pub fn closest_from(
         &self,
@@ -102,7 +103,8 @@ impl<R: Real> Geometry<R> {
         }
     }
 
-    /// Traces up to [`RAYS`] rays together. Hits are appended only if the packet completed.
+    /// Traces up to [`RAYS`] rays together. Appends their hits only if the packet traversal
+    /// completed.
     #[inline(never)]
     fn together(
         &self,
@@ -152,7 +154,7 @@ impl<R: Real> Geometry<R> {
     }
 }
 
-/// A packet query of a geometry.
+/// A packet query of a geometry, as the visitor of a packet traversal.
 struct PacketQuery<'a, 'r, R: Real> {
     geometry: &'a Geometry<R>,
     rays: &'a RayPacket<'r, R>,
@@ -160,7 +162,7 @@ struct PacketQuery<'a, 'r, R: Real> {
 }
 
 impl<R: Real> PacketQuery<'_, '_, R> {
-    /// Tests a primitive without a packet test, ray by ray.
+    /// Tests all rays of the packet, one by one, against a primitive that has no packet test.
     #[inline(never)]
     fn one_by_one(&self, slot: usize, packet_state: &mut PacketState) {
         let geometry = self.geometry;

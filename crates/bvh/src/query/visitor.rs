@@ -1,4 +1,4 @@
-//! Kinds of queries, closest hit and any accepted hit, and their connection to traversals.
+//! The two kinds of queries, closest hit and any accepted hit, and their connection to traversals.
 
 use core::any::Any;
 
@@ -16,22 +16,22 @@ use crate::shapes::PreparedRay;
 use crate::slot::{PrimitiveKind, Slot};
 use crate::stats::{TraversalCounter, TraversalStats};
 
-/// A kind of query: its reaction to a hit.
+/// Kind of query: closest hit or any hit, with its state and its reaction to a hit.
 pub(super) trait QueryKind<R: Real>: Sized {
-    /// Whether any hit ends the query.
+    /// Whether an accepted hit ends the query.
     const ANY: bool;
-    /// Accepted distances.
+    /// Open interval of accepted distances.
     fn range(&self) -> Interval<R>;
     /// Greatest accepted distance.
     fn far(&self) -> R;
-    /// The query, adapted to a ray in another space.
+    /// Adapts the query to the ray mapped into another space.
     #[inline(always)]
     fn in_space_of(self, _ray: &PreparedRay) -> Self {
         self
     }
-    /// Takes a hit within the range. Returns whether the query ends.
+    /// Handles a hit within the range. Returns whether the query ends.
     fn accept(&mut self, geometry: &Geometry<R>, slot_hit: SlotHit<R>) -> bool;
-    /// Tests one primitive and takes its hit, if any. Returns whether the query ends.
+    /// Tests one primitive and handles its hit, if any. Returns whether the query ends.
     #[inline(always)]
     fn test<T: TraversalCounter>(
         &mut self,
@@ -49,21 +49,23 @@ pub(super) trait QueryKind<R: Real>: Sized {
 /// State of a closest-hit query. `range.max` is kept one step above the best distance, so that a
 /// hit at equal distance is still found and the lower id can win.
 ///
-/// Distances rounded to f32 are equal if surfaces coincide. In f64 the last digits depend on the
-/// shape's test, and either hit could win. So in f64 `range.max` is kept as far beyond the best
-/// distance as rounding may reach, and `is_contested` records whether another hit came that close.
+/// Distances rounded to f32 are equal if surfaces coincide. In f64 the last digits of a distance
+/// depend on the shape's test, so either of two coincident surfaces could win. For f64, `range.max`
+/// is therefore kept as far beyond the best distance as rounding may reach, and `is_contested`
+/// records whether another hit came that close.
 pub(super) struct ClosestHit<R: Real> {
     pub range: Interval<R>,
     pub slot_hit: Option<SlotHit<R>>,
-    /// Greatest coordinate of the ray's origin, in lengths of its direction, which is the unit of
-    /// distances. Zero for f32.
+    /// Greatest coordinate of the ray's origin, in units of distance (lengths of the direction).
+    /// Zero for f32.
     pub origin: R,
     pub is_contested: bool,
 }
 
 impl<R: Real> ClosestHit<R> {
-    /// Greatest relative difference of equal distances: some hundred roundings of f64. A test makes
-    /// about ten; a ray within two degrees of a surface multiplies these.
+    /// Greatest relative difference of distances that count as equal: some hundred roundings of
+    /// f64. An intersection test makes about ten, and a ray within two degrees of a surface
+    /// multiplies them.
     const EQUAL: f64 = 1.0 / (1_u64 << 44) as f64;
 
     #[inline(always)]
@@ -76,7 +78,7 @@ impl<R: Real> ClosestHit<R> {
         }
     }
 
-    /// Greatest difference of distances that are equal up to rounding.
+    /// Greatest difference from `t` of a distance that equals `t` up to rounding.
     #[inline(always)]
     fn slack(&self, t: R) -> R {
         (self.origin + t.abs()) * R::from_f64(Self::EQUAL)
@@ -92,7 +94,7 @@ impl<R: Real> QueryKind<R> for ClosestHit<R> {
     }
     #[inline(always)]
     fn far(&self) -> R {
-        // In f64, hits slightly beyond the nearest count too.
+        // In f64, hits slightly beyond the nearest hit count too.
         if !R::IS_SINGLE {
             return self.range.max;
         }
@@ -113,7 +115,7 @@ impl<R: Real> QueryKind<R> for ClosestHit<R> {
     #[inline(always)]
     fn accept(&mut self, geometry: &Geometry<R>, slot_hit: SlotHit<R>) -> bool {
         let order = |slot_hit: &SlotHit<R>| geometry.group.slots[slot_hit.slot as usize].order();
-        // Whether distances are stored without rounding to f32.
+        // Whether distances are stored in f64, without rounding to f32.
         let is_exact = !R::IS_SINGLE;
         if is_exact && let Some(best) = &self.slot_hit {
             self.is_contested |= (slot_hit.t - best.t).abs() <= self.slack(best.t);
@@ -141,9 +143,9 @@ impl<R: Real> QueryKind<R> for ClosestHit<R> {
     }
 }
 
-/// A query for any accepted hit. With `BY_VISIBILITY` the object's occlusion decides, so that
-/// opaque hits end the query without a call. Without it every hit is passed to `accept`, as for the
-/// contents of an instance, whose own visibility decides.
+/// A query for any accepted hit. With `BY_VISIBILITY` the object's occlusion decides, and an opaque
+/// hit ends the query without a call of `accept`. Otherwise every hit is passed to `accept`, as for
+/// the contents of an instance, for which the instance's visibility decides.
 pub(super) struct AnyHit<'f, R: Real, const BY_VISIBILITY: bool> {
     pub range: Interval<R>,
     pub accept: &'f mut dyn FnMut(SlotHit<R>) -> bool,
@@ -199,7 +201,7 @@ impl<R: Real, const BY_VISIBILITY: bool> QueryKind<R> for AnyHit<'_, R, BY_VISIB
 }
 
 impl<R: Real> Geometry<R> {
-    /// Runs a query by a ray in the tree's own scalar. Returns whether a hit ended it.
+    /// Runs a query by a ray in f32, the scalar of the tree. Returns whether a hit ended the query.
     #[inline(always)]
     pub(super) fn visit_stored<Q: QueryKind<R>, T: TraversalCounter>(
         &self,
@@ -212,7 +214,7 @@ impl<R: Real> Geometry<R> {
         {
             return true;
         }
-        // Always succeeds: only trees of f32 primitives are traversed by the unchanged ray.
+        // Always succeeds: only a tree of f32 primitives is traversed by a stored ray.
         let Some(single) = (ray as &dyn Any).downcast_ref() else {
             return false;
         };
@@ -229,6 +231,8 @@ impl<R: Real> Geometry<R> {
         over
     }
 
+    /// Tests the unbounded primitives one by one, before the traversal. Returns whether a hit ended
+    /// the query.
     #[inline(never)]
     fn visit_unbounded<Q: QueryKind<R>, T: TraversalCounter>(
         &self,
@@ -241,7 +245,8 @@ impl<R: Real> Geometry<R> {
             .any(|slot| query.test(self, slot, &ray, stats))
     }
 
-    /// Runs a query by a prepared ray. Returns whether a hit ended it, and the query.
+    /// Runs a query by a prepared ray over all primitives. Returns whether a hit ended the query,
+    /// and the query.
     #[inline(always)]
     pub(super) fn visit_all<Q: QueryKind<R>, T: TraversalCounter>(
         &self,
@@ -265,8 +270,8 @@ impl<R: Real> Geometry<R> {
         }
     }
 
-    /// [`Self::visit_all`] for a tree. Rounding to f32 changes the ray, so it is moved to the
-    /// bounds first, and box tests include its error.
+    /// Traverses the tree for [`Self::visit_all`]. The traversal rounds the ray to f32. The ray is
+    /// therefore moved to the bounds of the tree first, and box tests include its rounding error.
     #[inline(always)]
     fn traverse<Q: QueryKind<R>, T: TraversalCounter>(
         &self,
@@ -293,12 +298,12 @@ impl<R: Real> Geometry<R> {
         (over, visitor.query)
     }
 
-    /// Runs a query inside an instance by a world-space ray. Returns whether a hit ended it, and
-    /// the query.
+    /// Runs a query inside an instance by a world-space ray. Returns whether a hit ended the query,
+    /// and the query.
     ///
-    /// Boxes and filters use a ray mapped in f32, if that is precise enough for the part. The ray
-    /// for exact tests is made at first use: most rays that enter an instance's box hit nothing in
-    /// it.
+    /// Box tests and filters use the ray mapped in f32, if that is precise enough for the instanced
+    /// geometry. The ray for exact tests is mapped in f64 at its first use, since most rays that
+    /// enter an instance's box hit nothing in it.
     #[inline(always)]
     pub(super) fn visit_instance<Q: QueryKind<R>, T: TraversalCounter>(
         &self,
@@ -335,7 +340,7 @@ impl<R: Real> Geometry<R> {
         self.visit_exactly(instance, ray, query, stats)
     }
 
-    /// [`Self::visit_instance`] with a ray mapped in f64.
+    /// Runs the query of [`Self::visit_instance`] by a ray that is mapped in f64.
     #[inline(never)]
     fn visit_exactly<Q: QueryKind<R>, T: TraversalCounter>(
         &self,
@@ -351,7 +356,7 @@ impl<R: Real> Geometry<R> {
     }
 }
 
-/// Passes hits of a traversal to a query.
+/// Visitor of a traversal that passes its hits to a query.
 pub(super) struct Visitor<'a, R: Real, Q, T> {
     pub geometry: &'a Geometry<R>,
     pub query: Q,
@@ -359,7 +364,7 @@ pub(super) struct Visitor<'a, R: Real, Q, T> {
 }
 
 impl<R: Real, Q: QueryKind<R>, T: TraversalCounter> Visitor<'_, R, Q, T> {
-    /// The query as data for a traversal.
+    /// Describes the query as the data of a traversal.
     #[inline(always)]
     fn traversal<'a>(&self, culls: bool, source: RaySource<'a>) -> TraversalQuery<'a> {
         let Interval { min, max } = self.query.range();
@@ -379,7 +384,7 @@ impl<R: Real, Q: QueryKind<R>, T: TraversalCounter> Visitor<'_, R, Q, T> {
         }
     }
 
-    /// Shortens the traversal's range to that of the query.
+    /// Shortens the traversal's range to the range of the query, after a hit.
     #[inline(always)]
     fn narrow(&self, query: &mut TraversalQuery<'_>) {
         if !Q::ANY {
@@ -399,7 +404,7 @@ impl<R: Real, Q: QueryKind<R>, T: TraversalCounter> Visitor<'_, R, Q, T> {
 impl<R: Real, Q: QueryKind<R>, T: TraversalCounter> HitVisitor for Visitor<'_, R, Q, T> {
     fn hit(&mut self, query: &mut TraversalQuery<'_>, slot: u32, t: f32, u: f32, v: f32) -> bool {
         if !Q::ANY {
-            // Prefetch: the slot is read when the traversal is over.
+            // Prefetched, since the slot is read after the traversal.
             prefetch(&self.geometry.group.slots, slot as usize);
         }
         let [t, u, v] = [t, u, v].map(R::from_f32);

@@ -53,7 +53,8 @@ impl From<&TriangleHit<f64>> for TriangleHit {
     }
 }
 
-/// Greatest ratio of the determinant to the bound S Δ below for which a triangle counts as edge-on.
+/// Greatest ratio of the determinant to S Δ, both defined below, for which a triangle counts as
+/// edge-on.
 ///
 /// A projected coordinate has an error of at most 4 w R s. Here w = 2⁻⁵³, R is the distance of the
 /// farthest corner from the origin, and s is the length of the projection vectors. The determinant

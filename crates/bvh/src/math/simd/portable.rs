@@ -1,4 +1,4 @@
-//! Lanes for every processor: two four-wide vectors of f32, and scalar f64.
+//! Lanes for every processor: f32 in two four-wide vectors, f64 as scalars.
 
 use core::array::from_fn;
 
@@ -6,19 +6,19 @@ use glam::Vec4;
 
 use super::{Simd, WIDTH};
 
-/// Lanes without instructions beyond the platform's baseline.
+/// Lanes that use only the baseline instructions of the target.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Portable;
 
 #[cfg(not(target_arch = "x86_64"))]
 impl Portable {
-    /// Always `None`: the processor has neither AVX2 nor AVX-512.
+    /// Returns `None`: the processor has neither AVX2 nor AVX-512.
     pub fn detect() -> Option<Self> {
         None
     }
 }
 
-/// Flips each sign of `a` where the sign of `b` is set.
+/// Flips the sign of each component of `a` where the sign bit of `b` is set.
 #[inline(always)]
 fn flipped(a: Vec4, b: Vec4) -> Vec4 {
     let flip = |a: f32, b: f32| f32::from_bits(a.to_bits() ^ (b.to_bits() & 1 << 31));
@@ -30,11 +30,11 @@ fn flipped(a: Vec4, b: Vec4) -> Vec4 {
     )
 }
 
-/// With SSE2, glam's maximum is one instruction with the required behaviour: the second operand
-/// unless the first is greater. Elsewhere NaN may win.
+/// Whether the target has SSE2. glam's maximum is then one instruction that returns the second
+/// operand unless the first is greater, as [`Simd`] requires. On other targets NaN may win.
 const SSE: bool = cfg!(target_feature = "sse2");
 
-/// The first number where it is greater, otherwise the second.
+/// Returns the first number in lanes where it is greater, otherwise the second.
 #[inline(always)]
 fn greater(a: Vec4, b: Vec4) -> Vec4 {
     if SSE {
@@ -44,7 +44,7 @@ fn greater(a: Vec4, b: Vec4) -> Vec4 {
     }
 }
 
-/// The first number where it is less, otherwise the second.
+/// Returns the first number in lanes where it is less, otherwise the second.
 #[inline(always)]
 fn less(a: Vec4, b: Vec4) -> Vec4 {
     if SSE {
@@ -54,13 +54,13 @@ fn less(a: Vec4, b: Vec4) -> Vec4 {
     }
 }
 
-/// A mask with a bit for each lane that satisfies `is_set`.
+/// Builds the mask of all lanes that satisfy `is_set`.
 #[inline(always)]
 fn mask(is_set: impl Fn(usize) -> bool) -> u32 {
     (0..WIDTH).fold(0, |mask, lane| mask | u32::from(is_set(lane)) << lane)
 }
 
-/// Operations, each an expression of its operands.
+/// Defines operations of [`Simd`], each by an expression of its operands.
 macro_rules! operations {
     ($(fn $name:ident($($argument:ident: $kind:ty),*) -> $out:ty { $body:expr })*) => { $(
         #[inline(always)]

@@ -1,5 +1,5 @@
-//! Lanes of AVX2, with f64 in two registers, and of AVX-512, with f64 in one register and f32 at
-//! 256 bits.
+//! Lanes of AVX2, with eight f64 in two registers, and of AVX-512, with eight f64 in one register
+//! and f32 lanes at 256 bits.
 //!
 //! Unsafe code is of two kinds here. *Instructions*: a value of type [`Avx2`] or [`Avx512`] exists
 //! only after the processor was found to have the instructions, and its methods use no others.
@@ -43,7 +43,7 @@ impl Avx512 {
     }
 }
 
-/// Operations, each an expression of intrinsics.
+/// Defines operations of [`Simd`], each by an expression of intrinsics.
 macro_rules! operations {
     ($(fn $name:ident($($argument:ident: $kind:ty),*) -> $out:ty { $body:expr })*) => { $(
         #[inline(always)]
@@ -57,7 +57,7 @@ macro_rules! operations {
 
 type F = __m256;
 
-/// Operations of both instruction sets: AVX2 and FMA on eight f32 lanes.
+/// Defines the f32 operations of both instruction sets, by AVX2 and FMA.
 macro_rules! floats {
     () => {
         type Floats = F;
@@ -117,7 +117,7 @@ impl Simd for Avx2 {
     }
 }
 
-/// Sign bits of eight numbers.
+/// Collects the sign bits of eight f64 numbers in a mask.
 #[inline]
 #[target_feature(enable = "avx")]
 fn mask(low: __m256d, high: __m256d) -> u32 {
