@@ -10,7 +10,7 @@ use raywright_core::scene::{
 /// Base colour of clay: a neutral grey.
 const CLAY: f64 = 0.6;
 
-/// Alpha cut-off of surfaces that were blended.
+/// Alpha cut-off of a blended surface with an alpha texture, which clay renders as a mask.
 const HALF: f64 = 0.5;
 
 /// Returns a matte neutral material.
@@ -26,9 +26,9 @@ fn matte(physical: Physical) -> Physical {
     }
 }
 
-/// Replaces every material by a matte neutral one. Uniform emission stays, because it may be the
-/// only light. Alpha cut-outs stay: masks are unchanged, and blended surfaces with an alpha texture
-/// are masked at half. Other blended surfaces become opaque, and so does glass.
+/// Replaces every material of a scene by matte grey clay. Uniform emission stays, because it may be
+/// the only light. Alpha masks stay unchanged. A blended surface with an alpha texture becomes a
+/// mask with cut-off 0.5. Other blended surfaces and glass become opaque.
 pub(crate) fn apply(scene: &mut Scene) {
     let mut cuts = Cutouts::default();
     for material in &mut scene.materials {
@@ -46,13 +46,14 @@ pub(crate) fn apply(scene: &mut Scene) {
     scene.unread.clear();
 }
 
-/// Textures needed only for alpha: names of their colourless copies, by the names of the textures
-/// with colour.
+/// White copies of the textures that clay needs for alpha only. The map leads from the name of an
+/// original texture to the name of its copy.
 #[derive(Default)]
 struct Cutouts(BTreeMap<String, String>);
 
 impl Cutouts {
-    /// Returns the alpha settings of a material.
+    /// Returns a default material with the alpha settings of `model`: mode, opacity and a white
+    /// texture.
     fn of(&mut self, model: &Physical) -> Physical {
         let texture = model.base_colour_texture.as_ref();
         let (alpha, opacity) = match (model.alpha, texture) {
@@ -80,7 +81,8 @@ impl Cutouts {
             .clone()
     }
 
-    /// Adds the copies, whose images are white with the original alpha.
+    /// Adds the white copies to the scene's textures and images. Each image keeps the alpha of its
+    /// original.
     fn add_to(self, scene: &mut Scene) {
         for (name, white) in self.0 {
             let Some(texture) = scene
@@ -113,7 +115,7 @@ impl Cutouts {
     }
 }
 
-/// Returns the image in white with its alpha.
+/// Returns a copy of an image with white pixels and the original alpha.
 fn whitened(data: &ImageData) -> ImageData {
     let pixels = match &data.pixels {
         Pixels::Codes(pixels) => Pixels::Codes(

@@ -1,12 +1,12 @@
-//! Colours in CSS notation: `#e6b219`, `white`, `rgb(230, 178, 25)`. They are sRGB codes and are
+//! Parser of colours in CSS notation: `#e6b219`, `white`, `rgb(230, 178, 25)`. The sRGB codes are
 //! converted to linear values.
 
 use css_color::Srgb;
 use raywright_core::display::curve::decode;
 use raywright_core::scene::TransferCurve;
 
-/// Parses an opaque CSS colour to linear values; `None` for any other text. Digits without `#` are
-/// a number.
+/// Parses an opaque CSS colour to linear values from 0 to 1. Returns `None` for any other text,
+/// also for digits without `#`, which are a number.
 pub fn parse_colour(text: &str) -> Option<[f64; 3]> {
     let text = text.trim();
     let is_name = || {

@@ -1,4 +1,4 @@
-//! Problems in a text, displayed with file, line, column, the line itself and a caret.
+//! Problems in a text, rendered with file, line, column, the source line and a caret.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -7,10 +7,11 @@ use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 
 use crate::error_kind::ErrorKind;
 
-/// Largest number of problems displayed in full; a text that is no scene can have thousands.
+/// Largest number of problems rendered in full; a text in another format can have thousands.
 const SHOWN: usize = 20;
 
-/// Bytes of a long line displayed on each side of the position.
+/// Bytes of a long line that are shown before a problem; up to three times as many are shown after
+/// the start of the problem.
 const MARGIN: usize = 60;
 
 /// A problem in a text.
@@ -35,12 +36,12 @@ pub struct Diagnostics {
     pub text: Arc<str>,
     /// The problems, at least one.
     pub problems: Vec<Diagnostic>,
-    /// Kind of the failure for the caller.
+    /// Kind of the failure, which callers map to an exit code.
     pub kind: ErrorKind,
 }
 
 impl Diagnostics {
-    /// Sorts the problems by position; their kind is wrong content.
+    /// Creates the list of problems, sorted by position, with the kind [`ErrorKind::Input`].
     pub fn new(
         file: impl Into<String>,
         text: impl Into<Arc<str>>,
@@ -85,7 +86,7 @@ impl Diagnostics {
         };
         let hint = problem.hint.as_ref().map(|hint| Level::HELP.message(hint));
         let title = Level::ERROR.primary_title(&problem.message);
-        // The renderer gets only the line of the position, or a piece of it, so that a long file
+        // The renderer gets only the line of the problem, or a piece of that line: a long file
         // costs no more than a short one.
         let place = TextPosition::of(&self.text, span);
         let label = Some(problem.label.as_str()).filter(|label| !label.is_empty());
@@ -108,7 +109,7 @@ impl Diagnostics {
     }
 }
 
-/// Renders a message without a position, and its advice.
+/// Renders a message without a position, and the advice, if any.
 pub(crate) fn plain(message: &str, hint: Option<&str>, renderer: &Renderer) -> String {
     let error = renderer.render(&[Group::with_title(Level::ERROR.primary_title(message))]);
     let help =
@@ -124,17 +125,17 @@ pub struct TextPosition {
     pub line: usize,
     /// Column in characters, from 1.
     pub column: usize,
-    /// Displayed byte range: the line, or a piece of a long one.
+    /// Byte range of the text that is shown: the whole line, or a piece of a long line.
     shown: Range<usize>,
-    /// The span within the displayed range.
+    /// The span, relative to the start of the shown range.
     within: Range<usize>,
-    /// Column in the displayed range.
+    /// Column relative to the start of the shown range, in characters from 1.
     column_within: usize,
 }
 
 impl TextPosition {
-    /// Finds the position of a span; out-of-range and mid-character offsets are moved to the
-    /// nearest valid ones.
+    /// Computes the position of a byte span. An offset beyond the text is moved to the end of the
+    /// text, and an offset inside a character to the start of that character.
     pub fn of(text: &str, span: &Range<usize>) -> Self {
         let mut start = text.floor_char_boundary(span.start.min(text.len()));
         // The end of a text with a final line break belongs to its last line.

@@ -1,5 +1,5 @@
-//! Environment of a scene: its own sky, none, the neutral sky, the default studio, or a picture
-//! file from the user; and the light added to scenes without any.
+//! Environment of a scene: the scene's own sky, no sky, the neutral sky, the default studio or a
+//! picture file; and the light that is added to a scene without light.
 
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -18,17 +18,18 @@ use crate::limits::{Limits, human_bytes};
 use crate::source::SceneFormat;
 use crate::warning::{Warning, WarningCode};
 
-/// Environment options. By default a scene keeps its own environment, a scene without light gets
-/// the neutral sky, and a model without lights gets the default studio.
+/// Environment options of the user. By default a scene keeps its own environment, a native scene
+/// without light gets the neutral sky, and a model without effective lights gets the default
+/// studio.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Environment {
     /// Replacement of the scene's own sky.
     pub source: Option<EnvironmentSource>,
     /// Ground of a studio.
     pub ground: GroundRule,
-    /// Radiance of a studio's backdrop; `None`: the studio's own.
+    /// Radiance of a studio's backdrop; `None` keeps the radiance of the studio.
     pub backdrop: Option<f64>,
-    /// Further rotation about +y in degrees.
+    /// Rotation about +y in degrees, added to the rotation of the sky.
     pub rotation: Option<f64>,
     /// Factor on the radiance, at least zero.
     pub strength: Option<f64>,
@@ -50,7 +51,7 @@ pub enum EnvironmentSource {
 /// Ground of a studio.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum GroundRule {
-    /// The studio's own: the default studio has a ground that shows only shadows.
+    /// The ground of the studio. The default studio has a ground that shows only shadows.
     #[default]
     Auto,
     /// No ground.
@@ -60,15 +61,15 @@ pub enum GroundRule {
 /// Reason for adding light that neither the file nor the user requested.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LightShortage {
-    /// No lights; a model's emissive surfaces do not count.
+    /// The scene has no light. Emissive surfaces of a model do not count as lights.
     NoLight,
     /// Lights too faint for a visible picture.
     TooDim,
 }
 
-/// Applies an environment to a scene; the bytes read contribute to the folder's hash and inputs.
-/// Returns the reason for light added without request: the neutral sky for native scenes, the
-/// default studio for models.
+/// Applies the environment options to a scene. Returns the reason if light was added without a
+/// request: the neutral sky for a native scene, the default studio for a model. The bytes of a
+/// picture file are added to the folder's hash, and its path to the folder's inputs.
 ///
 /// # Errors
 /// An unreadable file, a file that is no picture or exceeds a limit, and a sky that cannot be
@@ -139,8 +140,9 @@ pub(crate) fn apply(
     Ok(shortage)
 }
 
-/// Shortage of light in a scene. The author of a scene may want it dark. A model without effective
-/// lights is of no use, because its emissive surfaces rarely light the rest.
+/// Returns the shortage of light in a scene, if any. A native scene lacks light only if nothing in
+/// the scene emits, because its author may want a dark picture. A model also lacks light if its
+/// lights are too faint, because its emissive surfaces rarely light the other surfaces.
 fn shortage(scene: &Scene, format: SceneFormat) -> Option<LightShortage> {
     match format {
         SceneFormat::Native(_) => (!has_light(scene)).then_some(LightShortage::NoLight),
@@ -214,7 +216,8 @@ fn turn(sky: &mut Sky, degrees: f64) -> Result<(), Error> {
         Sky::Map(map) => map.rotation += degrees,
         Sky::Studio(studio) => studio.rotation += degrees,
         Sky::Gradient { suns, .. } => {
-            // As for a picture: after 90°, the view along +z shows the former +x.
+            // The direction of rotation is that of a sky picture: after 90°, the view along +z
+            // shows the former view along +x.
             let turn = DQuat::from_rotation_y(-degrees.to_radians());
             for sun in suns {
                 sun.direction = (turn * DVec3::from(sun.direction)).to_array();

@@ -1,5 +1,4 @@
-//! Failures between a path and a scene, or between a picture and its file, each as one complete
-//! message.
+//! Failures of loading a scene and of reading or writing a picture, each as one complete message.
 
 use std::fmt;
 use std::path::Path;
@@ -9,8 +8,8 @@ use annotate_snippets::Renderer;
 use crate::diagnostic::{Diagnostics, plain};
 use crate::error_kind::ErrorKind;
 
-/// A failure. Its `Display` is the whole message for a user, with position, cause and advice, in
-/// plain text.
+/// A failure, whose `Display` is the complete message for a user in plain text: position, cause and
+/// advice.
 #[derive(Debug)]
 pub enum Error {
     /// Problems in the text of a native scene, each with its position.
@@ -37,7 +36,7 @@ impl Error {
         Self::plain(ErrorKind::Limit, format!("{path}: {message}"))
     }
 
-    /// Creates the error for something that does not exist.
+    /// Creates the error for a name that does not exist, such as a preset, a camera or a parameter.
     pub fn usage(message: impl fmt::Display) -> Self {
         Self::plain(ErrorKind::Usage, message.to_string())
     }
@@ -72,7 +71,8 @@ impl Error {
         }
     }
 
-    /// Adds advice; the problems of a scene have their own.
+    /// Adds advice to a plain error. A scene error is unchanged, because each of its problems has
+    /// its own advice.
     #[must_use]
     pub fn with_hint(mut self, advice: impl Into<String>) -> Self {
         if let Self::Plain { hint, .. } = &mut self {
@@ -81,7 +81,7 @@ impl Error {
         self
     }
 
-    /// Kind of the failure for the caller.
+    /// Kind of the failure, which callers map to an exit code.
     pub fn kind(&self) -> ErrorKind {
         match self {
             Self::Scene(diagnostics) => diagnostics.kind,
@@ -89,7 +89,7 @@ impl Error {
         }
     }
 
-    /// Message without the position and the advice.
+    /// Message without position and advice; for a scene error, the message of the first problem.
     pub fn message(&self) -> &str {
         match self {
             Self::Scene(diagnostics) => diagnostics
@@ -100,7 +100,7 @@ impl Error {
         }
     }
 
-    /// Renders the whole message, coloured for a terminal on request.
+    /// Renders the complete message; `colour` adds the colours of a terminal.
     pub fn render(&self, colour: bool) -> String {
         let renderer = if colour {
             Renderer::styled()
@@ -122,8 +122,8 @@ impl fmt::Display for Error {
 
 impl std::error::Error for Error {}
 
-/// The cause of a failed file operation without the operating system's numbers where a plainer word
-/// exists.
+/// Describes the cause of a failed file operation in plain words. Rare causes are described in the
+/// operating system's words, with the number of the error.
 pub(crate) fn reason(cause: &std::io::Error) -> String {
     use std::io::ErrorKind as Cause;
     match cause.kind() {

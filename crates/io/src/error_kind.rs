@@ -1,4 +1,4 @@
-//! Kinds of failure, on which callers can decide without reading the message.
+//! Kinds of failure, by which callers can decide without parsing the message.
 
 /// Kind of a failure; the command line maps each kind to an exit code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,6 +1,6 @@
-//! The single gate for reading files named inside a scene: nothing outside the scene's folder,
-//! nothing over the limits. Every byte contributes to the scene's hash, and every name is recorded
-//! as a file that no output may replace.
+//! Reading of the files that a scene names. Files outside the scene's folder and files over the
+//! size limit are refused. Every byte is added to the scene's hash. Every name is recorded, so that
+//! no output replaces such a file.
 
 mod resolver;
 
@@ -21,7 +21,7 @@ use crate::limits::human_bytes;
 /// Error of a file named inside a scene.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum ReadError {
-    /// The reference may not be followed.
+    /// The reference is not allowed: it leads outside the folder, or to no regular file.
     Refused(String),
     /// The file cannot be read.
     Unreadable(String),
@@ -44,7 +44,7 @@ impl fmt::Display for ReadError {
 enum Root {
     /// Below a folder, given by its canonical path.
     Disk(PathBuf),
-    /// In a caller's resolver, below a prefix: empty, or ending in `/`.
+    /// In a caller's resolver. The prefix of all paths is empty or ends in `/`.
     Resolver(Resolver, String),
     /// No location: every reference is refused, for this reason.
     Nowhere(&'static str),
@@ -56,7 +56,8 @@ enum Location<'f> {
     Resolver(&'f Resolver, String),
 }
 
-/// A scene's folder, with the hash of all bytes read so far and the files read or named.
+/// The folder of a scene's file, with the hash of all bytes read so far and the list of files read
+/// or named.
 #[derive(Debug)]
 pub struct Folder {
     root: Root,
@@ -64,13 +65,13 @@ pub struct Folder {
     outside: bool,
     file_bytes: u64,
     hash: RefCell<SceneHash>,
-    /// Shared with the folders of files read from this folder.
+    /// Files read or named. The list is shared with the folders of files read from this folder.
     inputs: Rc<RefCell<InputFiles>>,
 }
 
 impl Folder {
-    /// Creates the folder that contains a file; `file_bytes` limits the size of each file read from
-    /// it.
+    /// Returns the folder that contains a file. `file_bytes` is the largest size of each file read
+    /// from the folder, in bytes.
     ///
     /// # Errors
     /// If the folder does not exist or cannot be accessed.
@@ -85,7 +86,7 @@ impl Folder {
         })
     }
 
-    /// Returns the folder of a file below this folder, for references inside that file.
+    /// Returns the folder of the file that `reference` names, for the references inside that file.
     ///
     /// # Errors
     /// [`ReadError::Refused`] for a reference that may not be followed, [`ReadError::Unreadable`]
@@ -186,7 +187,7 @@ impl Folder {
         self.inputs.borrow_mut().read(path);
     }
 
-    /// Records a file that the scene names, whether it exists, may be read, is read, or not.
+    /// Records a file that the scene names, even if the file is missing, refused or never read.
     pub fn name(&self, reference: &str) {
         // An output picture with the name of a missing texture would become that texture in the
         // next render.
@@ -208,8 +209,8 @@ impl Folder {
         self.hash.borrow_mut().note(bytes);
     }
 
-    /// Takes the hash of everything read and added since the last call, in order. The hash is
-    /// moved, not copied: it holds up to a megabyte.
+    /// Returns the hash of all bytes added since the last call, in order, and starts a new hash.
+    /// The hash is moved, because it buffers up to a megabyte.
     pub fn take_hash(&self) -> SceneHash {
         self.hash.take()
     }
@@ -264,8 +265,8 @@ impl Folder {
     }
 }
 
-/// Resolves `.` and `..` in a reference as text; `None` for an absolute path, and where a prefix of
-/// the path leaves the folder.
+/// Resolves `.` and `..` in a reference without file access. Returns `None` for an absolute path,
+/// and for a path that leaves the folder, even if the path returns to the folder later.
 fn inside(reference: &str) -> Option<PathBuf> {
     // Windows paths are refused on every system, so that a scene is accepted by all machines or by
     // none.
@@ -289,8 +290,8 @@ fn inside(reference: &str) -> Option<PathBuf> {
     Some(plain)
 }
 
-/// The only file in a folder whose name equals a reference except for letter case: many models were
-/// written on systems that ignore case.
+/// Returns the only file in a folder whose path equals a reference except for letter case, or
+/// `None` if no file or several files match. Many models were written on systems that ignore case.
 fn in_any_case(root: &Path, reference: &str) -> Option<PathBuf> {
     let mut path = root.to_owned();
     for part in &inside(reference)? {
@@ -322,7 +323,7 @@ fn has_scheme(reference: &str) -> bool {
         && (rest.starts_with('/') || matches!(scheme, "data" | "file" | "http" | "https"))
 }
 
-/// Reads all bytes of a file, or `None` if the file is longer than `limit`.
+/// Reads all bytes of a file; returns `None` for a file longer than `limit` bytes.
 pub(crate) fn read_file(file: &File, limit: u64) -> std::io::Result<Option<Vec<u8>>> {
     read_limited(
         file,
@@ -331,7 +332,8 @@ pub(crate) fn read_file(file: &File, limit: u64) -> std::io::Result<Option<Vec<u
     )
 }
 
-/// Reads all bytes of a source of length `told`, or `None` if it is longer than `limit`.
+/// Reads all bytes of a source; returns `None` for more than `limit` bytes. `reported` is the
+/// length that the source states, or 0 if unknown.
 pub(crate) fn read_limited(
     source: impl Read,
     reported: u64,

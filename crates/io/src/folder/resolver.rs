@@ -1,5 +1,5 @@
-//! Files outside any folder: in an archive, in memory, on a network. The caller who loads a scene
-//! from bytes provides them.
+//! Source of the files that a scene names, for a scene loaded from bytes: an archive, memory or a
+//! network. The caller provides this source.
 
 use std::fmt;
 use std::io;
@@ -11,8 +11,8 @@ type Read = dyn Fn(&str) -> io::Result<Vec<u8>> + Send + Sync;
 /// separator.
 ///
 /// Paths never lead outside the scene's own folder: such paths are refused before the call. Content
-/// larger than [`Limits::file_bytes`](crate::Limits) is refused after it. Two resolvers are equal
-/// if they are clones of the same one.
+/// larger than [`Limits::file_bytes`](crate::Limits) is refused after the call. Clones of a
+/// resolver are equal to each other, and to no other resolver.
 #[derive(Clone)]
 pub struct Resolver(Arc<Read>);
 
@@ -25,7 +25,7 @@ impl Resolver {
     /// Reads a file.
     ///
     /// # Errors
-    /// The function's own; [`io::ErrorKind::NotFound`] for a missing file.
+    /// Errors of the function; [`io::ErrorKind::NotFound`] for a missing file.
     pub fn read(&self, path: &str) -> io::Result<Vec<u8>> {
         (self.0)(path)
     }

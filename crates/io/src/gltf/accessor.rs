@@ -1,5 +1,5 @@
-//! Bounds-checked accessors: every component type, strided or packed, normalised, sparse, without a
-//! view.
+//! Bounds-checked accessors of glTF: all component types, strided and tightly packed, normalised,
+//! sparse, and without a buffer view.
 //!
 //! All checks happen when an accessor is opened; reading an element cannot fail. No alignment is
 //! required.
@@ -11,7 +11,7 @@ use super::document::Document;
 use super::entries::Sparse;
 use crate::import::{Fault, Outcome, printable};
 
-/// Component type.
+/// Type of an accessor's components.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Component {
     I8,
@@ -23,7 +23,7 @@ pub(super) enum Component {
 }
 
 impl Component {
-    /// Returns the type of a file's code.
+    /// Returns the type of a `componentType` code.
     ///
     /// # Errors
     /// A fault of kind input for an unknown code.
@@ -58,7 +58,7 @@ impl Component {
     }
 }
 
-/// Returns the number of components of an element type in files.
+/// Returns the number of components of an element type, such as 3 for `VEC3`.
 ///
 /// # Errors
 /// A fault of kind input for an unknown type, and for matrices with padded columns, which no
@@ -90,12 +90,12 @@ pub(super) struct AccessorReader<'a> {
     pub buffers: &'a Buffers<'a>,
     /// Largest size of an accessor in bytes.
     pub memory_bytes: u64,
-    /// Remaining bytes for accessors without data.
+    /// Bytes that further accessors without data may have. Such an accessor consists of zeros.
     pub invented: Cell<u64>,
 }
 
-/// Largest size of all accessors without data, in bytes: a few bytes of text must not fill the
-/// memory.
+/// Largest total size of all accessors without data, in bytes. Without a limit, a few bytes of JSON
+/// could fill the memory.
 pub(super) const MOST_INVENTED: u64 = 256 << 20;
 
 /// An opened accessor.
@@ -113,7 +113,7 @@ pub(super) struct Accessor<'a> {
 }
 
 impl<'a> AccessorReader<'a> {
-    /// Opens an accessor and checks everything it refers to.
+    /// Opens an accessor and checks all its ranges and indices.
     ///
     /// # Errors
     /// A fault of kind input that names the accessor; of kind limit beyond the memory limit.
@@ -159,7 +159,8 @@ impl<'a> AccessorReader<'a> {
         })
     }
 
-    /// Returns no bytes, which mean zeros, and reserves their memory.
+    /// Returns the empty slice, which stands for zeros, and subtracts `count` elements of `size`
+    /// bytes from the remaining bytes for zeros.
     fn zeros(&self, count: usize, size: usize) -> Outcome<&'a [u8]> {
         let left = self
             .invented
@@ -204,7 +205,7 @@ impl<'a> AccessorReader<'a> {
         Ok((bytes.get(start..end).ok_or_else(beyond)?, stride))
     }
 
-    /// Returns the elements replaced by a sparse accessor.
+    /// Reads the replaced elements of a sparse accessor, sorted by index.
     fn patches(&self, sparse: &Sparse, count: usize, size: usize) -> Outcome<Vec<(u32, &'a [u8])>> {
         let replaced = usize::try_from(sparse.count).unwrap_or(usize::MAX);
         if replaced > count {
@@ -240,8 +241,8 @@ impl<'a> AccessorReader<'a> {
             }
             patches.push((index, value));
         }
-        // The specification requires strictly increasing indices; the last of repeated ones is in
-        // force.
+        // The specification requires strictly increasing indices. Of repeated indices, the last
+        // applies.
         patches.sort_by_key(|&(index, _)| index);
         Ok(patches)
     }
@@ -263,13 +264,13 @@ impl Accessor<'_> {
         self.component.is_unsigned()
     }
 
-    /// Treats integers as normalised even if the file does not say so.
+    /// Marks integer components as normalised, whatever the file's flag is.
     pub fn normalise_integers(&mut self) {
         self.normalised = true;
     }
 
-    /// Returns an element as numbers; missing components are zero. Integers are exact or, if
-    /// normalised, fractions (glTF 2.0, section 3.11).
+    /// Returns an element as floats; missing components are zero. Normalised integers become
+    /// fractions of the largest value of their type (glTF 2.0, section 3.11).
     pub fn vector<const N: usize>(&self, element: usize) -> [f32; N] {
         let bytes = self.element(element);
         let size = self.component.size();
@@ -337,7 +338,7 @@ impl Accessor<'_> {
     }
 }
 
-/// Returns the first bytes, padded with zeros.
+/// Returns the first `N` bytes, padded with zeros.
 fn head<const N: usize>(bytes: &[u8]) -> [u8; N] {
     bytes.first_chunk::<N>().copied().unwrap_or([0; N])
 }

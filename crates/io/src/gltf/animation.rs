@@ -1,8 +1,9 @@
 //! Node animation: interpolated translations, rotations, scales and weights at a time (glTF 2.0,
 //! section 3.11 and appendix C).
 //!
-//! Without a choice, all animations of a file are played together. If two animate the same
-//! property, the first in the file is used: a file with a walk and a run shows the walk.
+//! If the user chooses no animation, all animations of a file are played together. If two
+//! animations change the same property, the first in the file is used: a file with a walk and a run
+//! shows the walk.
 
 use std::collections::HashMap;
 
@@ -20,11 +21,12 @@ pub(super) struct AnimatedTransform {
     pub translation: Option<[f64; 3]>,
     pub rotation: Option<[f64; 4]>,
     pub scale: Option<[f64; 3]>,
-    /// Weights of the morph targets of its mesh.
+    /// Weights of the morph targets of the node's mesh.
     pub weights: Option<Vec<f64>>,
 }
 
-/// Evaluates the animations of all nodes at a time in seconds, by node.
+/// Evaluates the animated properties of all nodes at a time in seconds. Returns the properties by
+/// node index.
 ///
 /// # Errors
 /// A fault of kind input for a channel without a target, or a sampler whose keys do not fit its
@@ -49,7 +51,7 @@ pub(super) fn at(
         for (j, channel) in animation.channels.iter().enumerate() {
             let place =
                 |fault: Fault| fault.with_place(format_args!("animations[{i}].channels[{j}]"));
-            // Other properties animated by an extension do not concern nodes.
+            // Channels that animate other objects than nodes are skipped here.
             let named = || {
                 channel
                     .target

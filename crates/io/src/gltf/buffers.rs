@@ -15,9 +15,10 @@ pub(super) struct Buffers<'a> {
     /// Contents; `None` for a buffer without data, which is a placeholder for an extension. Such a
     /// buffer is an error only when it is used.
     data: Vec<Option<Cow<'a, [u8]>>>,
-    /// Decoded contents of compressed views, by index.
+    /// Decoded contents of compressed buffer views, by index of the view.
     views: HashMap<usize, Vec<u8>>,
-    /// Decoded contents of the accessors of compressed primitives, packed, by index.
+    /// Decoded elements of the accessors of compressed primitives, without gaps, by index of the
+    /// accessor.
     accessors: HashMap<usize, Vec<u8>>,
 }
 
@@ -48,7 +49,7 @@ impl<'a> Buffers<'a> {
         })
     }
 
-    /// Returns the bytes of a buffer view, and its stride.
+    /// Returns the bytes of a buffer view, and the stride in bytes, if given.
     ///
     /// # Errors
     /// A fault of kind input for an unknown view or buffer, or a view beyond its buffer.
@@ -67,7 +68,7 @@ impl<'a> Buffers<'a> {
             .map_err(place)
     }
 
-    /// Returns a part of a buffer.
+    /// Returns `length` bytes of a buffer from byte `start` on.
     ///
     /// # Errors
     /// A fault of kind input for an unknown buffer, or a part beyond it.
@@ -92,23 +93,23 @@ impl<'a> Buffers<'a> {
         })
     }
 
-    /// Replaces the bytes of a view by decoded ones.
+    /// Replaces the bytes of a compressed buffer view by the decoded bytes.
     pub fn replace_view(&mut self, index: usize, bytes: Vec<u8>) {
         self.views.insert(index, bytes);
     }
 
-    /// Sets the packed elements of an accessor.
+    /// Sets the decoded elements of an accessor, without gaps between elements.
     pub fn fill_accessor(&mut self, index: usize, bytes: Vec<u8>) {
         self.accessors.insert(index, bytes);
     }
 
-    /// Returns the decoded packed elements of an accessor, if any.
+    /// Returns the decoded elements of an accessor, or `None` for an accessor of uncompressed data.
     pub fn accessor(&self, index: usize) -> Option<&[u8]> {
         self.accessors.get(&index).map(Vec::as_slice)
     }
 }
 
-/// Fault for an index out of range.
+/// Creates the fault for an index beyond the end of a list.
 pub(super) fn absent(list: &str, index: usize, length: usize) -> Fault {
     Fault::input(format!(
         "{list}[{index}] does not exist, the file has {length} of them"

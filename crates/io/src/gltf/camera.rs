@@ -10,7 +10,8 @@ use crate::warning::WarningCode;
 
 /// Converts a camera, or returns `None` with a warning for invalid numbers.
 ///
-/// A picture of another shape than the file's shows all of the file's view, and more at two sides.
+/// A picture with another aspect ratio than the camera shows the whole view of the camera, and more
+/// on two sides.
 pub(super) fn convert(
     camera: &Source,
     index: usize,
@@ -75,8 +76,8 @@ pub(super) fn convert(
     })
 }
 
-/// Pose from the node's normalised axes; a reflected node keeps its reflected view. `None` for a
-/// singular transform.
+/// Returns the camera pose from the node's normalised axes, or `None` for a singular transform. A
+/// reflected node keeps its reflected view.
 fn pose(instance: &NodeInstance) -> Option<Pose> {
     let m = instance.world.matrix3;
     let back = m.z_axis.try_normalize()?;

@@ -1,4 +1,5 @@
-//! Choice among a file's scenes, variants and animations, and the list of choices.
+//! Choice among a glTF file's scenes, material variants and animations, and the list of these
+//! choices.
 
 use std::collections::BTreeSet;
 
@@ -15,22 +16,22 @@ use crate::import::{Fault, Outcome, printable};
 pub(crate) struct ModelChoice<'a> {
     /// Name or index of a scene.
     pub scene: Option<&'a str>,
-    /// Name of a variant of its materials.
+    /// Name of a material variant.
     pub variant: Option<&'a str>,
-    /// Name or index of an animation; `None`: all together.
+    /// Name or index of an animation; `None` plays all animations together.
     pub animation: Option<&'a str>,
-    /// Time in seconds after the start of its animations.
+    /// Time in seconds from the start of the animations; `None` shows the rest pose.
     pub time: Option<f64>,
 }
 
 /// Contents of a model file that a user can choose from.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ModelContents {
-    /// Names of its scenes by index; empty for an unnamed scene.
+    /// Names of the scenes by index; an unnamed scene has an empty name.
     pub scenes: Vec<String>,
-    /// Names of its material variants.
+    /// Names of the material variants.
     pub variants: Vec<String>,
-    /// Its animations.
+    /// Animations by index.
     pub animations: Vec<AnimationInfo>,
     /// Extensions used by the file, in alphabetical order.
     pub extensions: Vec<ExtensionInfo>,
@@ -39,26 +40,27 @@ pub struct ModelContents {
 /// An extension of glTF used by a model file.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ExtensionInfo {
-    /// Its name.
+    /// Name of the extension, such as `KHR_materials_ior`.
     pub name: String,
     /// Whether the file declares the extension as required.
     pub required: bool,
-    /// Whether the extension is supported; others are ignored, or left out of materials.
+    /// Whether the extension is supported. An unsupported extension is ignored.
     pub read: bool,
 }
 
 /// An animation of a model file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct AnimationInfo {
-    /// Its name; may be empty.
+    /// Name of the animation; may be empty.
     pub name: String,
-    /// Time of its last key in seconds; `None` without any key.
+    /// Time of the last keyframe in seconds; `None` without keyframes.
     pub seconds: Option<f64>,
 }
 
 impl ModelContents {
-    /// Duration in seconds of an animation, by name or, if no name matches, by index, or of the
-    /// longest animation; `None` without timed keys.
+    /// Returns the duration of an animation in seconds, or of the longest animation if `animation`
+    /// is `None`. The animation is found by name or, if no name matches, by index. Returns `None`
+    /// for an unknown animation, and for an animation without keyframes.
     pub fn seconds(&self, animation: Option<&str>) -> Option<f64> {
         let Some(wish) = animation else {
             return self
@@ -72,7 +74,7 @@ impl ModelContents {
     }
 }
 
-/// Index of a name or, if no name matches, the given index.
+/// Returns the index of the name `wish` or, if no name matches, the number `wish` as an index.
 fn chosen(names: &[&str], wish: &str) -> Option<usize> {
     let by_name = names
         .iter()
@@ -84,7 +86,8 @@ fn chosen(names: &[&str], wish: &str) -> Option<usize> {
     })
 }
 
-/// Lists the contents of a file. Faults in animations are reported when they are played.
+/// Lists the contents of a file. Faults in an animation are reported only when the animation is
+/// played.
 pub(super) fn contents(document: &Document, reader: &AccessorReader<'_>) -> ModelContents {
     let mut keys = KeyReader::new(reader);
     let name = |name: &Option<String>| printable(name.as_deref().unwrap_or_default());
@@ -145,8 +148,8 @@ pub(super) fn scene(document: &Document, wish: &str) -> Outcome<usize> {
     chosen(&names, wish).ok_or_else(|| unknown("scene", wish, &names, true))
 }
 
-/// Removes the channels of all animations except one, found by name or, if no name matches, by
-/// index.
+/// Keeps the channels of a single animation and clears the channels of all others. The animation is
+/// found by name or, if no name matches, by index.
 ///
 /// # Errors
 /// A fault of kind choice that lists the animations.
@@ -167,7 +170,7 @@ pub(super) fn play(document: &mut Document, wish: &str) -> Outcome<()> {
     Ok(())
 }
 
-/// Finds a variant by name.
+/// Finds a material variant by name, and returns its index.
 ///
 /// # Errors
 /// A fault of kind choice that lists the variants.
@@ -179,7 +182,7 @@ pub(super) fn variant(document: &Document, wish: &str) -> Outcome<u32> {
         .ok_or_else(|| unknown("variant", wish, &names, false))
 }
 
-/// Fault for an unknown name, with the closest known name and the list of names.
+/// Creates the fault for an unknown name, with the closest known name and the list of names.
 fn unknown(label: &str, wish: &str, names: &[&str], by_index: bool) -> Fault {
     const MOST: usize = 20;
     let wish = printable(wish);

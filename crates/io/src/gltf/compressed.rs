@@ -13,7 +13,7 @@ use super::entries::{Draco, Meshopt, Primitive, ViewExtensions};
 use crate::import::{DecodeBudget, Fault, Outcome, printable};
 use crate::{Limits, meshopt};
 
-/// Decodes all compressed data and replaces the views and accessors.
+/// Decodes all compressed buffer views and primitives, and stores the decoded bytes in `buffers`.
 ///
 /// # Errors
 /// A fault of kind input at a view or primitive with invalid data, of kind limit beyond the memory
@@ -68,7 +68,7 @@ pub(super) fn decode(
     Ok(())
 }
 
-/// Decodes a compressed view.
+/// Decodes a buffer view that meshoptimizer compressed, and applies its filter.
 fn unpacked(view: &Meshopt, buffers: &Buffers<'_>, budget: &mut DecodeBudget) -> Outcome<Vec<u8>> {
     let source = buffers.bytes(view.buffer as usize, view.byte_offset, view.byte_length)?;
     let number = |x: u64| usize::try_from(x).unwrap_or(usize::MAX);
@@ -104,7 +104,7 @@ fn unpacked(view: &Meshopt, buffers: &Buffers<'_>, budget: &mut DecodeBudget) ->
     Ok(bytes)
 }
 
-/// Decodes a primitive and fills its accessors.
+/// Decodes a Draco-compressed primitive and stores the decoded elements of its accessors.
 fn draco(
     document: &Document,
     primitive: &Primitive,
@@ -159,13 +159,14 @@ fn draco(
     Ok(())
 }
 
-/// Storage of an accessor's elements.
+/// Component type of an accessor, and number of components per element.
 struct AccessorLayout {
     component: Component,
     arity: usize,
 }
 
-/// Returns the layout of an accessor whose count equals the number of decoded elements.
+/// Returns the layout of an accessor. Refuses an accessor whose count differs from `decoded`, the
+/// number of decoded elements.
 fn layout(document: &Document, index: u32, decoded: usize) -> Outcome<AccessorLayout> {
     let list = &document.accessors;
     let accessor = list

@@ -15,16 +15,16 @@ use super::nodes::NodeInstance;
 use super::vertices::Vertices;
 use crate::import::{Fault, Outcome};
 
-/// Largest number of vertex moves in a file: weights and joints in a few lines of text could
-/// otherwise take unbounded time.
+/// Largest number of vertex displacements by morph targets and joints in a file. Without a limit, a
+/// few lines of JSON could take unbounded time.
 const MOST_MOVES: u64 = 1 << 30;
 
-/// Deformation of a mesh in a node.
+/// Deformation of a node's mesh.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Pose {
     /// Weights of the morph targets; empty if all are zero.
     pub weights: Vec<f64>,
-    /// Skin whose joints map vertices to world space; `None`: the node does.
+    /// Skin whose joints map vertices to world space; `None`: the transform of the node maps them.
     pub skin: Option<Rc<PosedSkin>>,
     /// Whether faces are reversed: the handedness of a node's transform decides even for a skinned
     /// mesh (glTF 2.0, section 3.7.4, "Instantiation").
@@ -55,10 +55,10 @@ impl Pose {
 pub(super) struct PosedSkin {
     /// Index in the file.
     index: usize,
-    /// Origin of its meshes in world space: far from the world's own origin, single precision could
-    /// not separate their vertices.
+    /// Origin of the skinned meshes in world space. Vertices are stored relative to this origin:
+    /// far from the origin of the world, single precision could not separate them.
     pub origin: DVec3,
-    /// Transforms by joint from mesh space to world space relative to that origin.
+    /// Transform of each joint, from mesh space to world space relative to `origin`.
     joints: Vec<DAffine3>,
 }
 
@@ -165,7 +165,8 @@ impl Import<'_> {
         }
     }
 
-    /// Deforms the vertices of a primitive.
+    /// Deforms the selected vertices of a primitive: morph targets first, then the skin. `count` is
+    /// the number of vertices in the file.
     pub(super) fn deform(
         &mut self,
         primitive: &Primitive,
@@ -190,7 +191,7 @@ impl Import<'_> {
         }
     }
 
-    /// Counts vertex moves against the limit.
+    /// Adds `count` vertex displacements to the total, and refuses a file beyond the limit.
     fn moves(&mut self, count: usize) -> Outcome<()> {
         self.moves += count as u64;
         if self.moves > MOST_MOVES {
@@ -201,7 +202,7 @@ impl Import<'_> {
         Ok(())
     }
 
-    /// Adds the offsets of a morph target, times its weight.
+    /// Adds a morph target's offsets times its weight to positions and normals.
     fn morph(
         &mut self,
         target: &BTreeMap<String, u32>,
@@ -235,7 +236,7 @@ impl Import<'_> {
         Ok(())
     }
 
-    /// Transforms vertices by their joints.
+    /// Transforms positions and normals by the weighted joints of a skin.
     fn deform_mesh(
         &mut self,
         primitive: &Primitive,
@@ -279,8 +280,9 @@ impl Import<'_> {
 }
 
 impl PosedSkin {
-    /// Weighted sum of a vertex's joint transforms. Weights are divided by their sum, because
-    /// rounding keeps it from being 1; without weights, the first joint has all of it.
+    /// Returns the weighted mean of a vertex's joint transforms. The weights are divided by their
+    /// sum, which rounding keeps from being exactly 1. If all weights are zero, the vertex's first
+    /// joint has the weight 1.
     fn map(&self, sets: &[(Accessor<'_>, Accessor<'_>)], vertex: usize) -> Outcome<DAffine3> {
         let (mut sum, mut total) = (
             DAffine3 {
@@ -335,8 +337,8 @@ fn affine(m: [f32; 16]) -> DAffine3 {
     }
 }
 
-/// Transform of normals: the inverse transpose up to its length, which exists for singular
-/// transforms too.
+/// Returns the cofactor matrix, which transforms normals: the inverse transpose times the
+/// determinant. The cofactor matrix exists for singular transforms too.
 fn cofactors(m: &DMat3) -> DMat3 {
     DMat3::from_cols(
         m.y_axis.cross(m.z_axis),
@@ -349,7 +351,7 @@ fn vector(accessor: &Accessor<'_>, element: usize) -> DVec3 {
     DVec3::from(accessor.vector::<3>(element).map(f64::from))
 }
 
-/// Reads the vectors of the used vertices in double precision.
+/// Reads the vectors of the selected vertices in double precision.
 pub(super) fn vectors(accessor: &Accessor<'_>, vertices: &Vertices) -> Vec<DVec3> {
     vertices.iter().map(|v| vector(accessor, v)).collect()
 }

@@ -1,11 +1,10 @@
-//! The JSON of a glTF file as typed data, read once and without trust in any of its numbers.
+//! Typed data of a glTF file's JSON. No number in the file is trusted.
 //!
-//! Every index is a `u32` here, larger than any list; its range is checked where it is used. Faults
-//! in the data, extensions included, are reported with their path in the file. The types of the
-//! `gltf` crate are not used: they take indices modulo 2³², have no animation without a target node
-//! (KHR_animation_pointer), no scene without nodes, half of the extensions as untyped JSON, and
-//! node transforms in single precision only, which moves a city in geocentric coordinates by half a
-//! metre.
+//! Every index is a `u32`, and its range is checked at each use. Faults in the data, extensions
+//! included, are reported with their path in the file. The types of the `gltf` crate are not used:
+//! they take indices modulo 2³², have no animation without a target node (KHR_animation_pointer),
+//! no scene without nodes, half of the extensions as untyped JSON, and node transforms in single
+//! precision only, which moves a city in geocentric coordinates by half a metre.
 
 use serde::Deserialize;
 
@@ -44,7 +43,8 @@ pub(super) struct Document {
 }
 
 impl Document {
-    /// Names of all extensions in the file, declared or not, except those with types of their own.
+    /// Names of the extensions that the file declares, and of undeclared extensions without a type
+    /// here.
     pub fn extensions(&self) -> impl Iterator<Item = &String> {
         let of_nodes = self
             .nodes
@@ -70,7 +70,8 @@ pub(super) struct Asset {
     min_version: Option<String>,
 }
 
-/// Part of a file that identifies another version than glTF 2.0, or a required extension.
+/// Part of a glTF file's JSON that states the version and the required extensions. This part is
+/// parsed alone if the whole file does not fit its types.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
 struct DocumentHeader {
@@ -78,12 +79,12 @@ struct DocumentHeader {
     extensions_required: Vec<String>,
 }
 
-/// Assumed memory of a parsed value in bytes: a node of two characters, `{}`, takes about 400, most
-/// values few.
+/// Assumed memory of a parsed JSON value in bytes. A node of two characters, `{}`, takes about 400
+/// bytes; most values take few.
 const BYTES_A_VALUE: u64 = 256;
 
-/// Upper bound for the number of values in a JSON text: each value follows a bracket, a comma or a
-/// colon.
+/// Upper bound for the number of values in a JSON text: 1 plus the number of commas and opening
+/// brackets outside strings.
 fn values(text: &[u8]) -> u64 {
     let (mut count, mut rest) = (1, text);
     while let Some(position) = rest
@@ -138,10 +139,11 @@ pub(super) fn parse(text: &[u8], limits: &Limits, warnings: &mut Warnings) -> Ou
     }
 }
 
-/// Parses the text as typed data, if its form fits.
+/// Parses a JSON text as typed data.
 fn typed(text: &[u8], warnings: &mut Warnings) -> Outcome<Document> {
     let mut json = serde_json::Deserializer::from_slice(text);
-    // Files of another version or with a required extension need not have these types.
+    // A file of another version, or with an unsupported required extension, need not fit these
+    // types. Its version and extensions give a better message.
     let document = match Document::deserialize(&mut json) {
         Ok(document) => document,
         Err(error) => {

@@ -1,4 +1,4 @@
-//! Supported glTF extensions, and messages about the others.
+//! Supported glTF extensions, and warnings about unsupported extensions.
 
 use std::collections::BTreeMap;
 
@@ -7,7 +7,7 @@ use serde_json::Value;
 use crate::import::{Fault, Outcome, Warnings, printable};
 use crate::warning::WarningCode;
 
-/// Extensions that are supported, or have no effect on a picture of the default state.
+/// Supported extensions, and extensions without effect on a picture of the default state.
 const READ: [&str; 27] = [
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
@@ -68,8 +68,8 @@ pub(super) fn check_required(required: &[String]) -> Outcome<()> {
     )))
 }
 
-/// Warns about ignored extensions. Extensions of materials are reported for each material where
-/// they matter.
+/// Warns about unsupported extensions, except those of materials, which are reported for each
+/// material that they change.
 pub(super) fn warn_ignored<'a>(named: impl Iterator<Item = &'a String>, warnings: &mut Warnings) {
     let of_materials =
         |name: &str| name.starts_with("KHR_materials_") || name.starts_with("EXT_materials_");
@@ -81,11 +81,11 @@ pub(super) fn warn_ignored<'a>(named: impl Iterator<Item = &'a String>, warnings
     }
 }
 
-/// Unsupported extensions of materials, with a key whose zero disables them: programs write these
-/// for all materials.
+/// Unsupported material extensions, each with the key whose value 0 disables the extension. Some
+/// programs write such extensions for all materials.
 const IDLE: [(&str, &str); 1] = [("KHR_materials_subsurface", "scatterDistance")];
 
-/// Names of a material's unsupported extensions that would change its look.
+/// Names of a material's unsupported extensions that would change its appearance.
 pub(super) fn unread(extensions: &BTreeMap<String, Value>) -> impl Iterator<Item = &String> {
     let counts = |(name, value): &(&String, &Value)| {
         let idle = IDLE

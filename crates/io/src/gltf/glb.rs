@@ -6,7 +6,7 @@
 use crate::import::{Fault, Outcome, Warnings};
 use crate::warning::WarningCode;
 
-/// The parts of a GLB file.
+/// The chunks of a GLB file.
 #[derive(Debug)]
 pub(super) struct Container<'a> {
     /// Text of the JSON chunk, padding included.
@@ -81,7 +81,8 @@ pub(super) fn parse<'a>(bytes: &'a [u8], warnings: &mut Warnings) -> Outcome<Con
     Ok(Container { json, binary })
 }
 
-/// Returns type and data of a chunk, and the bytes after it.
+/// Splits off the first chunk. Returns the type and the data of the chunk, and the bytes after the
+/// chunk.
 fn chunk(bytes: &[u8]) -> Outcome<(&[u8], &[u8], &[u8])> {
     let (Some(length), Some(kind)) = (word(bytes, 0), bytes.get(4..8)) else {
         return Err(Fault::input("the file ends inside the chunk's header"));
@@ -96,7 +97,7 @@ fn chunk(bytes: &[u8]) -> Outcome<(&[u8], &[u8], &[u8])> {
     }
 }
 
-/// Reads a little-endian 32-bit number.
+/// Reads a little-endian 32-bit number at a byte position; `None` beyond the end.
 fn word(bytes: &[u8], position: usize) -> Option<u32> {
     bytes
         .get(position..position + 4)?

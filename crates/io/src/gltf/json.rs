@@ -1,28 +1,28 @@
 //! Rewriting of JSON that is valid glTF but does not fit typed data: integers written with a point
-//! or an exponent (glTF 2.0, section 2.7), repeated names in an object, of which the last is in
-//! force, and numbers beyond f64, which some programs write for infinity.
+//! or an exponent (glTF 2.0, section 2.7), repeated names in an object, of which the last applies,
+//! and numbers beyond f64, which some programs write for infinity.
 //!
-//! Only a text that failed to parse is rewritten, so that others pay nothing. Rewritten parts keep
-//! their length wherever the new text is not longer, so that lines and columns in messages match
-//! the file.
+//! Only a text that failed to parse is rewritten, so that other files cost no time. Rewritten parts
+//! keep their length wherever the new text is not longer, so that lines and columns in messages
+//! match the file.
 
 use std::collections::HashMap;
 
 use crate::import::printable;
 
-/// All integers up to this one are exact in f64.
+/// Largest magnitude up to which all integers are exact in f64: 2⁵³.
 const MOST_WHOLE: f64 = 9_007_199_254_740_992.0;
 
 /// Largest nesting depth of accepted JSON.
 const MOST_DEPTH: usize = 128;
 
-/// A text whose numbers and names fit typed data.
+/// A rewritten JSON text, whose numbers and names fit typed data.
 #[derive(Debug, Default)]
 pub(super) struct RewrittenJson {
     pub text: Vec<u8>,
     /// Number of values replaced by a later value of the same name.
     repeated: usize,
-    /// First repeated name, and the line of its repetition.
+    /// First repeated name, and the line of the repetition.
     first: Option<(String, usize)>,
     changed: bool,
 }
@@ -43,17 +43,17 @@ impl RewrittenJson {
     }
 }
 
-/// Content of an open bracket.
+/// State of an object or array that is not closed yet.
 #[derive(Default)]
 struct OpenBracket {
     is_object: bool,
     /// Ranges of an object's members in the new text, from the name to the comma inclusive.
     members: HashMap<String, [usize; 2]>,
-    /// Name of the current value.
+    /// Name of the current member; `None` before the name is read.
     name: Option<String>,
 }
 
-/// Rewrites a text; `None` if nothing changes.
+/// Rewrites a JSON text. Returns `None` if nothing changes, or beyond the nesting limit.
 pub(super) fn rewritten(text: &[u8]) -> Option<RewrittenJson> {
     let (mut out, mut open) = (
         RewrittenJson {
@@ -75,7 +75,7 @@ pub(super) fn rewritten(text: &[u8]) -> Option<RewrittenJson> {
         let token = &text[position..position + length];
         match byte {
             b'"' => {
-                // In an object, a string without a name before it is the name.
+                // A string in an object is a name if the current member has no name yet.
                 if let Some(holder) = open
                     .last_mut()
                     .filter(|holder| holder.is_object && holder.name.is_none())
@@ -106,7 +106,7 @@ pub(super) fn rewritten(text: &[u8]) -> Option<RewrittenJson> {
 }
 
 impl RewrittenJson {
-    /// Records a name, and erases an earlier member of that name.
+    /// Records the name of a member, and blanks an earlier member of the same name.
     fn name(&mut self, holder: &mut OpenBracket, token: &[u8], line: usize) {
         let name = decoded(token);
         let start = self.text.len();
@@ -163,7 +163,8 @@ fn is_of_number(byte: u8) -> bool {
     byte.is_ascii_digit() || matches!(byte, b'-' | b'+' | b'.' | b'e' | b'E')
 }
 
-/// Length of the string at the start of a text; an unterminated string extends to the end.
+/// Length in bytes of the quoted string at the start of a text; an unterminated string extends to
+/// the end.
 fn string(text: &[u8]) -> usize {
     let mut position = 1;
     while let Some(skip) = text
@@ -179,10 +180,11 @@ fn string(text: &[u8]) -> usize {
     text.len()
 }
 
-/// Path in a valid text of the value at a line and byte where a parser stopped: the last parsed
-/// value, or the next.
+/// Returns the path, such as `meshes[2].name`, of the value where a parser stopped in valid JSON:
+/// of the last parsed value or of the next. `line` and `column` count from 1, and columns are
+/// bytes.
 ///
-/// The path is computed only after a failure, so that parsing need not track it.
+/// The path is computed only after a failure, so that parsing need not track paths.
 pub(super) fn path(text: &[u8], line: usize, column: usize) -> String {
     let lines: usize = text
         .split_inclusive(|byte| *byte == b'\n')
@@ -227,7 +229,7 @@ pub(super) fn path(text: &[u8], line: usize, column: usize) -> String {
     path
 }
 
-/// Decodes a quoted string.
+/// Decodes a quoted JSON string.
 fn decoded(token: &[u8]) -> String {
     serde_json::from_slice(token).unwrap_or_else(|_| String::from_utf8_lossy(token).into_owned())
 }

@@ -12,13 +12,14 @@ use super::buffers::absent;
 use super::entries::{AnimationEntry, AnimationSampler, Interpolation};
 use crate::import::{Fault, Outcome};
 
-/// Opened accessors of samplers, each opened once: a sparse accessor takes time and memory.
+/// Opens the accessors of animation samplers, each accessor once, because a sparse accessor takes
+/// time and memory.
 pub(super) struct KeyReader<'a> {
     reader: &'a AccessorReader<'a>,
     open: HashMap<u32, Rc<Accessor<'a>>>,
 }
 
-/// Returns the sampler of a channel.
+/// Returns the sampler with this index in an animation.
 ///
 /// # Errors
 /// A fault of kind input for an unknown sampler.
@@ -33,11 +34,13 @@ fn cubic(sampler: &AnimationSampler) -> bool {
     sampler.interpolation == Interpolation::CubicSpline
 }
 
-/// Position of a time among keys.
+/// Position of a time among the keyframes of a sampler.
 enum KeyPosition {
-    /// At a key, before the first or after the last.
+    /// At the keyframe with this index; also for a time before the first keyframe, after the last
+    /// keyframe, or with stepped interpolation.
     At(usize),
-    /// At a fraction between a key and the next, with the seconds between both.
+    /// Between the keyframe with this index and the next: the fraction from 0 to 1, and the seconds
+    /// between the two keyframes.
     Span(usize, f64, f64),
 }
 
@@ -56,7 +59,7 @@ impl<'a> KeyReader<'a> {
         }))
     }
 
-    /// Time of a sampler's last key; `None` without any.
+    /// Time of a sampler's last keyframe in seconds; `None` without a finite time.
     pub fn duration(&mut self, sampler: &AnimationSampler) -> Option<f64> {
         let times = self.open(sampler.input).ok()?;
         times
@@ -66,7 +69,8 @@ impl<'a> KeyReader<'a> {
             .filter(|seconds| seconds.is_finite())
     }
 
-    /// Returns the values of a sampler and the position of a time.
+    /// Locates a time among a sampler's keyframes. Returns the accessor of the values, and the
+    /// position of the time. `arity` is the expected number of components per value.
     fn find(
         &mut self,
         sampler: &AnimationSampler,
@@ -85,7 +89,7 @@ impl<'a> KeyReader<'a> {
                 .count()
                 .saturating_mul(if cubic(sampler) { 3 } else { 1 }),
         );
-        // A key has as many weights as the mesh has targets.
+        // A keyframe has as many weights as the mesh has targets.
         let fits = if arity == 1 {
             requested > 0 && values.count() % requested == 0
         } else {
@@ -98,7 +102,7 @@ impl<'a> KeyReader<'a> {
             )));
         }
         let seconds = |key: usize| f64::from(times.vector::<1>(key)[0]);
-        // Times ascend by the specification; if they do not, the search still ends at some key.
+        // Times ascend by the specification; the search also ends for times that do not ascend.
         let (mut after, mut end) = (0, count);
         while after < end {
             let middle = after + (end - after) / 2;
@@ -121,7 +125,7 @@ impl<'a> KeyReader<'a> {
         Ok((values, between))
     }
 
-    /// Interpolates a vector at a time, by components.
+    /// Interpolates a vector at a time in seconds, component by component.
     pub fn vector<const N: usize>(
         &mut self,
         sampler: &AnimationSampler,
@@ -142,7 +146,7 @@ impl<'a> KeyReader<'a> {
         })
     }
 
-    /// Interpolates the weights of all morph targets at a time.
+    /// Interpolates the weights of all morph targets at a time in seconds.
     pub fn weights(&mut self, sampler: &AnimationSampler, time: f64) -> Outcome<Vec<f64>> {
         let parts = if cubic(sampler) { 3 } else { 1 };
         let (values, between) = self.find(sampler, time, 1)?;
@@ -165,7 +169,8 @@ impl<'a> KeyReader<'a> {
         Ok((0..targets).map(|target| weight(target)[0]).collect())
     }
 
-    /// Interpolates a rotation at a time, along the shorter arc at constant speed.
+    /// Interpolates a rotation, a unit quaternion, at a time in seconds, along the shorter arc at
+    /// constant speed.
     pub fn rotation(&mut self, sampler: &AnimationSampler, time: f64) -> Outcome<[f64; 4]> {
         if cubic(sampler) {
             // Appendix C.5: the normalised spline of the four components.
@@ -182,8 +187,9 @@ impl<'a> KeyReader<'a> {
     }
 }
 
-/// Cubic Hermite interpolation, in the file's order: first value, its out-tangent, the second
-/// value's in-tangent, second value.
+/// Cubic Hermite interpolation at the fraction `u`, in the file's order: first value, out-tangent
+/// of the first value, in-tangent of the second value, second value. `duration` is the time between
+/// the keyframes in seconds.
 fn hermite<const N: usize>(
     [a, leaving, arriving, b]: [[f64; N]; 4],
     u: f64,

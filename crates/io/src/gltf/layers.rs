@@ -13,7 +13,7 @@ use crate::import::{Outcome, number};
 use crate::warning::WarningCode;
 
 impl Import<'_> {
-    /// Adds a material's extensions.
+    /// Adds the layers and lobes of a material's extensions to `out`.
     pub(super) fn layers(
         &mut self,
         extensions: &MaterialExtensions,
@@ -35,8 +35,8 @@ impl Import<'_> {
         Ok(())
     }
 
-    /// Adds the interior. Without a volume, a transmissive surface is thin-walled and does not
-    /// refract.
+    /// Adds the absorption of the interior (KHR_materials_volume). Without a volume, a transmissive
+    /// surface is thin-walled and does not refract.
     fn volume(&mut self, extensions: &MaterialExtensions, label: &str, out: &mut Physical) {
         let body = extensions
             .volume
@@ -254,7 +254,7 @@ impl Import<'_> {
         Ok(())
     }
 
-    /// Returns a reference to a channel of a texture.
+    /// Returns a reference to a single channel of a texture; `None` without a texture.
     fn channel(
         &mut self,
         info: Option<&TextureUse>,

@@ -73,7 +73,8 @@ pub(super) fn convert(
     })
 }
 
-/// Range of a light in metres; `None` for an unbounded range, also given by an excessive number.
+/// Range of a light in metres; `None` for an unbounded range. A range of at most zero or beyond the
+/// largest coordinate counts as unbounded.
 fn range(light: &Source, label: &str, warnings: &mut Warnings) -> Option<f64> {
     let range = light
         .range
@@ -92,8 +93,8 @@ fn range(light: &Source, label: &str, warnings: &mut Warnings) -> Option<f64> {
     Some(warnings.clamped(range, [SMALLEST, FARTHEST], label, "range"))
 }
 
-/// Angles of a spotlight in degrees; `None` for an empty cone. An inner angle not below the outer
-/// one gives a hard edge at the outer angle.
+/// Inner and outer angle of a spotlight from the axis, in degrees; `None` for an empty cone. An
+/// inner angle that is not below the outer angle gives a hard edge.
 fn cone(spot: Option<&Spot>, label: &str, warnings: &mut Warnings) -> Option<[f64; 2]> {
     let spot = spot.map_or_else(Spot::default, Spot::clone);
     let [inner, outer] =

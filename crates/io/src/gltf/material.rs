@@ -21,13 +21,13 @@ const MOST_NORMAL_SCALE: f64 = 1e6;
 pub(super) struct UsedMaterial {
     /// Name in the scene.
     pub name: String,
-    /// Index in the scene's list.
+    /// Index in the scene's list of materials.
     place: usize,
-    /// Whether its surfaces are two-sided.
+    /// Whether surfaces of the material are two-sided.
     pub two_sided: bool,
-    /// Whether its surfaces need tangents, for a normal map or for anisotropy.
+    /// Whether surfaces of the material need tangents, for a normal map or for anisotropy.
     pub bumpy: bool,
-    /// Sets of texture coordinates used by its textures.
+    /// Sets of texture coordinates that the material's textures use.
     pub uv_sets: Vec<u32>,
 }
 
@@ -77,7 +77,7 @@ impl Import<'_> {
         Ok(used)
     }
 
-    /// Enables vertex colours in a material; materials whose meshes have none do not pay for them.
+    /// Enables vertex colours in a material, for a mesh that has vertex colours.
     pub(super) fn use_vertex_colours(&mut self, material: &UsedMaterial) {
         if let Some(Material {
             model: Model::Physical(model),
@@ -121,7 +121,8 @@ impl Import<'_> {
         out.alpha = match source.alpha_mode.as_deref() {
             None | Some("OPAQUE") => AlphaMode::Opaque,
             Some("MASK") => {
-                // A cutoff above one leaves nothing, whatever its value.
+                // A cutoff above 1 removes the whole surface, so that all larger values are
+                // equivalent.
                 let cutoff = f64::from(source.alpha_cutoff.unwrap_or(0.5)).min(2.0);
                 AlphaMode::Mask {
                     cutoff: self
@@ -209,7 +210,8 @@ impl Import<'_> {
         )
     }
 
-    /// Clamps an index of refraction to at least 1; 0 stays, for total reflection.
+    /// Returns a valid index of refraction. The value 0 stays, for total reflection. Other values
+    /// below the range become 1.5, and values above the range are clamped, with a warning.
     fn ior(&mut self, value: f64, label: &str) -> f64 {
         if value == 0.0 {
             return value;
@@ -228,13 +230,13 @@ impl Import<'_> {
             .clamped(value, Physical::IOR, label, "an index of refraction of")
     }
 
-    /// Clamps a factor to 0..1, because others would add energy.
+    /// Clamps a factor to 0..1, because a larger factor would add energy.
     pub(super) fn unit(&mut self, value: f64, label: &str, subject: &str) -> f64 {
         self.warnings.clamped(value, [0.0, 1.0], label, subject)
     }
 
-    /// Clamps the scale of a normal map. Larger values do not change the result, in which nothing
-    /// of the original normal is left.
+    /// Clamps the scale of a normal map to ±1e6. Larger scales would give the same normals, to
+    /// which the original normal no longer contributes.
     pub(super) fn normal_scale(
         &mut self,
         normal: Option<&TextureUse>,

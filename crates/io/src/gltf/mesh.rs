@@ -16,7 +16,7 @@ use crate::mesh_tools;
 use crate::warning::WarningCode;
 
 impl<'a> Import<'a> {
-    /// Returns the triangles of a primitive; `None` with a warning if it has none.
+    /// Converts a primitive to a triangle mesh; `None` for a primitive without triangles.
     pub(super) fn primitive(
         &mut self,
         primitive: &Primitive,
@@ -111,7 +111,8 @@ impl<'a> Import<'a> {
         })
     }
 
-    /// Returns the primitive's tangents; `None` if any of them is invalid.
+    /// Reads the primitive's tangents. The list is empty if the primitive has no tangents or if any
+    /// tangent is invalid.
     fn tangents(
         &mut self,
         primitive: &Primitive,
@@ -162,7 +163,7 @@ impl<'a> Import<'a> {
         Ok(Some(accessor))
     }
 
-    /// Opens an attribute whose count must equal that of the positions.
+    /// Opens the accessor of an attribute, whose count must equal the count of positions.
     fn vertex_attribute(
         &self,
         primitive: &Primitive,
@@ -180,8 +181,8 @@ impl<'a> Import<'a> {
         }
     }
 
-    /// Returns all sets that the primitive has or its material uses; a missing set is zero, with a
-    /// warning.
+    /// Returns all sets of texture coordinates that the primitive has or its material uses. A
+    /// missing set consists of zeros, with a warning if the material uses the set.
     fn texture_coordinates(
         &mut self,
         primitive: &Primitive,
@@ -268,7 +269,7 @@ impl<'a> Import<'a> {
         {
             return Err(Fault::input(format!("indices: vertex {index} of {count}")));
         }
-        // Degenerate triangles join the parts of a strip.
+        // Degenerate triangles, which join the parts of a strip, are dropped.
         out.retain(|[a, b, c]| a != b && b != c && c != a);
         if !matches!(mode, PrimitiveMode::Strip | PrimitiveMode::Fan) && length % 3 != 0 {
             self.warnings.add(
@@ -296,7 +297,7 @@ fn coordinates(set: u32) -> String {
     format!("TEXCOORD_{set}")
 }
 
-/// Declared numbers of vertices and of indices in a primitive.
+/// Numbers of vertices and of indices that a primitive declares.
 pub(super) fn elements(document: &Document, primitive: &Primitive) -> [u64; 2] {
     let count = |index: u32| {
         document
@@ -311,7 +312,7 @@ pub(super) fn elements(document: &Document, primitive: &Primitive) -> [u64; 2] {
     .map(|index| index.map_or(0, count))
 }
 
-/// Clamps a vertex colour to the specified range; NaN becomes white.
+/// Clamps a vertex colour to 0..1; a NaN channel becomes 1. `opaque` sets alpha to 1.
 fn colour(value: [f32; 4], opaque: bool) -> [f32; 4] {
     let [r, g, b, a] = value.map(|c| if c.is_nan() { 1.0 } else { c.clamp(0.0, 1.0) });
     [r, g, b, if opaque { 1.0 } else { a }]

@@ -59,7 +59,7 @@ use crate::warning::WarningCode;
 use crate::work::ImportWork;
 use crate::{Error, Limits, Warning, uri};
 
-/// An imported file.
+/// An imported model file: its scene, its warnings, and its contents to choose from.
 pub(crate) struct ImportedModel {
     pub scene: Scene,
     pub warnings: Vec<Warning>,
@@ -91,7 +91,7 @@ pub(crate) fn load(
         .map_err(|fault| fault.into_error(file.display()))
 }
 
-/// The file to import.
+/// The file to import, with its folder and the limits.
 struct ImportSource<'a> {
     file: &'a Path,
     bytes: &'a [u8],
@@ -129,7 +129,7 @@ impl ImportSource<'_> {
             .animation
             .map(|wish| choose::play(&mut document, wish))
             .transpose()?;
-        // Images of unused materials are not read, but are the user's files too.
+        // Images of unused materials are not read, but no output may replace them either.
         document
             .images
             .iter()
@@ -192,7 +192,7 @@ impl ImportSource<'_> {
     }
 }
 
-/// Name of the scene, or of the file.
+/// Title of the imported scene: the name of the glTF scene, or the file name without extension.
 fn title(document: &Document, scene: Option<usize>, file: &Path) -> String {
     let scene = document
         .scenes
@@ -206,7 +206,7 @@ fn title(document: &Document, scene: Option<usize>, file: &Path) -> String {
     }
 }
 
-/// Names used so far, by table of the scene.
+/// Unique names of the imported images, textures, materials and meshes.
 #[derive(Default)]
 struct TableNames {
     images: UniqueNames,
@@ -215,15 +215,15 @@ struct TableNames {
     meshes: UniqueNames,
 }
 
-/// A mesh of the scene.
+/// Name and index of a mesh that was added to the scene.
 #[derive(Clone, Debug)]
 struct UsedMesh {
     name: String,
-    /// Index in the scene's list.
+    /// Index in the scene's list of meshes.
     place: usize,
 }
 
-/// State of an import.
+/// State of a glTF import.
 struct Import<'a> {
     document: &'a Document,
     reader: AccessorReader<'a>,
@@ -241,23 +241,23 @@ struct Import<'a> {
     /// Texture names in the scene, by index in the file and colour space; `None` for an unreadable
     /// image.
     textures: HashMap<(usize, bool), Option<String>>,
-    /// As `textures`, by index of the image.
+    /// Image names in the scene, by index in the file; `None` for an unreadable image.
     images: HashMap<usize, Option<String>>,
     /// Images with a valid header that are not decoded yet.
     waiting: WaitingImages<'a>,
-    /// Images computed from decoded ones.
+    /// Roughness images to compute from decoded glossiness images.
     bakery: Bakery,
     work: ImportWork<'a>,
     /// Meshes by mesh, primitive and deformation; `None` for a primitive without triangles.
     meshes: HashMap<(usize, usize, PoseKey), Option<UsedMesh>>,
-    /// Animated properties of nodes.
+    /// Animated properties at the chosen time, by node index.
     moved: HashMap<usize, AnimatedTransform>,
     /// World transforms of nodes, by index.
     worlds: Vec<Option<DAffine3>>,
     skins: Skins,
     /// Number of primitives of points and lines.
     thin: usize,
-    /// Number of vertex moves by targets and joints so far.
+    /// Number of vertex displacements by morph targets and joints so far.
     moves: u64,
 }
 
@@ -325,7 +325,7 @@ impl Import<'_> {
         })
     }
 
-    /// Numbers of vertices and indices in the meshes of some nodes, each mesh counted once.
+    /// Total number of vertices and indices in the meshes of visible nodes, each mesh counted once.
     fn elements(&self, instances: &[NodeInstance]) -> u64 {
         let node = |instance: &NodeInstance| self.document.nodes.get(instance.node)?.mesh;
         let meshes: HashSet<u32> = instances
@@ -357,7 +357,7 @@ impl Import<'_> {
         within
     }
 
-    /// Adds the contents of a node.
+    /// Adds the mesh, the camera and the light of a node to the scene.
     fn node(&mut self, instance: &NodeInstance) -> Outcome<()> {
         let Some(node) = self.document.nodes.get(instance.node) else {
             return Ok(());

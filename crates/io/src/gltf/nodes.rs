@@ -18,15 +18,15 @@ pub(super) struct NodeInstance {
     pub node: usize,
     /// World transform.
     pub world: DAffine3,
-    /// Whether its contents are visible (KHR_node_visibility), except cameras.
+    /// Whether the mesh and the light of the node are visible (KHR_node_visibility).
     pub visible: bool,
 }
 
 /// Transforms of all nodes in a file.
 #[derive(Debug)]
 pub(super) struct NodeTransforms {
-    /// Nodes of the chosen scene, parents before children, each in the file's order. A node with
-    /// several parents is listed for each parent with another transform.
+    /// Nodes of the chosen scene in the file's order, parents before children. A node with several
+    /// parents is listed once for each distinct transform and visibility.
     pub instances: Vec<NodeInstance>,
     /// World transform of each node at its first visit; `None` for unreachable nodes.
     pub worlds: Vec<Option<DAffine3>>,
@@ -36,7 +36,7 @@ pub(super) struct NodeTransforms {
 /// otherwise need an unbounded number.
 const MOST_REPEATED: u64 = 1 << 20;
 
-/// Visits all nodes of a scene, with their animated properties.
+/// Visits all nodes of a scene with their animated properties, and computes their world transforms.
 ///
 /// # Errors
 /// A fault of kind input for an unknown node, a node that is its own ancestor, or a non-finite
@@ -80,17 +80,17 @@ pub(super) fn places(
     })
 }
 
-/// Traversal of the hierarchy with an explicit stack instead of recursion: the nesting of a file
-/// may be as deep as the file is long.
+/// Traversal of the node hierarchy. An explicit stack replaces recursion, because the nesting may
+/// be as deep as the file is long.
 struct NodeWalk<'a> {
     document: &'a Document,
     moved: &'a HashMap<usize, AnimatedTransform>,
     worlds: Vec<Option<DAffine3>>,
-    /// Whether a node is an ancestor of the current one.
+    /// Whether each node is the current node or an ancestor of the current node.
     open: Vec<bool>,
     /// For nodes listed more than once, the number of visits of the node and its descendants.
     shared: Vec<Option<u64>>,
-    /// Transforms and visibility at earlier visits of these nodes: a visit with the same values
+    /// Earlier visits of these nodes, by node, transform and visibility. A visit with equal values
     /// shows nothing new.
     visited: HashSet<(usize, [u64; 12], bool)>,
 }
@@ -99,7 +99,7 @@ struct NodeWalk<'a> {
 enum VisitStep {
     /// Enter a node, with the transform and visibility of its parent.
     Enter(usize, DAffine3, bool),
-    /// Leave a node after its children, with the number of visits before it.
+    /// Leave a node after its children, with the number of visits before the node.
     Leave(usize, u64),
 }
 
@@ -149,8 +149,8 @@ impl NodeWalk<'_> {
                     format!("nodes[{index}]: has more than one parent and is shown under each"),
                 );
             }
-            // Skipped visits count too: repeated doubling is a mistake in the file, whatever it
-            // would show.
+            // Skipped visits count too, because repeated doubling of visits is a mistake in the
+            // file.
             let new = again.unwrap_or(1);
             repeated = repeated.saturating_add(if self.worlds[index].is_some() { new } else { 0 });
             if repeated > MOST_REPEATED {

@@ -16,7 +16,7 @@ use crate::import::{Fault, Outcome};
 use crate::mesh_tools;
 use crate::warning::WarningCode;
 
-/// Instance transforms in a node's space.
+/// Instance transforms of EXT_mesh_gpu_instancing, in the space of the node.
 struct InstanceTransforms<'a> {
     count: usize,
     translation: Option<Accessor<'a>>,
@@ -83,7 +83,8 @@ impl<'a> Import<'a> {
         })
     }
 
-    /// Returns the distinct world transforms of instances: a repeated one shows nothing new.
+    /// Returns the distinct world transforms of instances within the range of coordinates. Repeated
+    /// transforms and transforms out of range are dropped, with a warning.
     fn distinct(
         &mut self,
         places: &InstanceTransforms<'_>,
@@ -120,7 +121,8 @@ impl<'a> Import<'a> {
         instance: &NodeInstance,
     ) -> Outcome<()> {
         let pose = self.pose(instance, node)?;
-        // The joints of a skin place its meshes; their node's transform has no effect.
+        // The joints of a skin determine the position of its meshes; the transform of the mesh's
+        // node has no effect.
         let world = pose.skin.as_ref().map_or(instance.world, |skin| {
             DAffine3::from_translation(skin.origin)
         });
@@ -194,7 +196,7 @@ impl<'a> Import<'a> {
         Ok(())
     }
 
-    /// Returns the material of a primitive in the chosen variant.
+    /// Returns the material of a primitive in the chosen variant; `None`: the default material.
     fn look(&self, primitive: &Primitive) -> Option<usize> {
         let mappings = &primitive.extensions.variants.mappings;
         let mapped = self.variant.and_then(|variant| {
@@ -241,8 +243,9 @@ impl<'a> Import<'a> {
         Ok(())
     }
 
-    /// Copies a mesh to world space, for nodes with a singular transform, in which rays cannot be
-    /// traced. `None` if all of it is out of range.
+    /// Copies a mesh to world space, for a node with a singular transform, because rays cannot be
+    /// transformed to the space of that node. Returns the name of the copy, or `None` if no
+    /// triangle is within the range of coordinates.
     fn flattened(&mut self, mesh: &UsedMesh, world: &DAffine3) -> Outcome<Option<String>> {
         let source = self
             .scene

@@ -1,10 +1,9 @@
-//! Properties animated by pointers (KHR_animation_pointer): the file's JSON as it would be at a
-//! time.
+//! Animation of properties by JSON pointers (KHR_animation_pointer). The values at a time are
+//! written into the file's JSON, which is then parsed again.
 //!
-//! Pointers refer to properties of the file, not of the scene built from it. Their values are
-//! therefore written into the JSON, which is then read as any other, so that every supported
-//! property can be animated without code of its own. Unsupported properties, and those that change
-//! no picture, are named in a warning. Transforms and weights of nodes are handled by
+//! Pointers refer to properties of the file, not of the imported scene. With changed JSON, every
+//! supported property can be animated without code of its own. Unsupported properties, and those
+//! that change no picture, are named in a warning. Transforms and weights of nodes are handled by
 //! [`animation`](super::animation), animated by pointers or not.
 
 use std::collections::HashSet;
@@ -21,19 +20,19 @@ use crate::import::{DecodeBudget, Fault, Outcome, Warnings, printable};
 use crate::text::without_mark;
 use crate::warning::WarningCode;
 
-/// Type of a property.
+/// Type of an animated property.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum TargetKind {
     /// A boolean.
     Switch,
     Number,
-    /// This many numbers.
+    /// A vector of this many numbers.
     Vector(usize),
-    /// Any number of numbers.
+    /// A list of any length.
     List,
 }
 
-/// Supported properties, with `*` for an index.
+/// Pointers of supported properties, with `*` for an index.
 const PROPERTIES: [(&str, TargetKind); 17] = [
     (
         "nodes/*/extensions/KHR_node_visibility/visible",
@@ -81,7 +80,8 @@ const PROPERTIES: [(&str, TargetKind); 17] = [
     ),
 ];
 
-/// Properties of material extensions, after `materials/*/extensions/KHR_materials_`.
+/// Supported properties of material extensions; each pointer starts with
+/// `materials/*/extensions/KHR_materials_`.
 const LAYERS: [(&str, TargetKind); 22] = [
     ("anisotropy/anisotropyStrength", TargetKind::Number),
     ("anisotropy/anisotropyRotation", TargetKind::Number),
@@ -119,15 +119,15 @@ const LAYERS: [(&str, TargetKind); 22] = [
     ("volume/attenuationColor", TargetKind::Vector(3)),
 ];
 
-/// Properties of any texture reference, after `extensions/KHR_texture_transform/`.
+/// Supported properties of a texture reference, after `extensions/KHR_texture_transform/`.
 const TRANSFORM: [(&str, TargetKind); 3] = [
     ("offset", TargetKind::Vector(2)),
     ("rotation", TargetKind::Number),
     ("scale", TargetKind::Vector(2)),
 ];
 
-/// Type of the property that a pointer refers to, given without its first slash; `None` if
-/// unsupported.
+/// Type of the property that a pointer refers to; `None` if unsupported. The pointer is given
+/// without its first slash.
 fn kind(pointer: &str) -> Option<TargetKind> {
     let part = |part: &str| {
         if part.bytes().all(|byte| byte.is_ascii_digit()) {
@@ -158,7 +158,8 @@ fn kind(pointer: &str) -> Option<TargetKind> {
         .or_else(transform)
 }
 
-/// Node and property of a channel whose pointer has an equivalent target path.
+/// Node index and property (`translation`, `rotation`, `scale` or `weights`) of a channel whose
+/// pointer leads to such a property; `None` for any other channel.
 pub(super) fn node(channel: &Channel) -> Option<(u32, &str)> {
     let mut parts = pointer(channel)?.strip_prefix("/nodes/")?.split('/');
     let (index, path) = (parts.next()?.parse().ok()?, parts.next()?);
@@ -167,7 +168,8 @@ pub(super) fn node(channel: &Channel) -> Option<(u32, &str)> {
     known.then_some((index, path))
 }
 
-/// Returns the file at a time in seconds; `None` if no animation uses pointers.
+/// Parses the file again with the animated properties at a time in seconds. Returns `None` if no
+/// animation uses pointers.
 ///
 /// # Errors
 /// A fault of kind input for a sampler whose keys do not fit its channel, and for a file that is
@@ -209,7 +211,8 @@ pub(super) fn at(
     document::parse(file.to_string().as_bytes(), limits, warnings).map(Some)
 }
 
-/// Returns the pointers, without their first slash, and their values at a time.
+/// Returns the pointers of all animated properties, without their first slash, and the values at a
+/// time in seconds.
 fn values(
     time: f64,
     reader: &AccessorReader<'_>,
@@ -260,7 +263,7 @@ fn values(
     Ok(found)
 }
 
-/// Converts numbers to JSON.
+/// Converts interpolated numbers to a JSON value of a property's type.
 fn value(kind: TargetKind, numbers: &[f64]) -> Outcome<Value> {
     let number = |&number: &f64| {
         let number = Number::from_f64(number)
@@ -278,7 +281,8 @@ fn value(kind: TargetKind, numbers: &[f64]) -> Outcome<Value> {
     }
 }
 
-/// Returns the JSON slot of a property, created if it is omitted for its default.
+/// Finds the JSON object that holds a property, and the property's key. Creates a missing
+/// `pbrMetallicRoughness` object.
 fn slot<'v, 'p>(
     file: &'v mut Value,
     pointer: &'p str,

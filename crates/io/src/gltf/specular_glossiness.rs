@@ -1,7 +1,7 @@
-//! KHR_materials_pbrSpecularGlossiness, expressed by the metallic-roughness model and
-//! KHR_materials_specular, which together are equivalent: the diffuse colour is the base colour of
-//! a dielectric, whose reflectance at normal incidence is the specular colour. Glossiness becomes
-//! roughness, its image texel by texel.
+//! Conversion of KHR_materials_pbrSpecularGlossiness to the metallic-roughness model with
+//! KHR_materials_specular, which together are equivalent. The diffuse colour becomes the base
+//! colour of a dielectric, and the specular colour its reflectance at normal incidence. Glossiness
+//! becomes roughness, texel by texel in an image.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -19,8 +19,8 @@ use crate::import::{DecodeBudget, Outcome};
 const DIELECTRIC: f64 = 0.04;
 
 impl Import<'_> {
-    /// Sets base colour, metalness, roughness, opacity and reflectance from a material of the old
-    /// model.
+    /// Sets base colour, metalness, roughness, opacity and reflectance from specular-glossiness
+    /// data.
     pub(super) fn specular_glossiness(
         &mut self,
         source: &SpecularGlossiness,
@@ -54,8 +54,8 @@ impl Import<'_> {
         Ok(())
     }
 
-    /// Returns the name of the roughness texture for a glossiness texture and its factor, each
-    /// created once.
+    /// Returns the name of the roughness texture for a glossiness texture and a factor. The texture
+    /// is created on first use; its image is computed later.
     fn baked(&mut self, glossy: &str, glossiness: f64) -> String {
         let key = (glossy.to_owned(), glossiness.to_bits());
         if let Some(known) = self.bakery.known.get(&key) {
@@ -103,16 +103,16 @@ struct Recipe {
     texture: usize,
 }
 
-/// Roughness images whose inputs are not decoded yet.
+/// Roughness images to compute after their glossiness images are decoded.
 #[derive(Debug, Default)]
 pub(super) struct Bakery {
     recipes: Vec<Recipe>,
-    /// Texture names by their inputs.
+    /// Names of the roughness textures, by glossiness texture and by the bits of the factor.
     known: BTreeMap<(String, u64), String>,
 }
 
 impl Bakery {
-    /// Computes the images, once their inputs are decoded.
+    /// Computes all roughness images from the decoded glossiness images.
     ///
     /// # Errors
     /// A fault of kind limit when the budget is exceeded.
@@ -142,7 +142,7 @@ impl Bakery {
             let Some(like) = textures.get(&glossy).map(|&i| scene.textures[i].clone()) else {
                 continue;
             };
-            // An undecodable image leaves only its factors.
+            // For an undecodable image, only the factor applies.
             let white = || ImageData {
                 width: 1,
                 height: 1,
@@ -165,7 +165,8 @@ impl Bakery {
     }
 }
 
-/// Converts glossiness to roughness in the green channel of 8-bit codes, with metalness zero.
+/// Converts glossiness, the alpha channel times `factor`, to roughness in the green channel of
+/// 8-bit codes, with metalness zero.
 fn roughness(glossy: &ImageData, factor: f64) -> ImageData {
     let code = |glossiness: f64| {
         [

@@ -82,7 +82,8 @@ impl<'a> Import<'a> {
         }))
     }
 
-    /// Returns the scene's texture for a texture of the file, created on first use.
+    /// Returns the name of the scene's texture for a texture of the file, created on first use;
+    /// `None` without a readable image.
     fn named_texture(&mut self, index: usize, used_as: TextureRole) -> Outcome<Option<String>> {
         let key = (index, used_as == TextureRole::Colour);
         if let Some(known) = self.textures.get(&key) {
@@ -147,8 +148,9 @@ impl<'a> Import<'a> {
         }
     }
 
-    /// Returns the scene's image for an image of the file; `None` with a warning if it is
-    /// unreadable, its header is invalid, or its format is unsupported.
+    /// Returns the name of the scene's image for an image of the file, and queues the bytes for
+    /// decoding. Returns `None` with a warning if the image is unreadable, its header is invalid,
+    /// or its format is unsupported.
     fn image(&mut self, index: usize) -> Outcome<Option<String>> {
         if let Some(known) = self.images.get(&index) {
             return Ok(known.clone());
@@ -203,7 +205,7 @@ impl<'a> Import<'a> {
         Ok(name)
     }
 
-    /// Returns the bytes of an image.
+    /// Returns the encoded bytes of an image, from a buffer view or a URI.
     fn image_bytes(&self, source: &Image) -> Outcome<Cow<'a, [u8]>> {
         if let Some(view) = source.buffer_view {
             return self
@@ -221,7 +223,7 @@ impl<'a> Import<'a> {
 }
 
 /// Magnification filter; bilinear if the sampler has none. The minification filter is ignored: mip
-/// maps replace the mean over a pixel where it has a single sample, but here many samples take that
+/// maps give the mean over a pixel to a single sample, and here many samples per pixel take that
 /// mean. For few samples, the ladder of texture filters offers mip maps.
 fn filter(sampler: &Sampler) -> Filter {
     const NEAREST: u32 = 9728;
@@ -240,8 +242,8 @@ fn wrap(mode: Option<u32>) -> Wrap {
     }
 }
 
-/// Offset · rotation · scale, with a rotation that is counter-clockwise in the image, whose v axis
-/// points down.
+/// Rows of the matrix offset · rotation · scale of KHR_texture_transform. The rotation is
+/// counter-clockwise in the image, whose v axis points down.
 fn uv_rows(transform: &TextureTransform) -> [[f64; 3]; 2] {
     let [ox, oy] = transform.offset.map(f64::from);
     let [sx, sy] = transform.scale.map(f64::from);

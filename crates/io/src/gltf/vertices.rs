@@ -1,15 +1,15 @@
-//! Vertices of a primitive that its triangles use.
+//! Selection of the vertices that a primitive's triangles use.
 
 use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, ParallelIterator};
 
-/// Number of elements worth another thread.
+/// Least number of elements for each thread.
 const MANY: usize = 1 << 14;
 
 /// Vertices of the file that a primitive uses.
 pub(super) enum Vertices {
-    /// All of this number.
+    /// All vertices; the value is their number.
     All(usize),
-    /// Those with these indices, ascending.
+    /// The vertices with these indices, in ascending order.
     Some(Vec<u32>),
 }
 
@@ -21,7 +21,7 @@ impl Vertices {
         }
     }
 
-    /// Evaluates a function of each vertex's index in the file, in order.
+    /// Returns the values of a function of each selected vertex's index in the file, in order.
     pub fn gather<T: Send>(&self, value_of: impl Fn(usize) -> T + Sync) -> Vec<T> {
         match self {
             Self::All(count) => gathered(*count, value_of),
@@ -29,7 +29,7 @@ impl Vertices {
         }
     }
 
-    /// Iterates over the indices in the file.
+    /// Iterates over the indices of the selected vertices in the file.
     pub fn iter(&self) -> Box<dyn Iterator<Item = usize> + '_> {
         match self {
             Self::All(count) => Box::new(0..*count),
@@ -38,8 +38,9 @@ impl Vertices {
     }
 }
 
-/// Selects the used vertices, so that a primitive that uses a small part of shared vertices does
-/// not copy all.
+/// Selects the vertices that triangles use, and renumbers the triangles. A primitive that uses a
+/// small part of shared vertices then copies only that part. If the triangles have at least `count`
+/// corners, all vertices are selected.
 pub(super) fn used_vertices(corners: Vec<[u32; 3]>, count: usize) -> (Vertices, Vec<[u32; 3]>) {
     if corners.len().saturating_mul(3) >= count {
         return (Vertices::All(count), corners);
@@ -56,8 +57,8 @@ pub(super) fn used_vertices(corners: Vec<[u32; 3]>, count: usize) -> (Vertices, 
     (Vertices::Some(used), indices)
 }
 
-/// Evaluates a function of the first numbers, in order; in parallel on the current thread pool for
-/// many elements.
+/// Returns the values of a function for all numbers below `count`, in order. Many elements are
+/// computed in parallel on the current thread pool.
 pub(super) fn gathered<T: Send>(count: usize, value_of: impl Fn(usize) -> T + Sync) -> Vec<T> {
     if count < 2 * MANY {
         return (0..count).map(value_of).collect();

@@ -1,11 +1,11 @@
-//! Entries for geometry: buffers, views and accessors, meshes and their primitives, compressed or
-//! not.
+//! Entries of a glTF file for geometry: buffers, views and accessors, meshes and their primitives,
+//! with the extensions for compression.
 
 use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
-/// Data in another file, embedded, or in the container.
+/// A buffer: data in another file, embedded in the JSON, or in the GLB container.
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(in crate::gltf) struct Buffer {
@@ -13,7 +13,7 @@ pub(in crate::gltf) struct Buffer {
     pub uri: Option<String>,
 }
 
-/// A part of a buffer.
+/// A buffer view: a range of a buffer's bytes.
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(in crate::gltf) struct BufferViewEntry {
@@ -26,8 +26,8 @@ pub(in crate::gltf) struct BufferViewEntry {
     pub extensions: ViewExtensions,
 }
 
-/// Supported extensions of a buffer view: two names for meshoptimizer's codecs, of which the second
-/// allows a later version.
+/// Supported extensions of a buffer view: meshoptimizer's codecs under two names.
+/// KHR_meshopt_compression allows a later version of the codecs.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub(in crate::gltf) struct ViewExtensions {
@@ -51,7 +51,8 @@ pub(in crate::gltf) struct Meshopt {
     pub filter: Option<String>,
 }
 
-/// Typed elements in a buffer view, with codes and type names of the specification.
+/// An accessor: typed elements in a buffer view, with the codes and type names of the
+/// specification.
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(in crate::gltf) struct AccessorEntry {
@@ -67,7 +68,7 @@ pub(in crate::gltf) struct AccessorEntry {
     pub sparse: Option<Sparse>,
 }
 
-/// Replaced elements of an accessor.
+/// Replaced elements of a sparse accessor.
 #[derive(Debug, Deserialize)]
 pub(in crate::gltf) struct Sparse {
     pub count: u64,
@@ -94,20 +95,20 @@ pub(in crate::gltf) struct SparseValues {
     pub byte_offset: u64,
 }
 
-/// A list of primitives.
+/// A mesh: a list of primitives.
 #[derive(Debug, Deserialize)]
 pub(in crate::gltf) struct Mesh {
     pub name: Option<String>,
     pub primitives: Vec<Primitive>,
-    /// Default weights of its morph targets.
+    /// Default weights of the mesh's morph targets.
     #[serde(default)]
     pub weights: Vec<f64>,
 }
 
-/// Triangles of a single material.
+/// A primitive: vertices and indices with a single material.
 #[derive(Debug, Deserialize)]
 pub(in crate::gltf) struct Primitive {
-    /// Accessors by attribute name.
+    /// Accessor indices by attribute name.
     pub attributes: BTreeMap<String, u32>,
     #[serde(default)]
     pub extensions: PrimitiveExtensions,
@@ -115,7 +116,7 @@ pub(in crate::gltf) struct Primitive {
     pub material: Option<u32>,
     /// Topology code of the specification; `None`: triangles.
     pub mode: Option<u32>,
-    /// Morph targets: accessors of offsets by attribute name.
+    /// Morph targets: for each target, the accessor indices of offsets by attribute name.
     #[serde(default)]
     pub targets: Vec<BTreeMap<String, u32>>,
 }
@@ -139,14 +140,14 @@ pub(in crate::gltf) struct Draco {
     pub attributes: BTreeMap<String, u32>,
 }
 
-/// Materials of a primitive in variants.
+/// Materials of a primitive in the material variants (KHR_materials_variants).
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub(in crate::gltf) struct Mappings {
     pub mappings: Vec<Mapping>,
 }
 
-/// A material with its variants.
+/// A material, and the variants in which a primitive has this material.
 #[derive(Debug, Deserialize)]
 pub(in crate::gltf) struct Mapping {
     pub material: u32,

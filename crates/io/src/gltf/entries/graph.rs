@@ -34,7 +34,7 @@ pub(in crate::gltf) struct Light {
     pub kind: String,
     #[serde(default = "white")]
     pub color: [f32; 3],
-    /// In candela, or in lux for a directional light.
+    /// Intensity in candela, or in lux for a directional light.
     #[serde(default = "one")]
     pub intensity: f32,
     /// Cut-off distance in metres; `None`: unbounded.
@@ -42,7 +42,7 @@ pub(in crate::gltf) struct Light {
     pub spot: Option<Spot>,
 }
 
-/// Cone of a spotlight, in radians from its axis.
+/// Cone of a spotlight; angles in radians from the axis.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
 pub(in crate::gltf) struct Spot {
@@ -98,7 +98,7 @@ pub(in crate::gltf) struct Orthographic {
     pub ymag: f32,
 }
 
-/// Channels played together.
+/// An animation: channels that are played together.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub(in crate::gltf) struct AnimationEntry {
@@ -107,7 +107,7 @@ pub(in crate::gltf) struct AnimationEntry {
     pub samplers: Vec<AnimationSampler>,
 }
 
-/// A sampler and its animated property.
+/// An animation channel: a sampler, and the property that the channel animates.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub(in crate::gltf) struct Channel {
@@ -115,7 +115,8 @@ pub(in crate::gltf) struct Channel {
     pub target: ChannelTarget,
 }
 
-/// A property of a node, or any property if `path` is `pointer`.
+/// Target of an animation channel: a property of a node, or any property of the file if `path` is
+/// `pointer`.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub(in crate::gltf) struct ChannelTarget {
@@ -138,7 +139,8 @@ pub(in crate::gltf) struct Pointer {
     pub pointer: String,
 }
 
-/// Keys and their interpolation.
+/// Keyframes and their interpolation, with the accessor indices of times (`input`) and values
+/// (`output`).
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub(in crate::gltf) struct AnimationSampler {
@@ -182,11 +184,11 @@ pub(in crate::gltf) struct NodeEntry {
     pub scale: Option<[f64; 3]>,
     pub skin: Option<u32>,
     pub translation: Option<[f64; 3]>,
-    /// Weights of its mesh's morph targets; `None`: the mesh's own.
+    /// Weights of the mesh's morph targets; `None`: the default weights of the mesh.
     pub weights: Option<Vec<f64>>,
 }
 
-/// Joints that deform meshes.
+/// A skin: the nodes that are the joints of deformed meshes.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
 pub(in crate::gltf) struct Skin {
@@ -208,7 +210,7 @@ impl Default for Visibility {
     }
 }
 
-/// Reference to a light.
+/// Reference of a node to a light of KHR_lights_punctual.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub(in crate::gltf) struct LightUse {
@@ -222,21 +224,21 @@ pub(in crate::gltf) struct Instancing {
     pub attributes: BTreeMap<String, u32>,
 }
 
-/// Lights that nodes refer to.
+/// Lights of the file (KHR_lights_punctual), to which nodes refer by index.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub(in crate::gltf) struct Lights {
     pub lights: Vec<Light>,
 }
 
-/// Variants that primitives refer to.
+/// Material variants of the file (KHR_materials_variants), to which primitives refer by index.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub(in crate::gltf) struct Variants {
     pub variants: Vec<VariantEntry>,
 }
 
-/// A variant of the file's materials.
+/// A material variant.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub(in crate::gltf) struct VariantEntry {

@@ -1,4 +1,5 @@
-//! Entries for appearance: materials with their extensions, textures, samplers, images.
+//! Entries of a glTF file for appearance: materials with their extensions, textures, samplers,
+//! images.
 
 use serde::Deserialize;
 use serde::de::IgnoredAny;
@@ -6,7 +7,7 @@ use serde_json::Value;
 
 use super::extended;
 
-/// Declares a struct with its keys, their types and defaults.
+/// Declares a struct of JSON keys with their types and default values.
 macro_rules! defaulted {
     ($(#[$doc:meta])* $name:ident { $($key:ident: $type:ty = $default:expr),* $(,)? }) => {
         $(#[$doc])*
@@ -24,7 +25,7 @@ macro_rules! defaulted {
     };
 }
 
-/// A texture reference.
+/// Reference of a material to a texture.
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(in crate::gltf) struct TextureUse {
@@ -101,19 +102,19 @@ extended! {
 }
 
 defaulted!(
-    /// KHR_materials_emissive_strength.
+    /// Data of the extension KHR_materials_emissive_strength.
     EmissiveStrength { emissive_strength: f32 = 1.0 }
 );
 defaulted!(
-    /// KHR_materials_ior.
+    /// Data of the extension KHR_materials_ior.
     Ior { ior: f32 = 1.5 }
 );
 defaulted!(
-    /// KHR_materials_transmission.
+    /// Data of the extension KHR_materials_transmission.
     TransmissionData { transmission_factor: f32 = 0.0, transmission_texture: Option<TextureUse> = None }
 );
 defaulted!(
-    /// KHR_materials_pbrSpecularGlossiness.
+    /// Data of the extension KHR_materials_pbrSpecularGlossiness.
     SpecularGlossiness {
         diffuse_factor: [f32; 4] = [1.0; 4],
         diffuse_texture: Option<TextureUse> = None,
@@ -123,11 +124,11 @@ defaulted!(
     }
 );
 defaulted!(
-    /// KHR_materials_volume.
+    /// Data of the extension KHR_materials_volume.
     VolumeData { thickness_factor: f64 = 0.0, attenuation_distance: Option<f64> = None, attenuation_color: [f64; 3] = [1.0; 3] }
 );
 defaulted!(
-    /// KHR_materials_specular.
+    /// Data of the extension KHR_materials_specular.
     SpecularData {
         specular_factor: f64 = 1.0,
         specular_texture: Option<TextureUse> = None,
@@ -136,7 +137,7 @@ defaulted!(
     }
 );
 defaulted!(
-    /// KHR_materials_clearcoat.
+    /// Data of the extension KHR_materials_clearcoat.
     ClearcoatData {
         clearcoat_factor: f64 = 0.0,
         clearcoat_texture: Option<TextureUse> = None,
@@ -146,7 +147,7 @@ defaulted!(
     }
 );
 defaulted!(
-    /// KHR_materials_sheen.
+    /// Data of the extension KHR_materials_sheen.
     SheenData {
         sheen_color_factor: [f64; 3] = [0.0; 3],
         sheen_color_texture: Option<TextureUse> = None,
@@ -155,11 +156,11 @@ defaulted!(
     }
 );
 defaulted!(
-    /// KHR_materials_anisotropy.
+    /// Data of the extension KHR_materials_anisotropy.
     AnisotropyData { anisotropy_strength: f64 = 0.0, anisotropy_rotation: f64 = 0.0, anisotropy_texture: Option<TextureUse> = None }
 );
 defaulted!(
-    /// KHR_materials_iridescence.
+    /// Data of the extension KHR_materials_iridescence.
     IridescenceData {
         iridescence_factor: f64 = 0.0,
         iridescence_texture: Option<TextureUse> = None,
@@ -170,11 +171,11 @@ defaulted!(
     }
 );
 defaulted!(
-    /// KHR_materials_dispersion.
+    /// Data of the extension KHR_materials_dispersion.
     Dispersion { dispersion: f64 = 0.0 }
 );
 defaulted!(
-    /// KHR_materials_diffuse_transmission.
+    /// Data of the extension KHR_materials_diffuse_transmission.
     DiffuseTransmissionData {
         diffuse_transmission_factor: f64 = 0.0,
         diffuse_transmission_texture: Option<TextureUse> = None,
@@ -183,7 +184,8 @@ defaulted!(
     }
 );
 
-/// Sampling of an image, by the OpenGL codes of the specification; `None`: the reader's choice.
+/// A texture sampler, with the OpenGL codes of the specification; `None` leaves the choice to the
+/// reader.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
 pub(in crate::gltf) struct Sampler {
@@ -192,7 +194,7 @@ pub(in crate::gltf) struct Sampler {
     pub wrap_t: Option<u32>,
 }
 
-/// An image in a file, embedded, or in a buffer view.
+/// An image: in another file, embedded in the JSON, or in a buffer view.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
 pub(in crate::gltf) struct Image {
@@ -201,7 +203,7 @@ pub(in crate::gltf) struct Image {
     pub uri: Option<String>,
 }
 
-/// An image with its sampler.
+/// A texture: an image with a sampler.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub(in crate::gltf) struct Texture {
@@ -212,7 +214,7 @@ pub(in crate::gltf) struct Texture {
 }
 
 impl Texture {
-    /// Image indices in order of preference: those of extensions before the fallback.
+    /// Image indices in order of preference: images of extensions before the fallback.
     pub fn sources(&self) -> impl Iterator<Item = u32> {
         let TextureExtensions { webp, basis } = &self.extensions;
         [webp.source, basis.source, self.source]
@@ -221,7 +223,7 @@ impl Texture {
     }
 }
 
-/// Images of a texture in other formats than PNG and JPEG.
+/// Images of a texture in WebP and Basis Universal, each from an extension.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub(in crate::gltf) struct TextureExtensions {
@@ -231,7 +233,7 @@ pub(in crate::gltf) struct TextureExtensions {
     pub basis: TextureSource,
 }
 
-/// Reference to an image.
+/// Reference of a texture extension to an image.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub(in crate::gltf) struct TextureSource {

@@ -1,4 +1,4 @@
-//! Types of the entries in a glTF file: fields have their names in the specification and in the
+//! Types of the entries in a glTF file. Fields are named as in the specification and in the
 //! supported extensions.
 
 mod data;
@@ -17,9 +17,9 @@ pub(super) use material::{
     TextureUse,
 };
 
-/// Declares a struct for the extensions of an entry: typed fields for supported ones, a map for the
-/// others. Its own deserializer replaces `serde(flatten)`, which would lose the path of a fault
-/// inside an extension.
+/// Declares a struct for the extensions of a glTF entry: typed fields for supported extensions, a
+/// map for unsupported extensions. The deserializer is written out, because `serde(flatten)` would
+/// lose the path of a fault inside an extension.
 macro_rules! extended {
     ($(#[$doc:meta])* $name:ident: $other:ty { $($field:ident: $type:ty = $key:literal,)* }) => {
         $(#[$doc])*
