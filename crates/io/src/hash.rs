@@ -1,12 +1,13 @@
-//! Hash of a scene's sources, computed on request: a preview of a small model takes less time than
-//! its hash.
+//! Hash of a scene's sources. The hash is computed on request, because a preview of a small model
+//! takes less time than its hash.
 
 use std::fmt;
 use std::sync::OnceLock;
 
 use sha2::{Digest, Sha256};
 
-/// Largest number of buffered bytes. Larger pieces are hashed at once and not kept.
+/// Largest number of buffered bytes. If a piece does not fit, the buffer and the piece are hashed
+/// at once.
 const ASIDE: usize = 1 << 20;
 
 /// SHA-256 of a sequence of byte pieces, each preceded by its length; displayed as 64 hexadecimal
@@ -17,12 +18,12 @@ pub struct SceneHash {
     so_far: Sha256,
     /// Buffered bytes that follow the hashed ones.
     aside: Vec<u8>,
-    /// The digits, once computed.
+    /// The 64 digits, once computed.
     digits: OnceLock<String>,
 }
 
 impl SceneHash {
-    /// Adds a piece.
+    /// Adds a piece of bytes.
     pub(crate) fn note(&mut self, bytes: &[u8]) {
         self.digits.take();
         let length = (bytes.len() as u64).to_le_bytes();

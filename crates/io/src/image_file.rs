@@ -28,12 +28,12 @@ pub(crate) enum ImageKind {
     Hdr,
     Exr,
     Ktx2,
-    /// Known, but unsupported.
+    /// An unsupported format with this name.
     Foreign(&'static str),
     Unknown,
 }
 
-/// Detects the format from the first bytes; names and media types in files may be wrong.
+/// Detects the format from the first bytes, because file names and media types may be wrong.
 pub(crate) fn sniff(bytes: &[u8]) -> ImageKind {
     const SIGNATURES: [(&[u8], ImageKind); 8] = [
         (b"\x89PNG\r\n\x1a\n", ImageKind::Png),
@@ -57,13 +57,13 @@ pub(crate) fn sniff(bytes: &[u8]) -> ImageKind {
         .map_or(ImageKind::Unknown, |&(_, kind)| kind)
 }
 
-/// A decoded picture, and its deviations from the file.
+/// A decoded picture, with remarks about values that differ from the file.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct DecodedImage {
     pub image: ImageData,
     /// Remarks for the user, each a sentence with the picture as its subject.
     pub remarks: Vec<String>,
-    /// Number of infinite and NaN channels.
+    /// Number of infinite and NaN channel values, all of which were replaced.
     pub repaired: u64,
 }
 
@@ -111,7 +111,7 @@ pub(crate) fn decode(bytes: &[u8], limits: &Limits) -> Outcome<DecodedImage> {
     }
 }
 
-/// Reserves the memory of a decoded picture, by its header.
+/// Reserves the memory of the decoded picture, whose size is in the header.
 ///
 /// # Errors
 /// As [`decode`], for all faults that a header shows; of kind limit when the budget is exceeded.
@@ -144,14 +144,14 @@ fn size(bytes: &[u8], limits: &Limits) -> Outcome<[u32; 2]> {
         ImageKind::Hdr => radiance::size(bytes, limits),
         ImageKind::Exr => open_exr::size(bytes, limits),
         ImageKind::Ktx2 => ktx2::size(bytes, limits),
-        // Decoding gives the error for these.
+        // For these formats, decoding returns the error.
         ImageKind::Foreign(_) | ImageKind::Unknown => {
             decode(bytes, limits).map(|decoded| [decoded.image.width, decoded.image.height])
         }
     }
 }
 
-/// Converts a decoder's error.
+/// Converts an error of the `image` crate to a fault.
 fn broken(error: image::ImageError) -> Fault {
     match error {
         image::ImageError::Limits(e) => Fault::limit(format!(
@@ -161,8 +161,8 @@ fn broken(error: image::ImageError) -> Fault {
     }
 }
 
-/// Length of a PNG's palette, if it is not three bytes for each of up to 256 colours. The decoder
-/// (`png` 0.18.1) should refuse such a palette, but panics.
+/// Returns the length in bytes of a PNG's palette if the length is invalid: not three bytes for
+/// each of up to 256 colours. The decoder (`png` 0.18.1) should refuse such a palette, but panics.
 fn broken_palette(bytes: &[u8]) -> Option<usize> {
     let mut chunks = bytes.get(8..)?;
     while let Some((head, rest)) = chunks.split_first_chunk::<8>() {
@@ -192,7 +192,7 @@ fn opened<'b>(
         )));
     }
     let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
-    // The pixel count is checked below; this bounds the decoder's own allocations.
+    // `max_alloc` bounds the decoder's own allocations; the pixel count is checked below.
     let mut own = image::Limits::default();
     own.max_alloc = Some(limits.image_pixels.saturating_mul(16));
     reader.limits(own);
@@ -207,7 +207,7 @@ fn decode_with(format: ImageFormat, bytes: &[u8], limits: &Limits) -> Outcome<Im
     let (width, height) = decoder.dimensions();
     let picture = DynamicImage::from_decoder(decoder).map_err(broken)?;
     let pixels = match picture {
-        // The two most common kinds are copied directly; the general conversion examines the colour
+        // RGB with 8 bits is converted directly, because the general conversion examines the colour
         // space of every pixel.
         DynamicImage::ImageRgb8(picture) => Pixels::Codes(
             picture
@@ -228,9 +228,9 @@ fn decode_with(format: ImageFormat, bytes: &[u8], limits: &Limits) -> Outcome<Im
 }
 
 /// Decodes a PNG with an 8-bit palette in less than half the time of the decoder's expansion to
-/// RGB. `None` for every other picture, and for a broken or oversized one, whose error the general
-/// decoder gives. The rows are converted one by one: a buffer of all codes would double the memory,
-/// which the system takes as long to provide as the decoding takes.
+/// RGB. Returns `None` for every other picture, and for a broken or oversized picture, for which
+/// the general decoder reports the error. Rows are converted one by one: a buffer of all codes
+/// would double the memory, and its allocation takes as long as the decoding.
 fn decode_palette(bytes: &[u8], limits: &Limits) -> Option<ImageData> {
     // Depth and colour type are at fixed offsets of the first chunk.
     if bytes.get(24..26) != Some(&[png::BitDepth::Eight as u8, png::ColorType::Indexed as u8])

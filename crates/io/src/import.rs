@@ -1,4 +1,5 @@
-//! Shared parts of the importers: faults without a file name yet, warnings, unique names, a budget.
+//! Shared parts of the importers: faults inside a file, warnings, unique names, and a budget of
+//! memory.
 
 use std::collections::HashSet;
 use std::fmt;
@@ -11,7 +12,7 @@ use crate::folder::ReadError;
 use crate::warning::WarningCode;
 use crate::{Error, Limits, Warning, human_bytes};
 
-/// Extensions of model files, for messages.
+/// File name extensions of model files, for messages.
 pub(crate) const MODELS: &str = ".stl, .ply, .obj, .gltf and .glb";
 
 /// Kind of a [`Fault`].
@@ -63,7 +64,7 @@ impl Fault {
         }
     }
 
-    /// Puts the position of the fault in front of its message.
+    /// Prefixes the message with the position of the fault in the file.
     pub fn with_place(mut self, place: impl fmt::Display) -> Self {
         self.message = format!("{place}: {}", self.message);
         self
@@ -83,14 +84,13 @@ impl From<ReadError> for Fault {
     fn from(error: ReadError) -> Self {
         match error {
             ReadError::TooLarge(_) => Self::limit(error.to_string()),
-            // The user's own file is readable; a missing file that it names makes its content
-            // wrong.
+            // A missing or refused file is a fault in the content of the file that names it.
             ReadError::Refused(_) | ReadError::Unreadable(_) => Self::input(error.to_string()),
         }
     }
 }
 
-/// Converts wrong content of an optional picture to the reason for its absence.
+/// Converts a fault of kind input to the reason why an optional picture is left out.
 ///
 /// # Errors
 /// A fault of any other kind.
@@ -105,7 +105,7 @@ pub(crate) fn endurable<T>(outcome: Outcome<T>) -> Outcome<Result<T, String>> {
     }
 }
 
-/// Validates an imported scene, so that the rest of the program can rely on it.
+/// Validates an imported scene, and returns the valid scene.
 ///
 /// # Errors
 /// A fault of kind input with the first problem.
@@ -146,7 +146,8 @@ pub(crate) struct Warnings {
 impl Warnings {
     const MOST: usize = 100;
 
-    /// Adds a warning unless it exists already.
+    /// Adds a warning, unless the list has the same message. Beyond the largest number, warnings
+    /// are only counted.
     pub fn add(&mut self, code: WarningCode, message: impl Into<String>) {
         let message = message.into();
         if self.list.iter().any(|(_, text)| *text == message) {
@@ -159,7 +160,7 @@ impl Warnings {
         }
     }
 
-    /// Clamps a number of a file to a range, with a warning if outside.
+    /// Clamps a number of a file to a range, with a warning if the number is outside.
     pub fn clamped(
         &mut self,
         value: f64,
@@ -183,7 +184,7 @@ impl Warnings {
         clamped
     }
 
-    /// Returns the list for the user.
+    /// Returns the warnings about a file, and a last one with the number of omitted warnings.
     pub fn finish(mut self, file: impl fmt::Display) -> Vec<Warning> {
         if self.left_out > 0 {
             self.list.push((
@@ -198,7 +199,7 @@ impl Warnings {
     }
 }
 
-/// Generates unique names, as close as possible to the requested ones.
+/// Generates unique names: the requested name, or that name with a number.
 #[derive(Debug, Default)]
 pub(crate) struct UniqueNames {
     taken: HashSet<String>,
@@ -220,14 +221,14 @@ impl UniqueNames {
     }
 }
 
-/// Smaller allocations, in bytes, are made without a check, because the system has room for them or
-/// none for the program.
+/// Size in bytes from which an allocation is checked against the system's memory. If the system has
+/// no room for a smaller allocation, it has no room for the program.
 const LARGE: u64 = 1 << 20;
 
 /// Checks that the system has this much memory, before an allocation.
 ///
 /// # Errors
-/// A fault of kind limit without that memory.
+/// A fault of kind limit if the system has less memory.
 pub(crate) fn ask_system(bytes: u64) -> Outcome<()> {
     if bytes < LARGE || is_available(bytes) {
         return Ok(());
@@ -238,7 +239,7 @@ pub(crate) fn ask_system(bytes: u64) -> Outcome<()> {
     )))
 }
 
-/// Remaining allowance of an import.
+/// Memory, triangles and objects that an import may still use.
 #[derive(Debug)]
 pub(crate) struct DecodeBudget {
     limits: Limits,
@@ -248,7 +249,7 @@ pub(crate) struct DecodeBudget {
 }
 
 impl DecodeBudget {
-    /// Starts with the whole of the limits.
+    /// Creates the budget of a new import, equal to the limits.
     pub fn new(limits: &Limits) -> Self {
         Self {
             limits: *limits,

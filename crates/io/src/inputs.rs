@@ -16,8 +16,8 @@ pub struct InputFiles {
     read: BTreeSet<PathBuf>,
     /// Paths that were opened without success, because no file exists.
     absent: BTreeSet<PathBuf>,
-    /// Paths without `.` and `..`. They are never opened or tested: a scene may name any path, and
-    /// network folders notice each access.
+    /// Paths that a scene names, without `.` and `..`. These paths are never opened or tested,
+    /// because a scene may name any path, and network folders notice each access.
     named: BTreeSet<PathBuf>,
 }
 
@@ -66,9 +66,9 @@ impl InputFiles {
         self.read.union(&self.absent).map(PathBuf::as_path)
     }
 
-    /// Returns the first of the given places where output would overwrite an input. A place comes
-    /// with the fingerprint of the file already there, if any. All places are checked together, so
-    /// that each input is opened only once.
+    /// Returns the first output path, by index, that would overwrite an input, and the reason. Each
+    /// output path comes with the fingerprint of the existing file, if any. All paths are checked
+    /// in one call, so that each input is opened only once.
     pub fn first_clash<'a>(
         &self,
         places: impl IntoIterator<Item = (&'a OutputPlace, Option<u64>)>,
@@ -93,7 +93,7 @@ impl InputFiles {
             })
     }
 
-    /// Returns the input that a write to this place would destroy.
+    /// Returns the input file that a write to an output path would overwrite.
     pub fn clash(&self, place: &OutputPlace) -> Option<PathClash> {
         let there = place.existing();
         // Opening the pipe of a piped scene would block, and no output replaces a pipe.

@@ -1,8 +1,8 @@
-//! Flat KTX 2.0 files with one layer: Basis Universal pictures (ETC1S or UASTC), as in
+//! Decoding of flat KTX 2.0 files with one layer: Basis Universal pictures (ETC1S or UASTC), as in
 //! KHR_texture_basisu, and uncompressed pictures of eight bits a channel, both optionally with
 //! Zstandard. `basisu` transcodes and `ruzstd` decompresses. This module first checks that every
-//! range of the container lies in the file, that each level has the size that its pixels need, and
-//! that the picture is within the limits, because the transcoder adds offsets before it compares
+//! range of the container lies in the file, that each mip level has the size that its pixels need,
+//! and that the picture is within the limits, because the transcoder adds offsets before comparing
 //! them.
 
 use basisu::{DecodeFlags, TargetFormat, Transcoder};
@@ -19,7 +19,8 @@ pub(crate) const SIGNATURE: &[u8] = b"\xabKTX 20\xbb\r\n\x1a\n";
 
 /// Bytes of the header, the index of sections included (KTX 2.0, section 3).
 const HEADER: u64 = 80;
-/// More levels than a picture of 2³² pixels a side has, and than the transcoder reads.
+/// Largest number of mip levels. A picture with sides below 2³² pixels has at most 32, and the
+/// transcoder reads no more.
 const MOST_LEVELS: u32 = 32;
 /// Codes of supercompression schemes (KTX 2.0, section 3.6.1); zero is none.
 const BASIS_LZ: u32 = 1;
@@ -28,7 +29,7 @@ const ZSTANDARD: u32 = 2;
 const ETC1S: u8 = 163;
 const UASTC: u8 = 166;
 
-/// Storage of pixels.
+/// Encoding of the pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Coding {
     /// A Basis Universal picture.
@@ -37,14 +38,15 @@ enum Coding {
     Plain {
         /// Number of channels: 3, or 4 with alpha.
         channels: usize,
-        /// Whether the order is blue, green, red.
+        /// Whether the channel order is blue, green, red.
         reversed: bool,
     },
 }
 
 impl Coding {
-    /// Returns the coding of a `VkFormat` (Vulkan 1.3, section 34.1.1). UNORM and SRGB have the
-    /// same codes: the transfer curve is chosen by the texture, as for every other picture format.
+    /// Returns the coding of a `VkFormat` number (Vulkan 1.3, section 34.1.1). UNORM and SRGB
+    /// formats share a coding: the texture chooses the transfer curve, as for every other picture
+    /// format.
     fn of(format: u32) -> Option<Self> {
         let plain = |channels, reversed| Some(Self::Plain { channels, reversed });
         match format {
@@ -58,18 +60,18 @@ impl Coding {
     }
 }
 
-/// The used part of a file's header.
+/// Fields of a KTX2 header that decoding needs, and the data of the largest mip level.
 #[derive(Debug)]
 struct Ktx2Container<'b> {
     width: u32,
     height: u32,
     coding: Coding,
-    /// The stored bytes of the largest level.
+    /// Stored bytes of the largest mip level.
     level: &'b [u8],
     compressed: bool,
 }
 
-/// Decodes the largest level of a file to RGBA codes.
+/// Decodes the largest mip level of a file to RGBA codes.
 ///
 /// # Errors
 /// A fault of kind input for a broken file and for an unsupported layout or coding, of kind limit
@@ -104,7 +106,7 @@ fn broken(reason: &str) -> Fault {
     Fault::input(format!("is a broken KTX2 picture ({reason})"))
 }
 
-/// Reads width and height of a file's largest level from its header.
+/// Reads width and height of a file's largest mip level from its header.
 ///
 /// # Errors
 /// As [`decode`], for all faults that the header shows.
@@ -240,7 +242,8 @@ fn range(bytes: &[u8], start: u64, length: u64) -> Outcome<&[u8]> {
         })
 }
 
-/// Checks that the parts of BasisLZ's global data lie inside it (KTX 2.0, section 3.12.2).
+/// Checks that the parts of BasisLZ's global data lie inside the range of that data (KTX 2.0,
+/// section 3.12.2).
 fn codebooks(bytes: &[u8], start: u64, length: u64, images: u32) -> Outcome<()> {
     let broken = || Fault::input("is a broken KTX2 picture (its codebooks reach beyond it)");
     let word = |index: u64| word(bytes, index).map(u64::from).ok_or_else(broken);
@@ -256,7 +259,7 @@ fn codebooks(bytes: &[u8], start: u64, length: u64, images: u32) -> Outcome<()> 
     Ok(())
 }
 
-/// Reads a little-endian number.
+/// Reads a little-endian 32-bit number at a byte position; `None` beyond the end.
 fn word(bytes: &[u8], index: u64) -> Option<u32> {
     let position = usize::try_from(index).ok()?;
     bytes

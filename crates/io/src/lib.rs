@@ -1,8 +1,8 @@
 //! Native scene files, models, textures, image and report output: everything between a path and a
 //! scene or a picture.
 //!
-//! Nothing in a file can make this crate panic, hang, read outside the scene's folder or take
-//! memory unasked.
+//! Nothing in a file can make this crate panic, hang, read outside the scene's folder or exceed its
+//! memory limit.
 //!
 //! ```
 //! use raywright_core::{Settings, prepare};

@@ -1,14 +1,14 @@
 //! Limits on the resources that a file may use.
 
-/// Upper limits for loading. Exceeding one is an error of kind
-/// [`ErrorKind::Limit`](crate::ErrorKind::Limit), never a crash and never a slow death by swapping.
+/// Upper limits for loading. Input beyond a limit gives an error of kind
+/// [`ErrorKind::Limit`](crate::ErrorKind::Limit), instead of a crash or swapping.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
     /// Bytes of a native scene's text. Parsing takes about thirty times that memory.
     pub text_bytes: u64,
     /// Bytes of any other single file: a model, a buffer, an image.
     pub file_bytes: u64,
-    /// Objects of a scene, with those of generators and every instance.
+    /// Objects of a scene, including those of generators and every instance.
     pub objects: u64,
     /// Triangles of all meshes together, each mesh counted once.
     pub triangles: u64,

@@ -28,13 +28,13 @@ use crate::{model_file, presets};
 pub enum Input {
     /// A file: a native scene, glTF, GLB, OBJ, STL or PLY.
     Path(PathBuf),
-    /// Content of such a file without a path, from a pipe or an archive.
+    /// Content of a scene or model file without a path, from a pipe or an archive.
     Bytes {
         /// Name for messages.
         name: String,
         /// The whole content, from which the format is detected.
         bytes: Vec<u8>,
-        /// Resolver of the files that it names; `None`: those files cannot be read.
+        /// Source of the files that the content names; `None`: such files cannot be read.
         resolver: Option<Resolver>,
     },
     /// A built-in scene, by its name.
@@ -42,7 +42,7 @@ pub enum Input {
 }
 
 impl Input {
-    /// Reads the whole of a source, under a name for messages.
+    /// Reads a source to its end. `name` stands for the source in messages.
     ///
     /// # Errors
     /// An error of kind file if reading fails, of kind limit for more bytes than a file may have.
@@ -59,7 +59,7 @@ impl Input {
         })
     }
 
-    /// Name without folders and extensions, for pictures.
+    /// Name without folders and extensions, for naming pictures.
     pub fn stem(&self) -> String {
         match self {
             Self::Path(path) => stem(path),
@@ -72,8 +72,8 @@ impl Input {
 /// Options for loading.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LoadOptions {
-    /// Time and parameters in place of the file's. For a model, the time of its animations; `None`:
-    /// the rest pose.
+    /// Time and parameters that replace the file's values. For a model, the time of its animations;
+    /// `None`: the rest pose.
     pub overrides: Overrides,
     /// Choices among a model's contents.
     pub model: ModelOptions,
@@ -124,8 +124,8 @@ pub struct Loaded {
     /// Reason why the neutral sky or, for a model, the default studio was added; `None`: the scene
     /// has light, or an environment was given.
     pub added_sky: Option<LightShortage>,
-    /// Up axis assumed for a file that does not state it; `None`: the axis is y, as everywhere
-    /// here, or was given.
+    /// Up axis assumed for a file that does not state its axis; `None`: the axis is y, as
+    /// everywhere here, or was given.
     pub assumed_up: Option<UpAxis>,
 }
 
@@ -141,8 +141,8 @@ pub fn load(input: &Input, options: &LoadOptions) -> Result<Loaded, Error> {
     load_observed(input, options, &())
 }
 
-/// As [`load`], with an observer of the import of a glTF file. The observer cannot cancel the
-/// import.
+/// Loads a scene as [`load`] does, and reports the progress of a glTF import to an observer. The
+/// observer cannot cancel the import.
 ///
 /// # Errors
 /// As [`load`].
@@ -213,7 +213,7 @@ fn content(
     }
 }
 
-/// Refuses choices that only glTF files have.
+/// Refuses a scene, variant or animation that is chosen for a file of another format than glTF.
 fn refuse_choice(name: &str, model: &ModelOptions) -> Result<(), Error> {
     let wishes = [
         ("scene", &model.scene),
@@ -369,7 +369,7 @@ fn native_scene(
     })
 }
 
-/// Applies clay and section to a scene.
+/// Applies the options for clay and section to a scene, and returns the warnings of the section.
 fn restyle(scene: &mut Scene, options: &LoadOptions, name: &str, folder: &Folder) -> Vec<Warning> {
     if options.clay {
         folder.record(b"clay");
@@ -411,7 +411,7 @@ fn within_limits(name: &str, scene: &Scene, limits: &Limits) -> Result<(), Error
     Ok(())
 }
 
-/// Adds the changes of the command line to the hash.
+/// Adds the time and the overridden parameters to the scene's hash.
 fn note_overrides(folder: &Folder, overrides: &Overrides) {
     if let Some(t) = overrides.time {
         folder.record(b"t");
@@ -433,7 +433,7 @@ fn most(limits: &Limits) -> u64 {
     limits.file_bytes.max(limits.text_bytes)
 }
 
-/// Returns the bytes read, unless they exceed the limit.
+/// Returns the bytes of a read, or the error for a failed or oversized read.
 fn limited(
     path: &Path,
     read: std::io::Result<Option<Vec<u8>>>,

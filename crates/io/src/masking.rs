@@ -8,13 +8,13 @@ pub fn masked(text: &str) -> Cow<'_, str> {
     replaced(text, |_, out| out.push(char::REPLACEMENT_CHARACTER))
 }
 
-/// The same with line breaks and tabs replaced too, for one-line messages.
+/// Replaces control characters, line breaks and tabs by U+FFFD, for one-line messages.
 pub fn on_one_line(text: &str) -> String {
     masked(&text.replace(['\n', '\t'], "\u{fffd}")).into_owned()
 }
 
-/// Writes control characters in JSON as escapes, so that texts are read back unchanged and nothing
-/// is left to mask. Outside of strings JSON is ASCII.
+/// Replaces control characters in JSON by escapes, so that readers get the texts unchanged. Only
+/// strings are affected, because JSON outside strings is ASCII.
 pub fn masked_json(json: &str) -> Cow<'_, str> {
     replaced(json, |c, out| {
         c.encode_utf16(&mut [0; 2])

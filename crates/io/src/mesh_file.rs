@@ -15,8 +15,7 @@ use crate::model_file;
 use crate::source::SceneFormat;
 use crate::warning::Warning;
 
-/// Reads all triangles of a model file, for the chosen scene and time, at the positions in that
-/// scene.
+/// Reads a model file as a single mesh in world space, for the chosen scene and time.
 pub(crate) fn read(
     file: &Path,
     bytes: &[u8],
@@ -46,7 +45,7 @@ pub(crate) fn read(
     Ok((merged(&model.scene), model.warnings))
 }
 
-/// Merges the meshes of a scene, with a copy for each object.
+/// Merges the meshes of all objects in world space, with a copy for each object.
 fn merged(scene: &Scene) -> MeshData {
     let lookup = SceneLookup::new(scene);
     let shown = scene
@@ -77,7 +76,8 @@ fn merged(scene: &Scene) -> MeshData {
     mesh_data
 }
 
-/// Returns the same triangles with separate corners, whose normals are those of flat facets.
+/// Returns a copy of a mesh with three separate vertices for each triangle, whose normals are the
+/// facet normals.
 fn faceted(part: &MeshData) -> MeshData {
     let corners = || part.indices.iter().flatten().map(|index| *index as usize);
     let positions = part.positions.select(corners());
@@ -118,7 +118,7 @@ fn append(
     let after = before + vertices;
     let double = |v: &[f32; 3]| Vec3::from_array(*v).as_dvec3();
     positions.extend(part.positions.iter().map(|p| transform.transform_point3(p)));
-    // A reflected triangle is reversed, unless two of its corners are swapped.
+    // A reflection reverses triangles; a swap of two corners restores their orientation.
     let mirrored = transform.matrix3.determinant() < 0.0;
     let shift = |index: u32| index.saturating_add(u32::try_from(before).unwrap_or(u32::MAX));
     mesh_data
@@ -143,7 +143,7 @@ fn append(
         [x, y, z, if mirrored { -t[3] } else { t[3] }]
     };
     mesh_data.tangents.extend(part.tangents.iter().map(along));
-    // Parts without colours or coordinates get neutral values as soon as one part has them.
+    // If any part has colours or texture coordinates, the other parts get neutral values.
     if !part.colours.is_empty() || !mesh_data.colours.is_empty() {
         mesh_data.colours.resize(before, [1.0; 4]);
         mesh_data.colours.extend(&part.colours);

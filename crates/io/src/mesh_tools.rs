@@ -18,7 +18,7 @@ pub(crate) fn is_invertible(transform: &DAffine3) -> bool {
     upright(transform.matrix3) && upright(transform.matrix3.transpose())
 }
 
-/// Converts a transform to the scene's steps; empty for the identity.
+/// Converts a transform to the transform steps of a scene object; empty for the identity.
 pub(crate) fn transform_steps(transform: &DAffine3) -> Vec<TransformStep> {
     if *transform == DAffine3::IDENTITY {
         return Vec::new();
@@ -32,8 +32,8 @@ pub(crate) fn transform_steps(transform: &DAffine3) -> Vec<TransformStep> {
     ])]
 }
 
-/// Applies a singular transform to a mesh. Normals would need the inverse, so that facet normals
-/// replace them, and tangents are dropped.
+/// Applies a singular transform to a mesh. Normals would need the inverse transform; they and the
+/// tangents are dropped, and facet normals are used.
 pub(crate) fn squeezed(mesh: &MeshData, transform: &DAffine3) -> MeshData {
     let moved: Vec<DVec3> = mesh
         .positions
@@ -48,8 +48,8 @@ pub(crate) fn squeezed(mesh: &MeshData, transform: &DAffine3) -> MeshData {
     }
 }
 
-/// Drops triangles with a non-finite or excessively distant vertex, and moves such vertices to
-/// another vertex, so that bounds stay finite. Returns the number of dropped triangles.
+/// Drops triangles with a non-finite or excessively distant vertex, and moves each such vertex to
+/// the first valid vertex, so that bounds stay finite. Returns the number of dropped triangles.
 pub(crate) fn drop_unusable(mesh: &mut MeshData) -> usize {
     let unusable: Vec<bool> = mesh
         .positions
@@ -81,8 +81,8 @@ pub(crate) fn drop_unusable(mesh: &mut MeshData) -> usize {
     before - mesh.indices.len()
 }
 
-/// Converts the colour of a vertex or face in a format without colour management: sRGB codes to
-/// linear, NaN to white.
+/// Converts the colour of a vertex or face, in a format without colour management, from sRGB values
+/// in 0..1 to linear RGBA. A NaN channel becomes 1.
 pub(crate) fn painted(rgb: [f32; 3]) -> [f32; 4] {
     let linear = |c: f32| {
         if c.is_nan() {
@@ -95,7 +95,8 @@ pub(crate) fn painted(rgb: [f32; 3]) -> [f32; 4] {
     [r, g, b, 1.0]
 }
 
-/// Normalises normals; a zero or non-finite normal becomes the mean of its facets' normals.
+/// Normalises the normals of a mesh. A zero or non-finite normal is replaced by the area-weighted
+/// mean normal of the vertex's facets.
 pub(crate) fn mend_normals(mesh: &mut MeshData) {
     let mend = |(i, normal): (usize, &mut [f32; 3])| match Vec3::from_array(*normal)
         .as_dvec3()

@@ -20,7 +20,7 @@ pub(crate) struct Clipper {
 const BYTES_A_CORNER: usize = 160;
 
 impl Default for Clipper {
-    /// Starts with the whole allowance of work.
+    /// Creates a clipper with the full amount of work.
     fn default() -> Self {
         Self {
             work: MOST_WORK,
@@ -40,7 +40,8 @@ impl Clipper {
         Ok(())
     }
 
-    /// Adds the triangles as indices into `points`, with the orientation of the polygon.
+    /// Triangulates a polygon. Adds the triangles to `out` as indices into `points`, with the
+    /// orientation of the polygon.
     ///
     /// # Errors
     /// A fault of kind limit when the concave polygons of the file take too much work.

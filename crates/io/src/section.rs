@@ -98,11 +98,12 @@ impl Section {
     }
 }
 
-/// Tolerance for equal f32 coordinates, relative to the largest coordinate: four units in the last
-/// place of half that coordinate.
+/// Tolerance for a vertex in the plane, relative to the largest coordinate: four units in the last
+/// place, in f32, of half that coordinate.
 const SAME: f64 = 2.5e-7;
 
-/// Cuts a scene, called `name` in warnings.
+/// Cuts all meshes of a scene by a plane, and adds caps to closed meshes. Returns the warnings,
+/// which call the scene `name`.
 pub(crate) fn cut(scene: &mut Scene, section: &Section, name: &str) -> Vec<Warning> {
     let meshes = meshes_of(scene);
     let mut warnings: Vec<Warning> = not_cut(scene, &meshes, name).into_iter().collect();
@@ -178,7 +179,8 @@ pub(crate) fn cut(scene: &mut Scene, section: &Section, name: &str) -> Vec<Warni
     warnings
 }
 
-/// Replaces an object's mesh.
+/// Adds a cut mesh to the scene, under a name derived from the object's mesh, and returns the shape
+/// of the new mesh.
 fn shape_of(scene: &mut Scene, object: &Object, data: MeshData) -> Shape {
     let own = if let Shape::Mesh(own) = &object.shape {
         own
@@ -194,11 +196,10 @@ fn shape_of(scene: &mut Scene, object: &Object, data: MeshData) -> Shape {
     Shape::Mesh(name)
 }
 
-/// Materials of caps: the body's own material, or grey clay where that material uses images or
-/// vertex colours, which a cap lacks.
+/// Materials of caps: the body's own material, or grey clay if that material uses images or vertex
+/// colours, for which a cap has no data.
 struct CapMaterials {
-    /// Whether the material with this name uses images or vertex colours, for all materials before
-    /// the cut.
+    /// Whether each material uses images or vertex colours, by name.
     varies: HashMap<String, bool>,
 }
 
@@ -217,7 +218,7 @@ impl CapMaterials {
         }
     }
 
-    /// Returns the name of a cap's material, and adds the material to the scene if new.
+    /// Returns the name of a cap's material. A new material is added to the scene.
     fn add(&mut self, scene: &mut Scene, body: &str) -> String {
         if self.varies.get(body) != Some(&true) {
             return body.to_owned();
@@ -242,7 +243,7 @@ fn meshes_of(scene: &Scene) -> Vec<Option<Arc<MeshData>>> {
             None
         }
     };
-    // The first of several meshes with a name is the one in force.
+    // Of several meshes with the same name, the first applies.
     let by_name: HashMap<&str, &Mesh> = scene
         .meshes
         .iter()
@@ -261,7 +262,7 @@ fn meshes_of(scene: &Scene) -> Vec<Option<Arc<MeshData>>> {
     scene.objects.iter().map(value_of).collect()
 }
 
-/// Least and greatest coordinate of all cut meshes; `None` without any.
+/// Least and greatest world coordinate of all cut meshes on an axis; `None` without such a mesh.
 fn extent(scene: &Scene, meshes: &[Option<Arc<MeshData>>], axis: usize) -> Option<[f64; 2]> {
     let along = |(object, data): (&Object, &Option<Arc<MeshData>>)| {
         let (data, map) = (data.as_ref()?, affine(&object.transform));
@@ -283,7 +284,7 @@ fn extent(scene: &Scene, meshes: &[Option<Arc<MeshData>>], axis: usize) -> Optio
         .reduce(|[a, b], [c, d]| [a.min(c), b.max(d)])
 }
 
-/// Warning about objects that are not cut.
+/// Returns the warning about objects that are not cut, if any.
 fn not_cut(scene: &Scene, meshes: &[Option<Arc<MeshData>>], name: &str) -> Option<Warning> {
     let count = meshes.iter().filter(|mesh| mesh.is_none()).count() + scene.generators.len();
     let message = format!(

@@ -28,7 +28,8 @@ pub enum SceneFormat {
     Ply,
 }
 
-/// Unsupported format of an extension: its name, and a program that converts it.
+/// Returns the name of the unsupported format with the path's extension, and advice how to convert
+/// the file.
 pub(crate) fn foreign(path: &Path) -> Option<(&'static str, &'static str)> {
     const BLENDER: &str = "Blender imports it and exports glTF: File, Export, glTF 2.0 (.glb)";
     const FOREIGN: [(&[&str], &str, &str); 12] = [
@@ -144,8 +145,8 @@ impl SceneFormat {
                 Self::Native(Notation::Json)
             });
         }
-        // The first line that is no comment distinguishes the two text formats: a key with a value,
-        // or a keyword.
+        // The first line that is no comment distinguishes the two text formats: a key with a value
+        // in TOML, or a keyword in OBJ.
         let mut statements = lines(start)
             .map(|line| line.trim_ascii())
             .filter(|line| !line.is_empty() && !line.starts_with(b"#"));
@@ -188,7 +189,7 @@ pub fn models_in(folder: &Path) -> Vec<String> {
     names
 }
 
-/// Whether the name of a file is that of a scene or a model.
+/// Whether a file name has the extension of a scene or a model.
 pub fn is_scene_or_model(file: &Path) -> bool {
     let name = file.file_name().unwrap_or_default().to_string_lossy();
     name.ends_with(".scene.toml")
@@ -201,7 +202,7 @@ pub fn is_scene_or_model(file: &Path) -> bool {
 pub struct SourceInfo {
     /// Name given by the user: a path, or `preset:NAME`.
     pub name: String,
-    /// Name without folders and extensions, for pictures.
+    /// Name without folders and extensions, for naming pictures.
     pub stem: String,
     /// Format of the scene.
     pub format: SceneFormat,
@@ -227,8 +228,8 @@ impl SourceInfo {
         }
     }
 
-    /// Creates the error for a scene's problems, each at its position in the text, or with its path
-    /// in the scene where no text exists.
+    /// Creates the error for a scene's problems, each at its position in the text. Without a text,
+    /// each problem has its path in the scene.
     pub fn error(&self, problems: Vec<Problem>) -> Error {
         let message = |problem: &Problem| format!("{}: {}", problem.path, problem.message);
         if let (Some(text), SceneFormat::Native(_)) = (&self.text, self.format) {
@@ -264,8 +265,8 @@ impl SourceInfo {
     }
 
     /// Formats the position of a part of the scene: `x.scene.toml:12:5`, or `duck.glb:
-    /// materials[2]` without a text. The path starts at the root: `objects[3].material`; a part
-    /// that the text omits is at its parent's position.
+    /// materials[2]` without a text. The path starts at the root: `objects[3].material`. A part
+    /// that the text omits has the position of its parent.
     pub fn locate(&self, path: &str) -> String {
         let (Some(text), SceneFormat::Native(_)) = (&self.text, self.format) else {
             return format!("{}: {path}", self.name);

@@ -14,9 +14,9 @@ pub enum UpAxis {
     Y,
     /// The axis of 3D printers and most CAD programs.
     Z,
-    /// Upside down from glTF.
+    /// The negative y axis: a model upside down.
     NegativeY,
-    /// The reverse of z.
+    /// The negative z axis.
     NegativeZ,
     /// The positive x axis.
     X,
@@ -43,8 +43,8 @@ impl UpAxis {
             .map_or("y", |(name, _)| name)
     }
 
-    /// Rows of the rotation by quarter turns about x or z that maps the axis to y. Coordinates only
-    /// change place or sign, so that nothing is rounded.
+    /// Rows of the rotation that maps the axis to y, by quarter turns about x or z. Coordinates are
+    /// only permuted and negated, so that nothing is rounded.
     fn rows(self) -> [[f64; 4]; 3] {
         let [x, y, z] = match self {
             Self::Y => [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
@@ -95,7 +95,7 @@ pub(crate) fn turn(scene: &mut Scene, up: UpAxis) {
     }
 }
 
-/// Rotates a camera. Cameras of models are given by axes.
+/// Rotates a camera's pose. An orbit is unchanged, because cameras of models are given by axes.
 fn turn_pose(pose: &mut Pose, map: &DAffine3) {
     let turn = |v: &mut Triple| *v = map.transform_vector3(DVec3::from(*v)).to_array();
     match pose {

@@ -10,7 +10,8 @@ use percent_encoding::percent_decode_str;
 use crate::folder::{Folder, ReadError};
 use crate::import::{Fault, Outcome, printable};
 
-/// Writers pad base64 data differently; the content is always unambiguous.
+/// Base64 decoder that accepts any padding, because programs pad data differently and the content
+/// is always unambiguous.
 const BASE64: GeneralPurpose = GeneralPurpose::new(
     &STANDARD,
     GeneralPurposeConfig::new()
@@ -24,7 +25,7 @@ pub(crate) fn is_data(uri: &str) -> bool {
         .is_some_and(|head| head.eq_ignore_ascii_case("data:"))
 }
 
-/// Remembers the file that a reference names, without reading it.
+/// Records the file that a reference names, without reading the file.
 pub(crate) fn name(folder: &Folder, uri: &str) {
     if !is_data(uri) {
         folder.name(&percent_decode_str(uri).decode_utf8_lossy());

@@ -12,13 +12,13 @@ use crate::image_file::{DecodedImage, decode};
 use crate::import::{Outcome, endurable};
 use crate::warning::WarningCode;
 
-/// Results of decoding, each with its position, in the order of collection.
+/// Messages of decoding, each with the position of its image, in the order of collection.
 #[derive(Debug, Default)]
 pub(crate) struct DecodeReport {
     /// Errors of undecodable images: their textures are dropped and only the factors remain, see
     /// [`drop_missing`].
     pub broken: Vec<String>,
-    /// Remarks about the other images.
+    /// Remarks about decoded images.
     pub remarks: Vec<(WarningCode, String)>,
 }
 
@@ -33,7 +33,8 @@ impl<'a> WaitingImages<'a> {
         self.0.push((image, place, bytes));
     }
 
-    /// Decodes all of them into the images; `done` is called after each.
+    /// Decodes all collected images, and stores the pixels in `images`. `done` is called after each
+    /// image.
     ///
     /// # Errors
     /// A fault of kind limit for the first image beyond the limits.

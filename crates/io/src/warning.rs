@@ -1,5 +1,5 @@
-//! Warnings about pictures that are still made, each with a code that scripts rely on and a
-//! severity for their order, worst first.
+//! Warnings, which do not prevent a picture. Each warning has a code for scripts, and a severity by
+//! which warnings are sorted, worst first.
 
 use std::fmt;
 
@@ -136,7 +136,7 @@ impl Warning {
     }
 }
 
-/// Code, severity and message.
+/// Serializes code, severity and message.
 impl Serialize for Warning {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut fields = serializer.serialize_struct("Warning", 3)?;

@@ -15,7 +15,7 @@ impl<'a> ImportWork<'a> {
     /// Work of an image, as the number of vertices that take about the same time.
     pub const IMAGE: u64 = 1 << 20;
 
-    /// Starts without planned work.
+    /// Creates a progress report without planned work.
     pub fn new(observer: &'a dyn Observer) -> Self {
         Self {
             observer,
@@ -32,7 +32,8 @@ impl<'a> ImportWork<'a> {
     /// Adds finished work.
     pub fn done(&self, amount: u64) {
         let before = self.done.fetch_add(amount, Ordering::Relaxed);
-        // A mesh built in several poses was planned only once.
+        // The finished work may exceed the planned work, which counts a mesh with several
+        // deformations once.
         self.observer
             .progress(before.saturating_add(amount).min(self.total), self.total);
     }

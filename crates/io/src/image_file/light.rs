@@ -1,6 +1,7 @@
-//! Float pixels as radiance, with a count of the values that radiance cannot have.
+//! Repair of float pixels that are invalid as radiance, with counts of the replaced values.
 
-/// Replacement of infinity: the largest half float, where most such pictures overflow.
+/// Replacement of infinity: the largest half-precision number, at which most pictures with
+/// infinities overflowed.
 const INFINITE: f32 = 65504.0;
 /// Largest accepted value, so that sums over a picture fit single precision.
 const GREATEST: f32 = 1e30;
@@ -15,7 +16,7 @@ pub(super) struct UnusableNumbers {
 }
 
 impl UnusableNumbers {
-    /// Returns the nearest valid radiance.
+    /// Returns the valid radiance nearest to a value, and counts a replaced value; NaN becomes 0.
     pub fn mend(&mut self, value: f32) -> f32 {
         if (0.0..=GREATEST).contains(&value) {
             return value;
@@ -30,8 +31,8 @@ impl UnusableNumbers {
         instead
     }
 
-    /// Number of infinite and NaN values. Negative values are mostly rounding errors, and clamping
-    /// excessive ones loses nothing visible.
+    /// Number of infinite and NaN values. Negative and excessive values are not counted: most
+    /// negative values are rounding errors, and clamping excessive values changes nothing visible.
     pub fn count(&self) -> u64 {
         self.infinite + self.undefined
     }

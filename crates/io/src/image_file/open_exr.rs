@@ -1,5 +1,5 @@
-//! OpenEXR pictures: choice of the part and its channels, and the data window in the display
-//! window.
+//! Decoding of OpenEXR pictures: choice of the part and its channels, and placement of the data
+//! window in the display window.
 
 use std::io::Cursor;
 
@@ -23,12 +23,12 @@ fn broken(error: exr::error::Error) -> Fault {
 struct ColourChannels {
     /// Name of the layer with its final dot; empty without a layer.
     layer: String,
-    /// Names of three channels, or of one.
+    /// Names of the red, green and blue channels, or of the luminance channel alone.
     names: Vec<Text>,
     alpha: Option<Text>,
 }
 
-/// Splits a channel into layer and name.
+/// Splits a channel name into the layer, with its final dot, and the name within the layer.
 fn split(channel: &str) -> (&str, &str) {
     channel
         .rfind('.')
@@ -81,7 +81,7 @@ impl ColourChannels {
 struct ChosenPicture<'m> {
     header: &'m Header,
     channels: ColourChannels,
-    /// Reason for the choice, among several pictures or for a layer.
+    /// Remark about the choice, if the file has several pictures or the picture is in a layer.
     remark: Option<String>,
 }
 
@@ -132,7 +132,7 @@ fn choose(meta: &MetaData) -> Outcome<ChosenPicture<'_>> {
     })
 }
 
-/// Reads the headers of a file, all within the limits.
+/// Reads the headers of all parts, and checks their sizes and compression.
 fn headers(bytes: &[u8], limits: &Limits) -> Outcome<MetaData> {
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(broken)?;
     for header in &meta.headers {
@@ -165,7 +165,7 @@ pub(super) fn size(bytes: &[u8], limits: &Limits) -> Outcome<[u32; 2]> {
     ]
     .into_iter()
     .max_by_key(|size| size.area());
-    // Fewer than `image_pixels`, which also bounds each side.
+    // The area is at most `image_pixels`, which also bounds each side.
     Ok(larger.map_or([0; 2], |size| [size.0 as u32, size.1 as u32]))
 }
 
@@ -208,7 +208,8 @@ pub(super) fn decode(bytes: &[u8], limits: &Limits) -> Outcome<DecodedImage> {
     })
 }
 
-/// Crops or pads a data window to a display window.
+/// Crops or pads the pixels of a data window to a display window; added pixels are black and
+/// transparent.
 fn displayed(
     pixels: &[[f32; 4]],
     data: IntegerBounds,
@@ -218,7 +219,8 @@ fn displayed(
         i64::from(axis(window.position)) - i64::from(axis(data.position))
     };
     let (left, top) = (offset(|at| at.0), offset(|at| at.1));
-    // Columns of the window with data, and the data's column in the first of them.
+    // Columns `start..end` of the display window have data, which begins at column `first` of the
+    // data window.
     let start = (-left).clamp(0, window.size.0 as i64) as usize;
     let end = (data.size.0 as i64 - left).clamp(start as i64, window.size.0 as i64) as usize;
     let first = (start as i64 + left).max(0) as usize;
@@ -253,7 +255,7 @@ fn read_channels(bytes: &[u8], channels: &ColourChannels) -> Outcome<Vec<[f32; 4
             *slot = pixel;
         }
     }
-    // A name that no channel has.
+    // Without alpha, a name that no channel has.
     let alpha = channels
         .alpha
         .clone()

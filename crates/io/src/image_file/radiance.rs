@@ -1,5 +1,5 @@
-//! Radiance pictures (`.hdr`, `.pic`): headers of any program, and pixels in any order. Scan lines
-//! are decoded by `image`, which accepts a single signature and order.
+//! Decoding of Radiance pictures (`.hdr`, `.pic`) with the header of any program and pixels in any
+//! order. The `image` crate decodes the scan lines, but accepts only a single signature and order.
 
 use std::io::{Cursor, Read};
 
@@ -21,7 +21,7 @@ pub(super) fn is_radiance(bytes: &[u8]) -> bool {
     matches!(without_mark(bytes), [b'#', b'?', letter, ..] if letter.is_ascii_alphabetic())
 }
 
-/// A parsed header, and the data after it.
+/// A parsed Radiance header, and the data after the header.
 struct RadianceHeader<'b> {
     /// Number of scan lines, and pixels in each.
     lines: u32,
@@ -62,8 +62,8 @@ impl<'b> RadianceHeader<'b> {
         ))
     }
 
-    /// Parses a line such as `-Y 512 +X 1024`: the axis across scan lines, then the axis along
-    /// them.
+    /// Parses a line such as `-Y 512 +X 1024`: the axis across the scan lines, then the axis along
+    /// the scan lines.
     fn resolution(line: &str, data: &'b [u8]) -> Option<Self> {
         let words: Vec<&str> = line.split_ascii_whitespace().collect();
         let [across, lines, along, length] = *words.as_slice() else {
@@ -103,7 +103,7 @@ impl<'b> RadianceHeader<'b> {
     }
 }
 
-/// Reads width and height.
+/// Reads width and height from the header.
 ///
 /// # Errors
 /// A fault of kind input for a broken header, of kind limit for an oversized picture.

@@ -1,8 +1,9 @@
-//! Filters of decoded numbers, in place.
+//! Filters of meshoptimizer, applied in place to decoded elements.
 
 use super::{Broken, STRIDE};
 
-/// Applies a function to elements of four numbers, each of one or two bytes.
+/// Applies `change` to each element of four numbers, which have one byte for a stride of 4 and two
+/// bytes for a stride of 8.
 fn each(
     stride: usize,
     bytes: &mut [u8],
@@ -33,7 +34,8 @@ fn each(
     }
 }
 
-/// Scales and rounds to nearest, halves away from 0 for a positive scale.
+/// Scales a number and rounds it to the nearest integer; halves are rounded away from 0 for a
+/// positive scale.
 fn scaled(x: f32, scale: f32) -> i32 {
     (x * scale + 0.5_f32.copysign(x)) as i32
 }
@@ -54,8 +56,8 @@ pub(crate) fn octahedral(stride: usize, bytes: &mut [u8]) -> Result<(), Broken> 
     })
 }
 
-/// Decodes rotations from three quaternion components. The lowest bits of the fourth number are the
-/// index of the omitted largest component, its other bits the code of 1.
+/// Decodes unit quaternions from three components. The two lowest bits of the fourth number are the
+/// index of the omitted largest component; the other bits are the code of the value 1.
 pub(crate) fn quaternions(stride: usize, bytes: &mut [u8]) -> Result<(), Broken> {
     if stride != 8 {
         return Err(STRIDE);
@@ -89,7 +91,8 @@ pub(crate) fn exponential(stride: usize, bytes: &mut [u8]) -> Result<(), Broken>
     Ok(())
 }
 
-/// Decodes colours from luma and two differences; the highest set bit of alpha gives the bit depth.
+/// Decodes colours from luma and two chroma differences. The highest set bit of alpha gives the bit
+/// depth.
 pub(crate) fn colours(stride: usize, bytes: &mut [u8]) -> Result<(), Broken> {
     let most = if stride == 4 { 255 } else { 65535 };
     each(stride, bytes, |[y, orange, green, alpha]| {

@@ -1,5 +1,5 @@
-//! Index decoding: triangles from recent edges and vertices, and sequences as differences to one of
-//! two recent indices.
+//! Decoding of index packets: triangles from recent edges and vertices, and sequences as
+//! differences to one of two recent indices.
 
 use super::{Broken, LONG, SHORT, STRIDE, difference, opened, take};
 
@@ -29,7 +29,7 @@ impl<T: Copy> RecentIndices<T> {
     }
 }
 
-/// Reads an integer of seven bits per byte, lowest first.
+/// Reads a variable-length integer of seven bits per byte, lowest bits first.
 fn whole(rest: &mut &[u8]) -> Result<u32, Broken> {
     let mut value = 0;
     for shift in (0..35).step_by(7) {
@@ -42,7 +42,7 @@ fn whole(rest: &mut &[u8]) -> Result<u32, Broken> {
     Ok(value)
 }
 
-/// State of index decoding.
+/// State of decoding a packet of triangles.
 struct RecentCorners<'p> {
     rest: &'p [u8],
     /// Lowest index not used so far.
@@ -58,8 +58,8 @@ impl RecentCorners<'_> {
         self.new.wrapping_sub(1)
     }
 
-    /// Returns a new vertex, a recent one, or a placeholder for an explicit one read by
-    /// [`Self::written`].
+    /// Returns the vertex of a code: 0 is a new vertex, 1 to 14 a recent vertex, and 15 a
+    /// placeholder, which [`Self::written`] replaces.
     fn of(&mut self, code: u8) -> u32 {
         if code == 0 {
             self.take_new()
@@ -68,7 +68,7 @@ impl RecentCorners<'_> {
         }
     }
 
-    /// Reads an explicitly coded vertex, if the code says so.
+    /// Replaces a corner by an explicitly coded vertex if `code` is 15.
     fn written(&mut self, corner: &mut u32, code: u8) -> Result<(), Broken> {
         if code == 15 {
             self.last = self.last.wrapping_add(difference(whole(&mut self.rest)?));
@@ -109,7 +109,7 @@ impl RecentCorners<'_> {
     }
 }
 
-/// Decodes `count` indices as triangles, with `stride` bytes per index.
+/// Decodes a packet of triangles to `count` indices of `stride` bytes each.
 pub(crate) fn triangles(count: usize, stride: usize, packet: &[u8]) -> Result<Vec<u8>, Broken> {
     if !matches!(stride, 2 | 4) {
         return Err(STRIDE);
@@ -160,7 +160,7 @@ pub(crate) fn triangles(count: usize, stride: usize, packet: &[u8]) -> Result<Ve
     }
 }
 
-/// Decodes `count` indices in any order, with `stride` bytes each.
+/// Decodes a packet of indices in any order to `count` indices of `stride` bytes each.
 pub(crate) fn sequence(count: usize, stride: usize, packet: &[u8]) -> Result<Vec<u8>, Broken> {
     if !matches!(stride, 2 | 4) {
         return Err(STRIDE);

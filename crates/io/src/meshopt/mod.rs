@@ -20,7 +20,8 @@ const SHORT: Broken = "it ends too early";
 const LONG: Broken = "something follows its end";
 const STRIDE: Broken = "no elements of this packet have this many bytes";
 
-/// Returns the version of a packet, and the bytes after the first.
+/// Checks the first byte of a packet, which holds the codec `kind` and the version. Returns the
+/// version and the bytes after the first.
 fn opened(packet: &[u8], kind: u8) -> Result<(u8, &[u8]), Broken> {
     let (first, rest) = packet.split_first().ok_or(SHORT)?;
     match first ^ kind {
@@ -30,12 +31,12 @@ fn opened(packet: &[u8], kind: u8) -> Result<(u8, &[u8]), Broken> {
     }
 }
 
-/// Takes bytes from the front.
+/// Splits `length` bytes off the front of `rest`.
 fn take<'p>(rest: &mut &'p [u8], length: usize) -> Result<&'p [u8], Broken> {
     rest.split_off(..length).ok_or(SHORT)
 }
 
-/// Decodes a zigzag difference: 0, -1, 1, -2 and so on.
+/// Decodes a zigzag code: 0, 1, 2, 3 stand for the differences 0, -1, 1, -2.
 fn difference(code: u32) -> u32 {
     (code >> 1) ^ (code & 1).wrapping_neg()
 }

@@ -1,5 +1,5 @@
-//! Vertex decoding: blocks of at most 256 vertices, each byte of a vertex coded separately, as the
-//! difference to the vertex before.
+//! Decoding of vertex packets: blocks of at most 256 vertices, each byte of a vertex coded
+//! separately, as the difference to the vertex before.
 
 use super::{Broken, LONG, SHORT, STRIDE, difference, opened, take};
 
@@ -9,10 +9,10 @@ const GROUP: usize = 16;
 const BLOCK_BYTES: usize = 8192;
 const BLOCK: usize = 256;
 
-/// One byte of each vertex in a block.
+/// One byte of each vertex in a block, at the same position within the vertex.
 type BytePlane = [u8; BLOCK];
 
-/// Decodes `count` vertices of `stride` bytes.
+/// Decodes a packet of `count` vertices of `stride` bytes.
 pub(crate) fn vertices(count: usize, stride: usize, packet: &[u8]) -> Result<Vec<u8>, Broken> {
     if !(4..=256).contains(&stride) || !stride.is_multiple_of(4) {
         return Err(STRIDE);
@@ -59,7 +59,8 @@ pub(crate) fn vertices(count: usize, stride: usize, packet: &[u8]) -> Result<Vec
     if rest.is_empty() { Ok(out) } else { Err(LONG) }
 }
 
-/// Reads one byte of each vertex in a block. In version 1, `control` selects the coding.
+/// Reads one byte of each vertex in a block. In version 1, `control` selects the coding; `None`
+/// stands for version 0.
 fn read_plane(
     rest: &mut &[u8],
     control: Option<u8>,
@@ -109,8 +110,9 @@ fn read_group(rest: &mut &[u8], bits: usize, group: &mut [u8; GROUP]) -> Result<
     Ok(())
 }
 
-/// Sums the differences of a word and stores it for every vertex. A rule selects byte sums, 16-bit
-/// sums, or rotated bits of the whole word.
+/// Decodes the differences of a 32-bit word, and stores the word in every vertex of a block. `rule`
+/// selects differences of bytes, differences of 16-bit numbers, or an exclusive or with rotated
+/// bits of the whole word.
 fn add_up(
     planes: &[BytePlane; 4],
     rule: u8,

@@ -54,7 +54,7 @@ impl<'a> Items<'a> {
 pub(super) struct Entries<'a> {
     reader: ValueReader<'a>,
     entries: std::slice::Iter<'a, Entry>,
-    /// Keys to read, others are skipped; `None`: all are read.
+    /// Keys to read; other keys are skipped. `None` reads all keys.
     keys: Option<&'static [&'static str]>,
     value: Option<&'a Entry>,
 }
@@ -87,7 +87,7 @@ impl<'a> Entries<'a> {
         self.value
     }
 
-    /// Returns the entry whose key was read last.
+    /// Takes the entry whose key was read last, with a reader of its value.
     fn current(&mut self) -> Result<(&'a Entry, ValueReader<'a>), ReadFailure> {
         let entry = self
             .value
@@ -102,7 +102,7 @@ fn at_key(failure: ReadFailure, entry: &Entry) -> ReadFailure {
     failure.under(PathStep::Key(entry.key.clone()))
 }
 
-/// Kept short, because both methods are compiled for every type of value.
+/// The methods are short, because each is compiled for every type of value.
 impl<'a> MapAccess<'a> for Entries<'a> {
     type Error = ReadFailure;
 

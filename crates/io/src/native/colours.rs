@@ -1,4 +1,4 @@
-//! Colours given as text, in place of three numbers.
+//! Colours of a native scene that are given as text, in place of three numbers.
 
 use std::collections::BTreeMap;
 
@@ -22,7 +22,8 @@ const KEYS: [&str; 9] = [
     "refracted_tint",
 ];
 
-/// Replaces colour texts by numbers, unless a parameter of that name makes the text an expression.
+/// Replaces colour texts by three numbers. A text that is the name of a parameter stays, because it
+/// is an expression.
 pub(super) fn replace(node: &mut ValueNode, parameters: &BTreeMap<String, f64>) {
     match &mut node.value {
         Value::Array(items) => items.iter_mut().for_each(|item| replace(item, parameters)),

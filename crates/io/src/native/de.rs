@@ -1,9 +1,9 @@
-//! Serde deserializer of the syntax tree. It evaluates numbers written as expressions and gives
-//! every failure its position, so that the scene's structs stay plain.
+//! Serde deserializer of the syntax tree. The deserializer evaluates expressions and gives every
+//! failure its position, so that the scene's structs need no code for either.
 //!
-//! A failure in one value need not hide the next: unknown keys, wrong words and malformed numbers
-//! are recorded and replaced by a harmless value, so that one pass finds them all. The result is
-//! discarded if any failure was recorded.
+//! A failure in a value does not hide later failures: unknown keys, wrong words and malformed
+//! numbers are recorded and replaced by a harmless value, so that one pass finds all of them. The
+//! result is discarded if any failure was recorded.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -34,14 +34,14 @@ impl ReadContext<'_> {
     }
 }
 
-/// A value with its name for messages.
+/// Deserializer of a value, with the value's name for messages.
 #[derive(Clone, Copy)]
 pub(crate) struct ValueReader<'a> {
     pub node: &'a ValueNode,
     pub context: &'a ReadContext<'a>,
     /// The value's key, or the key of the array around it; empty at the root.
     pub name: &'a str,
-    /// Index in the array of that name.
+    /// Index of the value, if the value is an element of the array `name`.
     pub index: Option<usize>,
 }
 
@@ -74,7 +74,7 @@ impl<'a> ValueReader<'a> {
         }
     }
 
-    /// Failure with the message "`radius` must be a number, not an array" at this value.
+    /// Creates the failure "`radius` must be a number, not an array" at this value.
     pub fn wrong(&self, requested: &str) -> ReadFailure {
         let message = format!("{self} must be {requested}, not {}", self.node.kind());
         ReadFailure::new(message).with_span(self.node.span.clone())
@@ -85,7 +85,8 @@ impl<'a> ValueReader<'a> {
         result.map_err(|failure| self.with_path(failure))
     }
 
-    /// Separate from [`Self::place`], which is compiled for every type of value.
+    /// Gives a failure without a position the position and the name of this value. Separate from
+    /// [`Self::with_location`], which is compiled for every type of value.
     fn with_path(&self, mut failure: ReadFailure) -> ReadFailure {
         if failure.span.is_none() {
             let key = failure.key.as_deref().and_then(|key| self.node.entry(key));
@@ -96,7 +97,7 @@ impl<'a> ValueReader<'a> {
         failure
     }
 
-    /// Evaluates the value as a number. A failure is recorded, and replaced by 1.
+    /// Evaluates the value as a number. A failure is recorded, and 1 is returned.
     fn number(&self) -> f64 {
         match &self.node.value {
             Value::Integer(value) => *value as f64,
@@ -116,7 +117,7 @@ impl<'a> ValueReader<'a> {
         }
     }
 
-    /// Failure of the expression in this value.
+    /// Creates the failure of the expression in this value.
     fn expression(&self, error: expr::ExprError) -> ReadFailure {
         let span = self.node.span_within(self.context.text, &error.span);
         let message = format!("in the expression of {self}: {}", error.message);
@@ -125,8 +126,8 @@ impl<'a> ValueReader<'a> {
         failure
     }
 
-    /// Evaluates the value as a whole number within a range. A failure is recorded, and replaced by
-    /// 1.
+    /// Evaluates the value as a whole number within a range. A failure is recorded, and 1 is
+    /// returned.
     fn whole(&self, least: i128, greatest: i128) -> i128 {
         let value = match &self.node.value {
             Value::Integer(value) => i128::from(*value),
@@ -153,7 +154,7 @@ impl<'a> ValueReader<'a> {
         1
     }
 
-    /// Returns the value's text. A failure is recorded, and replaced by an empty text.
+    /// Returns the value's text. A failure is recorded, and an empty text is returned.
     fn text(&self) -> &'a str {
         match &self.node.value {
             Value::Text(text) => text,
@@ -188,8 +189,8 @@ impl<'a> ValueReader<'a> {
         self.with_location(visitor.visit_map(Entries::new(self, entries, Some(keys))))
     }
 
-    /// Returns the entries of a table for a struct, and records unknown ones. Separate from
-    /// [`Self::read_struct`], which is compiled for every struct.
+    /// Returns the entries of a table, and records a failure for each key that is not in `keys`.
+    /// Separate from [`Self::read_struct`], which is compiled for every struct.
     fn fields(&self, keys: &[&str]) -> Result<&'a [Entry], ReadFailure> {
         let entries = self
             .table()
@@ -215,7 +216,8 @@ impl<'a> ValueReader<'a> {
         Ok(entries)
     }
 
-    /// Adds advice where the two kinds of TOML headers are confused.
+    /// Adds advice if a TOML header has double brackets for a single table, or single brackets for
+    /// a list of tables.
     fn explain_header(&self, failure: ReadFailure) -> ReadFailure {
         let header = self
             .context
@@ -308,9 +310,10 @@ impl<'a> Deserializer<'a> for ValueReader<'a> {
         }
     }
 
-    /// A colour may be a single number, and therefore an expression. Inputs that depend on the hit
-    /// point are read through [`Self::deserialize_any`] and keep their text; some of them keep it
-    /// only if it does not evaluate to a number.
+    /// Reads a colour or an input of a material. A colour may be a single number, and therefore an
+    /// expression. Inputs that depend on the hit point are read through [`Self::deserialize_any`]
+    /// and keep their text. An `EarlyInput` keeps its text only if the text does not evaluate to a
+    /// number.
     fn deserialize_newtype_struct<V: Visitor<'a>>(
         self,
         name: &'static str,

@@ -1,4 +1,4 @@
-//! Enum values: a word, or a table whose only key is the word.
+//! Deserialization of enums: a value is a word, or a table whose only key is the word.
 
 use serde::Deserializer;
 use serde::de::value::StrDeserializer;

@@ -1,4 +1,4 @@
-//! Deserialization failure, which collects its path on the way up through serde.
+//! Failure of deserialization. Each enclosing value adds its key or index to the failure's path.
 
 use std::fmt;
 use std::ops::{Deref, DerefMut, Range};
@@ -15,7 +15,8 @@ pub(crate) enum PathStep {
     Index(usize),
 }
 
-/// Reason why a value does not fit. Boxed, because every step of serde passes it by value.
+/// Reason why a value does not fit its type. The details are boxed, because every step of serde
+/// passes the failure by value.
 #[derive(Debug)]
 pub(crate) struct ReadFailure(Box<FailureDetails>);
 
@@ -26,9 +27,9 @@ pub(crate) struct FailureDetails {
     pub hint: Option<String>,
     /// Position; `None` until an enclosing value sets it.
     pub span: Option<Range<usize>>,
-    /// Key of the reporting table to point at, in place of the whole table.
+    /// Key whose position is shown, in place of the position of its whole table.
     pub key: Option<String>,
-    /// Path from the value up to the root.
+    /// Steps from the value up to the root.
     pub path: Vec<PathStep>,
 }
 

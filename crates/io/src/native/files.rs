@@ -83,7 +83,8 @@ pub(crate) fn read(
             let (mesh, more) =
                 mesh_file::read(Path::new(reference), &bytes, &folder, limits, &part).map_err(
                     |error| match error.kind() {
-                        // A usage error on the command line is wrong content in a scene.
+                        // An error of kind usage on the command line is an error of the content in
+                        // a scene.
                         ErrorKind::Usage => parsed.error(
                             ErrorKind::Input,
                             &format!("meshes[{i}].model.scene"),
@@ -114,7 +115,8 @@ pub(crate) fn read(
     Ok(warnings)
 }
 
-/// Reads the bytes of an image, or returns the reason why only the factor is used.
+/// Reads the bytes of an image. For a missing texture, returns the reason instead; only the
+/// material's factor is then used.
 fn image(
     parsed: &ParsedScene<'_>,
     index: usize,
@@ -136,7 +138,7 @@ fn image(
     }
 }
 
-/// Error for an image whose bytes cannot be decoded.
+/// Creates the error for an image whose bytes cannot be decoded.
 fn no_picture(parsed: &ParsedScene<'_>, index: usize, fault: &Fault) -> Error {
     let kind = if fault.kind == FaultKind::Limit {
         ErrorKind::Limit

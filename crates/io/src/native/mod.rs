@@ -1,4 +1,5 @@
-//! Native scene format: TOML or JSON text to a [`Scene`], with every problem at its position.
+//! Parsing of the native scene format: TOML or JSON text to a [`Scene`], with the position of every
+//! problem.
 
 mod access;
 mod colours;
@@ -32,7 +33,8 @@ use crate::limits::human_bytes;
 use crate::text::without_mark;
 use crate::warning::{Warning, WarningCode};
 
-/// Largest number of passes over a text: each finds one more failure that hides others.
+/// Largest number of passes over a text. Each pass ends at a failure that may hide further
+/// failures.
 const READINGS: usize = 20;
 
 /// Notation of a text.
@@ -44,7 +46,8 @@ pub enum Notation {
     Json,
 }
 
-/// A scene with its text and syntax tree, for the positions of later problems.
+/// A parsed scene with its text and syntax tree, for the positions of problems that are found
+/// later.
 pub(crate) struct ParsedScene<'a> {
     pub scene: Scene,
     /// File name for messages.
@@ -118,8 +121,8 @@ pub(crate) fn parse<'a>(
     }
 }
 
-/// Refuses a text of another format version with that message alone, because any line of the text
-/// may be wrong.
+/// Refuses a text that does not have the supported `format`. This problem is reported alone,
+/// because in another version of the format any line may be wrong.
 fn other_format(root: &ValueNode) -> Result<(), Vec<Diagnostic>> {
     let Some(entry) = root.entry("format") else {
         let hint =
@@ -160,7 +163,7 @@ fn tree(text: &str, notation: Notation) -> Result<ValueNode, Vec<Diagnostic>> {
     }
 }
 
-/// Deserializes the tree as a scene. A failure without a stand-in removes its object, material or
+/// Deserializes the tree as a scene. A failure that ends a pass removes its object, material or
 /// section from the tree, and the rest is read again, so that one failure does not hide the next.
 fn read(
     root: &mut ValueNode,
@@ -168,8 +171,8 @@ fn read(
     names: &BTreeMap<String, f64>,
 ) -> Result<Scene, Vec<Diagnostic>> {
     let mut problems: Vec<Diagnostic> = Vec::new();
-    // Each pass finds the failures of the earlier ones again: a hundred thousand wrong keys, twenty
-    // times.
+    // Each pass finds the failures of earlier passes again, and a text may have a hundred thousand
+    // wrong keys: the set drops duplicates quickly.
     let mut known = HashSet::new();
     for _ in 0..READINGS {
         let context = ReadContext {
@@ -203,7 +206,8 @@ fn read(
     Err(problems)
 }
 
-/// Removes the top-level key, or the element of a top-level array, on a path.
+/// Removes the top-level key, or the element of a top-level array, at the end of `path`. Returns
+/// whether a value was removed.
 fn take_out(root: &mut ValueNode, path: &[PathStep]) -> bool {
     let mut down = path.iter().rev();
     let (Some(PathStep::Key(key)), Value::Table(entries)) = (down.next(), &mut root.value) else {
@@ -237,7 +241,7 @@ impl TextTree {
     }
 }
 
-/// Converts the bytes of a file to text, without a byte order mark.
+/// Decodes the bytes of a scene file as UTF-8, without a byte order mark.
 pub(crate) fn text(file: &str, mut bytes: Vec<u8>, limit: u64) -> Result<String, Error> {
     if bytes.len() as u64 > limit {
         let message = format!(

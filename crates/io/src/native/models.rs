@@ -1,4 +1,4 @@
-//! Models placed by a native scene: the contents of their files become part of the scene, under
+//! Models that a native scene places: the contents of their files become part of the scene, under
 //! unique names.
 
 use std::collections::{BTreeMap, HashMap};
@@ -24,11 +24,11 @@ use crate::source::SceneFormat;
 use crate::up::moved;
 use crate::warning::Warning;
 
-/// Key of a loaded file: its path with the chosen scene, variant and time.
+/// Key of a loaded model: its path, scene, variant, and the bits of the time.
 type ModelKey = (String, Option<String>, Option<String>, Option<u64>);
 
-/// Data for placing a model. Its images, textures, materials and meshes are already in the scene;
-/// objects and lights are added by each placement.
+/// Objects and lights of a loaded model, which each placement copies. The model's images, textures,
+/// materials and meshes are already in the scene.
 struct LoadedModel {
     /// Objects, with the file's own material names.
     objects: Vec<Object>,
@@ -37,7 +37,7 @@ struct LoadedModel {
     materials: BTreeMap<String, String>,
 }
 
-/// Names used in the scene, so that those of models are unique.
+/// Names used in the scene, which the names of models must not repeat.
 struct UsedNames {
     images: UniqueNames,
     textures: UniqueNames,
@@ -61,7 +61,8 @@ impl UsedNames {
     }
 }
 
-/// Adds all models to the scene that places them, and empties its list of models.
+/// Loads all models that a scene places, adds their contents to the scene, and empties the scene's
+/// list of models.
 ///
 /// # Errors
 /// At the position of the model: an unreadable or invalid file, a missing choice, and a transform
@@ -99,7 +100,7 @@ pub(super) fn read(
     Ok(warnings)
 }
 
-/// Prefix of a model's names.
+/// Prefix of all names of a model: the model's name, or the file name without extension.
 fn label(model: &ModelFile) -> String {
     let stem = || {
         Path::new(&model.file)
@@ -176,7 +177,7 @@ fn load(
     loaded
         .map(|loaded| (loaded.scene, loaded.warnings))
         .map_err(|error| match error.kind() {
-            // A usage error on the command line is wrong content in a scene.
+            // An error of kind usage on the command line is an error of the content in a scene.
             ErrorKind::Usage if error.message().contains("has no variant") => {
                 parsed.error(ErrorKind::Input, &at("variant"), error.message())
             }
@@ -185,7 +186,8 @@ fn load(
         })
 }
 
-/// Moves everything but objects and lights of a file into the scene, under names with a prefix.
+/// Moves the images, textures, materials and meshes of a model into the scene, under names with the
+/// prefix `label`. Returns the objects and lights for placement.
 fn adopt(
     scene: &mut Scene,
     mut own_scene: Scene,
@@ -266,7 +268,7 @@ fn adopt(
     }
 }
 
-/// Adds a model's objects and lights under its transform.
+/// Adds a copy of a model's objects and lights to the scene, under the transform of the placement.
 fn place(
     parsed: &mut ParsedScene<'_>,
     part: &LoadedModel,
@@ -325,7 +327,7 @@ fn place(
     Ok(())
 }
 
-/// Error for an unreadable file.
+/// Creates the error for an unreadable file, at the position of `at` in the scene's text.
 pub(super) fn unread(parsed: &ParsedScene<'_>, at: &str, why: &ReadError) -> Error {
     let kind = match why {
         ReadError::Refused(_) => ErrorKind::Input,

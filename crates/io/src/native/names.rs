@@ -1,5 +1,5 @@
-//! `t` and the parameters: evaluated first, in the order of the text, because every other number
-//! may use them.
+//! Evaluation of the time `t` and of the parameters, before all other numbers and in the order of
+//! the text, because every other number may use them.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
@@ -10,12 +10,12 @@ use super::node::{Entry, Value, ValueNode};
 use crate::diagnostic::Diagnostic;
 use crate::error::Error;
 
-/// Values of the command line that replace those of the file.
+/// Values from the command line that replace values of the file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Overrides {
-    /// Time in seconds; `None`: the file's.
+    /// Time in seconds; `None` keeps the time of the file.
     pub time: Option<f64>,
-    /// Values of the file's parameters.
+    /// Names of parameters with their new values.
     pub set: Vec<(String, f64)>,
 }
 
@@ -50,7 +50,7 @@ pub(crate) fn settle(
         });
     }
     names.insert("t".to_owned(), t);
-    // The later of two values for the same name is in force.
+    // Of two values for the same name, the later applies.
     let set: HashMap<&str, f64> = overrides
         .set
         .iter()
@@ -99,7 +99,7 @@ fn check_overrides(root: &ValueNode, overrides: &Overrides) -> Result<(), Error>
     Ok(())
 }
 
-/// Evaluates a number or an expression; a problem is recorded, and replaced by 1.
+/// Evaluates a number or an expression. A problem is recorded, and 1 is returned.
 fn number(
     node: &ValueNode,
     name: &str,

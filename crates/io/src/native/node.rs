@@ -5,7 +5,7 @@ use std::ops::Range;
 /// A value and its byte range in the text.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct ValueNode {
-    /// Byte range; for a table under a `[header]`, that of the header.
+    /// Byte range in the text; for a table under a `[header]`, the range of the header.
     pub span: Range<usize>,
     pub value: Value,
 }
@@ -23,7 +23,7 @@ pub(crate) enum Value {
     /// A TOML date or time, which a scene never uses.
     Date,
     Array(Vec<ValueNode>),
-    /// In the order of the text, keys unique.
+    /// A table, in the order of the text and with unique keys.
     Table(Vec<Entry>),
 }
 
@@ -73,8 +73,8 @@ impl ValueNode {
         }
     }
 
-    /// Byte range of a part of this text value; the range of the whole value where escapes or line
-    /// breaks make the two differ.
+    /// Byte range in `source` of a part of this text value, or of the whole value if escapes or
+    /// line breaks make the text differ from its source.
     pub fn span_within(&self, source: &str, part: &Range<usize>) -> Range<usize> {
         let Value::Text(text) = &self.value else {
             return self.span.clone();

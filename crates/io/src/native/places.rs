@@ -24,9 +24,8 @@ pub(crate) fn diagnostic(root: &ValueNode, text: &str, problem: Problem) -> Diag
     }
 }
 
-/// Returns the deepest existing value on a path, and whether the whole path exists: a value omitted
-/// from the text has its default, and a problem with that default is reported at the enclosing
-/// value.
+/// Returns the deepest existing value on a path, and whether the whole path exists. If the text
+/// omits a value, a problem with its default is reported at the enclosing value.
 pub(crate) fn find<'a>(root: &'a ValueNode, path: &str) -> (&'a ValueNode, bool) {
     let mut node = root;
     for step in path.split(['.', '[']).filter(|step| !step.is_empty()) {

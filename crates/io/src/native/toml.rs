@@ -5,10 +5,12 @@ use toml::de::{DeTable, DeValue};
 use super::node::{Entry, Value, ValueNode};
 use crate::diagnostic::Diagnostic;
 
-/// Largest number of kept messages: after the first ones the parser mostly repeats itself.
+/// Largest number of reported syntax errors. Further errors of the parser mostly repeat the first
+/// ones.
 const KEPT: usize = 5;
 
-/// Parses a whole file; on failure returns the parser's independent errors, in order.
+/// Parses a whole file. On failure, returns the first errors of the parser, in the order of the
+/// text.
 pub(crate) fn parse(text: &str) -> Result<ValueNode, Vec<Diagnostic>> {
     let (table, errors) = DeTable::parse_recoverable(text);
     if !errors.is_empty() {

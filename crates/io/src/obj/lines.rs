@@ -1,5 +1,5 @@
-//! OBJ and MTL statements: continued lines are joined, comments and byte order marks removed, line
-//! numbers kept.
+//! Statements of OBJ and MTL files: continued lines are joined, comments and byte order marks
+//! removed, line numbers kept.
 
 use std::borrow::Cow;
 
@@ -12,7 +12,7 @@ pub(super) struct Statement<'a> {
     pub line: usize,
     /// First word.
     pub keyword: &'a str,
-    /// The rest of the statement, trimmed.
+    /// Text after the first word, trimmed.
     pub rest: &'a str,
 }
 

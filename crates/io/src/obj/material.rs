@@ -1,4 +1,4 @@
-//! MTL materials as physical materials.
+//! Conversion of MTL materials to physical materials.
 //!
 //! MTL describes Phong shading and names rendering tricks (`illum`). Common files are interpreted
 //! as follows:
@@ -34,7 +34,7 @@ fn roughness(exponent: f64) -> f64 {
     (2.0 / (exponent.max(0.0) + 2.0)).sqrt().sqrt()
 }
 
-/// Returns the statements of a material that name used images.
+/// Returns the texture statements of a material whose images are used.
 pub(super) fn images(source: &tobj::Material) -> impl Iterator<Item = &str> {
     let known = [&source.diffuse_texture, &source.dissolve_texture]
         .into_iter()
@@ -46,7 +46,7 @@ pub(super) fn images(source: &tobj::Material) -> impl Iterator<Item = &str> {
     )
 }
 
-/// Returns the text after a key unknown to `tobj`.
+/// Returns the text after a keyword that `tobj` does not know.
 fn unknown<'s>(source: &'s tobj::Material, key: &str) -> Option<&'s str> {
     source.unknown_param.get(key).map(String::as_str)
 }
@@ -118,7 +118,8 @@ fn single(value: f64) -> f64 {
     f64::from(value as f32)
 }
 
-/// Returns colour and lobes, by the table above.
+/// Returns base colour, lobes and index of refraction of a material, by the table in the
+/// description of the module.
 fn surface(source: &tobj::Material) -> Physical {
     let rgb = |colour: Option<[f64; 3]>, missing: f64| {
         colour.map_or([missing; 3], |c| c.map(|c| unit(single(c))))
@@ -225,13 +226,14 @@ fn layers(source: &tobj::Material, out: &mut Physical) {
     });
 }
 
-/// Returns `d`, or 1 − `Tr` without a `d`.
+/// Returns the opacity of a material: `d` or, without a `d`, 1 − `Tr`.
 fn opacity(source: &tobj::Material, warnings: &mut Warnings) -> f64 {
     if let Some(dissolve) = source.dissolve {
         return unit(single(dissolve));
     }
     match source.unknown_param.get("Tr").and_then(|text| parsed(text)) {
-        // Old exporters wrote Tr for d: a file hardly describes an invisible material.
+        // Old exporters wrote `Tr 1` for an opaque material, and a file hardly describes an
+        // invisible material.
         Some(1.0) => {
             warnings.add(
                 WarningCode::Choice,
@@ -247,7 +249,7 @@ fn opacity(source: &tobj::Material, warnings: &mut Warnings) -> f64 {
     }
 }
 
-/// Returns a number from an image's red channel, times a factor.
+/// Returns an input that reads the red channel of an image, times a factor.
 fn pictured(image: TextureRef, factor: f64) -> NumberInput {
     NumberInput::Texture(TextureInput {
         texture: TextureRef {
@@ -280,7 +282,7 @@ pub(super) fn unread(source: &tobj::Material) -> Vec<String> {
             .filter(|(_, texture)| texture.is_some())
             .map(|(name, _)| *name),
     );
-    // The parameters come from a hash map.
+    // A hash map lists the parameters in random order.
     ignored.sort_unstable();
     ignored.truncate(20);
     ignored

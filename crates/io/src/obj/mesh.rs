@@ -19,11 +19,11 @@ pub(super) struct MaterialFaces {
     pub data: MeshData,
 }
 
-/// A smoothing group and a position by its stored bits: vertices that differ in texture coordinates
-/// only share a smooth normal.
+/// Key of a smooth normal: the smoothing group, and the bits of the position. Vertices that differ
+/// only in texture coordinates share a normal.
 type PositionKey = (u32, [u32; 3]);
 
-/// Builds the meshes of all runs.
+/// Builds the meshes of all runs of faces, one for each material and kind of shading.
 ///
 /// # Errors
 /// A fault of kind limit for too many vertices or oversized concave polygons.
@@ -198,7 +198,8 @@ fn append_triangles(
     Ok(())
 }
 
-/// Adds texture coordinates; in a mesh where only some runs have them, the others get zero.
+/// Adds a run's texture coordinates to a mesh. If only some runs of the mesh have texture
+/// coordinates, the other runs get zeros.
 fn append_uvs(out: &mut MeshData, run: &FaceRun, mesh: &tobj::Mesh, before: usize, count: usize) {
     if run.textured && out.uvs.is_empty() {
         out.uvs.push(vec![[0.0; 2]; before]);

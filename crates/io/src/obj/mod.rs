@@ -58,8 +58,8 @@ fn import(file: &Path, bytes: &[u8], folder: &Folder, limits: &Limits) -> Outcom
     scene(file, parts, materials, budget, warnings)
 }
 
-/// Returns the scene of a file with a single mesh, equal to that of an OBJ file without a material,
-/// so that the same mesh gives the same picture in every format.
+/// Builds the scene of a file with a single mesh as for an OBJ file without a material, so that the
+/// same mesh gives the same picture in every format.
 pub(crate) fn of_mesh(
     file: &Path,
     data: MeshData,
@@ -77,7 +77,8 @@ pub(crate) fn of_mesh(
     )
 }
 
-/// Returns the scene of several meshes, each with an optional image, otherwise as [`of_mesh`].
+/// Builds the scene of several meshes, each with an optional index of an image, as [`of_mesh`] does
+/// for a single mesh.
 pub(crate) fn of_parts(
     file: &Path,
     parts: Vec<(Option<usize>, MeshData)>,
@@ -179,17 +180,17 @@ fn models(survey: &ObjSurvey) -> Outcome<Vec<tobj::Model>> {
 
 /// Materials of a file, converted on first use.
 struct Materials<'a> {
-    /// Names used by the file, by number.
+    /// Names of materials in the file, by number.
     used: Vec<String>,
     library: MaterialLibrary,
     textures: Textures<'a>,
     names: UniqueNames,
-    /// Name in the scene, by the number in the survey and by the use of vertex colours.
+    /// Name in the scene, by number and by the use of vertex colours.
     known: HashMap<(Option<usize>, bool), String>,
 }
 
 impl<'a> Materials<'a> {
-    /// Starts without any converted material.
+    /// Creates a converter without converted materials.
     fn new(used: Vec<String>, library: MaterialLibrary, textures: Textures<'a>) -> Self {
         Self {
             used,
@@ -200,14 +201,14 @@ impl<'a> Materials<'a> {
         }
     }
 
-    /// Returns the name used by the file.
+    /// Returns the name of a material in the file, or the default name.
     fn label(&self, number: Option<usize>) -> &str {
         number
             .and_then(|i| self.used.get(i))
             .map_or(mtl::DEFAULT, String::as_str)
     }
 
-    /// Reads the images of the materials used by the parts.
+    /// Reads the images of the materials that the parts use.
     fn read_images(
         &mut self,
         parts: &[MaterialFaces],

@@ -1,4 +1,4 @@
-//! Material libraries: located, repaired for `tobj`, and parsed.
+//! Material libraries of OBJ files: located, repaired for `tobj`, and parsed.
 //!
 //! `tobj` panics on a colour with fewer than three numbers (the manual allows one) and rejects a
 //! whole library for one malformed line; such lines are completed or dropped first.
@@ -13,19 +13,20 @@ use crate::import::{Fault, Outcome, Warnings, printable};
 use crate::text::{has_decimal_comma, number};
 use crate::warning::WarningCode;
 
-/// Materials of all libraries named by an OBJ file; the later of two with the same name is in
-/// force.
+/// Materials of all libraries that an OBJ file names. Of two materials with the same name, the
+/// later applies.
 #[derive(Debug, Default)]
 pub(super) struct MaterialLibrary {
     materials: HashMap<String, tobj::Material>,
 }
 
-/// Name of the material for faces without one.
+/// Name of the material of faces without a material.
 pub(super) const DEFAULT: &str = "default";
 
 impl MaterialLibrary {
-    /// Returns the default material with each of the images, under names by their indices. The
-    /// material of a file with a single image for all faces keeps the default name.
+    /// Creates a material for each image: the default material with the image as its colour.
+    /// Returns the names of the materials and the library. A single image for all faces keeps the
+    /// default name, other names contain the index of the image.
     pub fn of_images(images: Vec<String>, is_whole: bool) -> (Vec<String>, Self) {
         let is_default = is_whole && images.len() == 1;
         let name = |i: usize| {
@@ -48,7 +49,8 @@ impl MaterialLibrary {
         (names, Self { materials })
     }
 
-    /// Returns a material by name, or a default one, with a warning if the file named the material.
+    /// Returns a material by name, or the default material if no library has the name. `requested`
+    /// adds a warning about the missing material.
     pub fn get(
         &self,
         name: &str,
@@ -183,7 +185,7 @@ fn key(keyword: &str) -> &str {
         .unwrap_or(keyword)
 }
 
-/// Returns a statement in a form that tobj accepts.
+/// Returns a statement in a form that `tobj` accepts, or `None` for a malformed statement.
 fn completed(statement: &Statement) -> Option<String> {
     let Statement { keyword, rest, .. } = *statement;
     let keyword = key(keyword);

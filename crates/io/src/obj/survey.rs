@@ -15,7 +15,7 @@ use crate::import::{DecodeBudget, Fault, Outcome, Warnings, printable};
 use crate::text::{message_for_no_number, number};
 use crate::warning::WarningCode;
 
-/// Source of a run's normals.
+/// Source of the normals of a run of faces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Shading {
     /// Flat facets.
@@ -42,7 +42,7 @@ pub(super) struct FaceRun {
 pub(super) struct ObjSurvey {
     /// The rewritten text.
     pub text: String,
-    /// Properties of its groups, by number.
+    /// Properties of the groups in the rewritten text, by number.
     pub runs: Vec<FaceRun>,
     /// Names of materials in order of first use.
     pub materials: Vec<String>,
@@ -71,7 +71,7 @@ struct SurveyWalk<'s, 'a> {
 
 /// References to missing data.
 struct DanglingReferences {
-    /// The first of them: line, corner and cause.
+    /// Description of the first such reference: line, corner and cause.
     first: String,
     faces: usize,
 }
@@ -86,7 +86,8 @@ pub(super) fn survey(
     warnings: &mut Warnings,
 ) -> Outcome<ObjSurvey> {
     let (totals, coloured, corners) = count(text);
-    // A second copy of the text, tobj's data per vertex and per corner, and the resulting meshes.
+    // Memory of a second copy of the text, of tobj's data per vertex and per corner, and of the
+    // resulting meshes.
     budget.memory(text.len(), 2)?;
     budget.memory(totals.iter().sum::<usize>(), 48)?;
     budget.memory(corners, 128)?;
@@ -218,7 +219,7 @@ impl<'a> SurveyWalk<'_, 'a> {
             self.survey.text.push_str(word);
         }
         if self.coloured && kept < 6 {
-            // White, on the scale of the other colours.
+            // NaN stands for white, whatever the scale of the other colours.
             self.survey.text.push_str(" nan nan nan");
         }
         self.survey.text.push('\n');
@@ -318,8 +319,8 @@ impl<'a> SurveyWalk<'_, 'a> {
     }
 
     /// Reads the indices of a corner and checks that each exists. A missing texture coordinate or
-    /// normal is dropped, and recorded for the face's first one: some programs write indices of
-    /// omitted lines, and only detail is lost.
+    /// normal is dropped, because some programs write indices of omitted lines and only detail is
+    /// lost. The first missing reference of a face is recorded in `dangling`.
     fn corner(&self, word: &str, dangling: &mut [Option<String>; 2]) -> Outcome<CornerIndices> {
         let mut parts = word.split('/');
         let [v, vt, vn] = [
@@ -359,7 +360,8 @@ impl<'a> SurveyWalk<'_, 'a> {
         })
     }
 
-    /// Returns an absolute index from 1, or `None` if out of range.
+    /// Converts an index, which may count backwards from the latest vertex, to an absolute index
+    /// from 1; `None` if out of range.
     fn index(&self, part: &str, kind: usize) -> Outcome<Option<usize>> {
         let index: i64 = part
             .parse()

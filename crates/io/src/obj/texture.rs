@@ -24,7 +24,7 @@ pub(super) struct TextureStatement {
     pub scale: [f64; 2],
     /// Offset of u and v after the scale.
     pub offset: [f64; 2],
-    /// Bump scale.
+    /// Factor on a bump or normal map (`-bm`).
     pub bump: f64,
 }
 
@@ -79,7 +79,8 @@ impl TextureStatement {
         map
     }
 
-    /// Parses an option and returns the text after it.
+    /// Parses an option and returns the text after the option; `None` if the text starts with no
+    /// option.
     fn option<'t>(&mut self, text: &'t str) -> Option<&'t str> {
         let (name, mut rest) = first_word(text);
         let (_, words) = OPTIONS.iter().find(|(option, _)| *option == name)?;
@@ -135,7 +136,7 @@ fn first_word(text: &str) -> (&str, &str) {
     (word, rest.trim_start())
 }
 
-/// Images and textures created so far.
+/// Images and textures that the materials of a file use.
 pub(super) struct Textures<'f> {
     folder: &'f Folder,
     limits: &'f Limits,
@@ -148,7 +149,7 @@ pub(super) struct Textures<'f> {
 }
 
 impl<'f> Textures<'f> {
-    /// Starts without any texture.
+    /// Creates a loader without textures.
     pub fn new(folder: &'f Folder, limits: &'f Limits) -> Self {
         let (requested, images) = Default::default();
         Self {
@@ -220,7 +221,7 @@ impl<'f> Textures<'f> {
         Ok(())
     }
 
-    /// Returns a reference to the texture of a statement; `None` without its image.
+    /// Returns a reference to the texture of a statement; `None` if the image was not read.
     pub fn get(
         &mut self,
         statement: &str,

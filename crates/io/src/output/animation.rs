@@ -1,7 +1,7 @@
 //! Animations in a single file: GIF with 256 colours per picture, APNG with full colour.
 //!
 //! The number of pictures is known only at the end, because a run may be interrupted. Until then
-//! each picture waits, compressed, in an unnamed file beside the output file.
+//! each picture is kept, compressed, in an unnamed file beside the output file.
 
 use std::borrow::Cow;
 use std::fs::File;
@@ -46,7 +46,7 @@ pub struct AnimationWriter {
     /// Pictures per second.
     rate: f64,
     metadata: Metadata,
-    /// Compressed pictures in sequence.
+    /// Temporary file with the compressed pictures in sequence.
     spool: File,
     lengths: Vec<usize>,
     size: [u32; 2],
@@ -54,15 +54,16 @@ pub struct AnimationWriter {
     has_alpha: bool,
 }
 
-/// Shortest duration of a picture in a GIF, in hundredths of a second: most viewers show a shorter
-/// one for a tenth of a second.
+/// Shortest duration of a picture in a GIF, in hundredths of a second: most viewers show a picture
+/// with a shorter duration for a tenth of a second.
 const SHORTEST: f64 = 2.0;
 
 impl AnimationWriter {
     /// Creates an empty animation for the file `path`, with `rate` pictures per second.
     ///
     /// # Errors
-    /// Of kind [`File`](crate::ErrorKind::File) where no file can be created beside it.
+    /// Of kind [`File`](crate::ErrorKind::File) if no temporary file can be created in the folder
+    /// of `path`.
     pub fn new(
         path: &Path,
         format: AnimationFormat,
@@ -87,7 +88,8 @@ impl AnimationWriter {
     /// Adds the next picture, converted for display.
     ///
     /// # Errors
-    /// A picture whose size differs from the first one's, or a failed write.
+    /// A picture whose size or transparency differs from that of the first picture, or a failed
+    /// write.
     pub fn add(&mut self, picture: &Picture, display: Display) -> io::Result<()> {
         let display = Display {
             output: Output::Eight,
@@ -122,7 +124,8 @@ impl AnimationWriter {
         Ok(())
     }
 
-    /// Moves the waiting pictures to the temporary folder, because their own has no room left.
+    /// Moves the kept pictures to the system's temporary folder, when the folder of the output file
+    /// is full.
     fn move_spool(&mut self) -> io::Result<()> {
         let mut spool = tempfile::tempfile()?;
         self.spool.seek(SeekFrom::Start(0))?;
@@ -154,7 +157,7 @@ impl AnimationWriter {
     /// Returns the animation as the bytes of a file.
     ///
     /// # Errors
-    /// A failure to read the waiting pictures.
+    /// A failure to read the kept pictures.
     pub fn bytes(&mut self) -> io::Result<Vec<u8>> {
         let mut bytes = Vec::new();
         self.encode(&mut bytes)?;
@@ -224,7 +227,8 @@ impl AnimationWriter {
         })
     }
 
-    /// Passes the codes of each picture to `take`, in order.
+    /// Decodes the kept pictures in order, and passes the codes and the index of each picture to
+    /// `take`.
     fn each(&mut self, mut take: impl FnMut(Vec<u8>, usize) -> io::Result<()>) -> io::Result<()> {
         self.spool.seek(SeekFrom::Start(0))?;
         let mut spool = BufReader::new(&self.spool);

@@ -8,7 +8,7 @@ use super::ownership::is_own_picture;
 use super::place::{TEMPORARY, folder_of, follow};
 use crate::error::Error;
 
-/// Which existing files may be replaced.
+/// Existing files that a write may replace.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Replace {
     /// Any file, because the user named it.
@@ -17,8 +17,8 @@ pub(super) enum Replace {
     Own,
 }
 
-/// Writes a file so that its name refers either to the old content or to all of `bytes`, whatever
-/// goes wrong. A failure leaves no temporary file behind. A device or a pipe is written directly,
+/// Writes a file atomically: its name always refers to the complete old content or to the complete
+/// new content. A failure leaves no temporary file behind. A device or a pipe is written directly,
 /// and a write-protected file is left unchanged.
 ///
 /// # Errors
@@ -27,12 +27,14 @@ pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     write(path, bytes, Replace::Anything).map_err(|cause| Error::write(path, &cause))
 }
 
-/// Fails with `AlreadyExists` where a file exists that may not be replaced.
+/// Writes bytes to a file atomically. Fails with `AlreadyExists` if the existing file may not be
+/// replaced.
 pub(super) fn write(path: &Path, bytes: &[u8], replace: Replace) -> io::Result<()> {
     write_with(path, replace, |out| out.write_all(bytes))
 }
 
-/// The same for large content: `write` writes to the file.
+/// Writes a file atomically with the content that the function `write` produces. Fails with
+/// `AlreadyExists` if the existing file may not be replaced.
 pub(super) fn write_with(
     path: &Path,
     replace: Replace,
@@ -68,8 +70,8 @@ pub(super) fn write_with(
     persisted.map(|_| ()).map_err(|failure| failure.error)
 }
 
-/// Creates a file under a temporary name. A new file gets the user's default mode; a replacement
-/// gets the owner and mode of the replaced file before any byte is written.
+/// Creates a temporary file beside the target. A new file gets the user's default mode; a
+/// replacement gets the owner and mode of the replaced file before any byte is written.
 fn new_file_beside(
     target: &Path,
     replaced: Option<&fs::Metadata>,
@@ -94,8 +96,9 @@ fn new_file_beside(
     Ok(file)
 }
 
-/// Copies owner, group and mode of another file. Only root may change the owner: where owner or
-/// group cannot be kept, the file's current group gets no more rights than all other users.
+/// Copies owner, group and mode of another file. Only root may change the owner. If owner or group
+/// cannot be copied, the set-ID and sticky bits are cleared; without the group, the file's current
+/// group gets no more rights than all other users.
 #[cfg(unix)]
 fn take_after(file: &fs::File, other: &fs::Metadata) -> io::Result<()> {
     use std::os::unix::fs::{MetadataExt, PermissionsExt, fchown};

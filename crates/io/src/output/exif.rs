@@ -1,6 +1,6 @@
-//! Exif metadata, for formats without text entries: the program in its own tag, everything else as
-//! lines of the image description (JEITA, "Exchangeable image file format for digital still
-//! cameras: Exif Version 2.3", 2010).
+//! Exif metadata, for picture formats without text entries: the program in its own tag, all other
+//! entries as lines of the image description (JEITA, "Exchangeable image file format for digital
+//! still cameras: Exif Version 2.3", 2010).
 
 use std::collections::BTreeMap;
 
@@ -65,8 +65,8 @@ pub(super) fn block(metadata: &Metadata) -> Vec<u8> {
     block
 }
 
-/// Decodes the texts of a block, under their names in OpenEXR files; empty for a broken or foreign
-/// block.
+/// Decodes the texts of a block, under the names that OpenEXR files use; empty for a broken or
+/// foreign block.
 pub(super) fn texts(block: &[u8]) -> BTreeMap<String, String> {
     let mut texts = BTreeMap::new();
     let Some(count) = block

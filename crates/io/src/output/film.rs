@@ -1,5 +1,5 @@
 //! Film files, to resume a render or divide it among machines. The format is specific to this
-//! program, because no other keeps the sums of replicates separately.
+//! program, because no common format keeps the sums of replicates separately.
 //!
 //! A file consists of sixteen magic bytes, the version of the format (u32), the length of the
 //! header (u64), the header as JSON, the film's numbers in the order of [`Film::pass`], and the
@@ -22,8 +22,8 @@ use crate::limits::{Limits, human_bytes};
 const MAGIC: [u8; 16] = *b"\x93raywright film\n";
 const VERSION: u32 = 4;
 
-/// Largest length of an accepted header in bytes: the list of tiles of a picture with 2³² pixels
-/// takes a tenth of it.
+/// Largest length of an accepted header in bytes. The list of tiles of a picture with 2³² pixels
+/// takes a tenth of this length.
 const MOST_HEADER: u64 = 256 << 20;
 
 /// A film with the metadata of its picture.
@@ -45,7 +45,7 @@ struct FilmFileHeader {
     display: Display,
 }
 
-/// Writes a film, atomically. The film is borrowed mutably for reading only; nothing in it changes.
+/// Writes a film file atomically. The film is borrowed mutably, but not changed.
 ///
 /// # Errors
 /// Of kind [`File`](crate::ErrorKind::File) if the file cannot be written.
@@ -75,7 +75,8 @@ fn write(out: &mut dyn Write, kept_film: &mut KeptFilm) -> io::Result<()> {
     out.out.flush()
 }
 
-/// Reads a film. Memory is allocated only within both the file's header and the limits.
+/// Reads a film file. The header states the memory that the film takes, which is checked against
+/// the limits before any allocation.
 ///
 /// # Errors
 /// Of kind [`File`](crate::ErrorKind::File) for an unreadable file,
@@ -149,7 +150,7 @@ fn read(from: &mut FilmReader<impl Read>, limits: &Limits) -> Result<KeptFilm, F
             "its header is longer than any that this program writes",
         ));
     }
-    // Reads the existing bytes, whatever length is claimed.
+    // The buffer grows with the bytes that exist: a false length allocates no memory.
     let mut header = Vec::new();
     from.from.by_ref().take(length).read_to_end(&mut header)?;
     if (header.len() as u64) < length {
@@ -214,7 +215,7 @@ impl<R: Read> FilmReader<R> {
     }
 }
 
-/// Methods for reading and writing numbers of one type.
+/// Implements the writing and reading of lists of numbers, for each type of number.
 macro_rules! numbers {
     ($($method:ident: $number:ty),*) => {
         impl<W: Write> FilmNumbers for FilmWriter<W> {

@@ -1,4 +1,4 @@
-//! A picture with marked points.
+//! Writing of a picture with marked points.
 
 use std::io;
 use std::path::Path;
@@ -33,8 +33,8 @@ const SHARE: f64 = 0.08;
 const LETTER_HEIGHT: u32 = 16;
 const NOTE: [u8; 3] = [255; 3];
 
-/// Writes a picture with marks over it, and a note in its lower left corner as
-/// far as there is room, as PNG, converted for display, atomically.
+/// Writes a picture atomically as PNG, converted for display, with marks drawn over the pixels and
+/// a note in the lower left corner, cut to the width of the picture.
 ///
 /// # Errors
 /// Of kind [`File`](crate::ErrorKind::File) if the file cannot be written.

@@ -1,4 +1,4 @@
-//! Origin metadata of a picture, the same in all formats.
+//! Metadata about the origin of a picture, the same in all formats.
 
 use std::collections::BTreeMap;
 
@@ -55,7 +55,7 @@ impl Metadata {
         word(&self.error, name)
     }
 
-    /// Name of each entry, in PNG and in OpenEXR, and its text.
+    /// Returns the non-empty entries, each with its name in PNG, its name in OpenEXR, and its text.
     pub(super) fn entries(&self) -> impl Iterator<Item = (&'static str, &'static str, String)> {
         let seed = self.seed.map(|seed| seed.to_string()).unwrap_or_default();
         let texts = [
@@ -87,7 +87,7 @@ pub(super) fn is_own_entry(name: &str) -> bool {
 /// Standard OpenEXR attribute for the program.
 pub(super) const SOFTWARE: &str = "software";
 
-/// Value of a name in an entry of `name=value` words, each perhaps in single quotes.
+/// Returns the value of a name in an entry of `name=value` words. A value may be in single quotes.
 fn word<'a>(entry: &'a str, name: &str) -> Option<&'a str> {
     let starts = entry
         .match_indices(name)
@@ -102,8 +102,8 @@ fn word<'a>(entry: &'a str, name: &str) -> Option<&'a str> {
     }
 }
 
-/// `Software` and `software` follow the formats' own conventions; the others carry the program's
-/// name.
+/// Names of the entries in PNG and in OpenEXR. `Software` and `software` follow the conventions of
+/// the formats; the other names start with the program's name.
 const NAMES: [(&str, &str); 6] = [
     ("Software", SOFTWARE),
     ("Raywright scene hash", "raywright_scene_hash"),

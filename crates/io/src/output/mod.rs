@@ -79,8 +79,8 @@ impl PictureFormat {
     }
 }
 
-/// Writes a picture in the format of its extension. The final name only ever holds a finished
-/// picture.
+/// Writes a picture atomically, in the format of the path's extension: the path never refers to an
+/// unfinished picture.
 ///
 /// # Errors
 /// Of kind [`Usage`](crate::ErrorKind::Usage) for an unsupported extension,
@@ -117,9 +117,9 @@ pub fn write_picture_as(
     )
 }
 
-/// Writes a picture under a name that the user did not choose. It replaces only a picture of this
-/// program; where another file exists, or `is_free` returns false, the next free name
-/// (`NAME-2.EXT`) is used. Returns the name.
+/// Writes a picture under a name that the user did not choose. Only a picture of this program is
+/// replaced. If another file exists, or `is_free` returns false, the next free name (`NAME-2.EXT`)
+/// is used. Returns the used name.
 ///
 /// # Errors
 /// As [`write_picture`].
@@ -229,8 +229,8 @@ pub fn partial_name(path: &Path) -> PathBuf {
 /// Longest file name in bytes on common file systems.
 const LONGEST_NAME: usize = 255;
 
-/// Inserts a suffix between the stem and the extension of a name; a stem too long for it is
-/// truncated.
+/// Inserts a suffix between the stem and the extension of a name. A stem that makes the name too
+/// long is truncated.
 fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
     let mut end = OsString::from(suffix);
     if let Some(extension) = path.extension() {

@@ -1,5 +1,5 @@
-//! Recognition of this program's own pictures: a file named without the user's choice replaces
-//! nothing else.
+//! Recognition of this program's own pictures. An output whose name the user did not choose
+//! replaces nothing but such a picture.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -12,9 +12,9 @@ use super::metadata::{PROGRAM, is_own_entry};
 use super::read::{EXR, PNG, read_picture};
 use crate::limits::Limits;
 
-/// Whether a regular file is a complete picture written by this program: it has this program's
-/// entries, no text of another program (which would have edited the picture since), and can be read
-/// to its end.
+/// Whether a regular file is a complete picture written by this program: the file has this
+/// program's entries, no text of another program, and decodes to its end. A text of another program
+/// means that the picture was edited.
 pub fn is_own_picture(path: &Path) -> bool {
     // Reading a pipe would block.
     if !path.is_file() {

@@ -1,4 +1,4 @@
-//! Display pictures for web pages: JPEG and lossless WebP, written and read.
+//! Display pictures in the formats of web pages, JPEG and lossless WebP, written and read.
 
 use std::io::{self, Cursor};
 
@@ -79,7 +79,7 @@ fn encode(
         .map_err(io::Error::other)
 }
 
-/// A file of one of these formats with a parsed header.
+/// A JPEG or WebP file with a parsed header.
 pub(super) enum PageFile<'b> {
     Jpeg(JpegDecoder<Cursor<&'b [u8]>>),
     WebP(WebPDecoder<Cursor<&'b [u8]>>),

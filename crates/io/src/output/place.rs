@@ -1,5 +1,5 @@
-//! Resolution of output paths: the single location behind all spellings and links, and whether a
-//! file can be created there.
+//! Resolution of output paths: all spellings and links of a path lead to the same resolved path. A
+//! check tests whether a file can be created.
 
 use std::collections::BTreeSet;
 use std::ffi::OsStr;
@@ -18,19 +18,19 @@ const MOST_LINKS: usize = 40;
 /// Prefix of the names of temporary files.
 pub(super) const TEMPORARY: &str = ".raywright-";
 
-/// Location of an output file.
+/// Resolved path of an output file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct OutputPlace {
-    /// Path with all links resolved, even if nothing exists at its end.
+    /// Path with all links resolved; the file need not exist.
     path: PathBuf,
     /// Whether the file system ignores letter case.
     ignores_case: bool,
 }
 
 impl OutputPlace {
-    /// Resolves a path, and checks as far as possible that a file can be created there: the folder
-    /// exists, is writable and has room (tested by creating another file in it for a moment), the
-    /// file system accepts the name, and no folder or irreplaceable file has that name.
+    /// Resolves a path, and checks as far as possible that a file can be created. The folder must
+    /// exist, be writable and have room, which is tested with a temporary file. The file system
+    /// must accept the name, and no folder or irreplaceable file may have that name.
     ///
     /// # Errors
     /// An error of kind [`File`](crate::ErrorKind::File).
@@ -87,7 +87,7 @@ impl OutputPlace {
         self.path.file_name()
     }
 
-    /// Whether both are the same location, or names of the same file.
+    /// Whether two paths lead to the same file.
     pub fn is(&self, other: &Self) -> bool {
         self.is_spelled(&other.path)
             || self
@@ -95,7 +95,7 @@ impl OutputPlace {
                 .is_some_and(|file| other.existing().is_some_and(|there| file == there))
     }
 
-    /// Path in a normal form for the file system's letter case, as a key for look-up.
+    /// Path as a key for look-up: in lower case if the file system ignores letter case.
     pub fn spelling(&self) -> PathBuf {
         if self.ignores_case {
             self.path.to_string_lossy().to_lowercase().into()
@@ -104,7 +104,7 @@ impl OutputPlace {
         }
     }
 
-    /// Whether an absolute path without links is this location.
+    /// Whether an absolute path without links equals this path.
     pub(crate) fn is_spelled(&self, path: &Path) -> bool {
         self.path == path
             || (self.ignores_case
@@ -116,7 +116,7 @@ impl OutputPlace {
         fingerprint(&self.path)
     }
 
-    /// Whether one of these absolute paths without links is this location.
+    /// Whether any of these absolute paths without links equals this path.
     pub(crate) fn is_among(&self, paths: &BTreeSet<PathBuf>) -> bool {
         if self.ignores_case {
             paths.iter().any(|path| self.is_spelled(path))
@@ -125,7 +125,8 @@ impl OutputPlace {
         }
     }
 
-    /// Opens the existing regular file. Anything else is not opened, because opening a pipe blocks.
+    /// Opens the existing regular file; `None` for a missing file, and for a pipe or a device,
+    /// because opening a pipe blocks.
     pub(crate) fn existing(&self) -> Option<Handle> {
         if self.path.is_file() {
             Handle::from_path(&self.path).ok()
@@ -155,13 +156,14 @@ fn create_test_file(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
     Ok(test_file)
 }
 
-/// Removes the name of the temporary file from an error, which means nothing to the user.
+/// Reduces an error to its kind, without the name of the temporary file, which means nothing to the
+/// user.
 fn named_by_kind(cause: &io::Error) -> io::Error {
     cause.kind().into()
 }
 
-/// Checks that the file can be replaced: in a shared folder such as `/tmp`, only the owners of the
-/// file and of the folder may do so.
+/// Checks that the existing file can be replaced. In a shared folder such as `/tmp` (sticky bit),
+/// only the owner of the file or of the folder may replace a file.
 #[cfg(unix)]
 fn check_replaceable(
     folder: &Path,
@@ -194,8 +196,8 @@ fn check_replaceable(
     Ok(())
 }
 
-/// Fingerprint of the regular file at a path, which needs no open handle; `None` without a file.
-/// Equal fingerprints almost certainly mean the same file.
+/// Fingerprint of the identity of the regular file at a path, which needs no open handle; `None`
+/// without a file. Equal fingerprints almost certainly mean the same file.
 pub(crate) fn fingerprint(path: &Path) -> Option<u64> {
     let handle = if path.is_file() {
         Handle::from_path(path).ok()?
@@ -219,7 +221,7 @@ pub(super) fn follow(path: &Path) -> io::Result<PathBuf> {
     Err(io::Error::other("its symbolic links run in a circle"))
 }
 
-/// Folder of a file with this name.
+/// Folder of a file path; `.` for a name without a folder.
 pub(super) fn folder_of(path: &Path) -> PathBuf {
     match path.parent() {
         Some(parent) if parent != Path::new("") => parent.to_path_buf(),

@@ -35,7 +35,7 @@ pub struct StoredPicture {
     /// Whether the file has colour: channels `R`, `G`, `B`, or `Y` alone. Otherwise `rgb` is black
     /// and all channels of the file are layers.
     pub has_colour: bool,
-    /// Texts of the file by name; those of Exif under their names in OpenEXR.
+    /// Texts of the file by name. Texts from Exif have the names that OpenEXR files use.
     pub texts: BTreeMap<String, String>,
 }
 
@@ -54,9 +54,9 @@ const MAX_EXPANSION: u64 = 4096;
 pub(super) const PNG: &[u8] = b"\x89PNG\r\n\x1a\n";
 pub(super) const EXR: &[u8] = b"\x76\x2f\x31\x01";
 
-/// Reads a PNG, JPEG, WebP or OpenEXR file, detected by its signature. Of an animation, the first
-/// picture is read; of an OpenEXR file with several parts of one size, all parts, with `part.`
-/// before the names of their channels.
+/// Reads a PNG, JPEG, WebP or OpenEXR file, detected by its signature. An animation gives its first
+/// picture. An OpenEXR file with several parts of equal size gives all parts, with `part.` before
+/// the names of their channels.
 ///
 /// # Errors
 /// Of kind [`File`](crate::ErrorKind::File) for an unreadable file,
@@ -126,7 +126,8 @@ impl From<exr::error::Error> for PictureFailure {
     }
 }
 
-/// Checks a size before any allocation.
+/// Checks the size of a picture before any allocation, against the limits and the length of the
+/// file.
 fn check_size(
     width: u64,
     height: u64,
@@ -287,7 +288,8 @@ fn decode_exr(bytes: &[u8], limits: &Limits) -> Result<StoredPicture, PictureFai
     picture_of(image)
 }
 
-/// Refuses unsupported features, with the reason.
+/// Refuses an OpenEXR part with unsupported features, and a part whose size or position differs
+/// from the first part.
 fn check_header(header: &Header, first: &Header) -> Result<(), PictureFailure> {
     let refuse = |label: &str| {
         Err(PictureFailure::Wrong(format!(
@@ -385,7 +387,8 @@ fn picture_of(image: FlatImage) -> Result<StoredPicture, PictureFailure> {
     })
 }
 
-/// Window of pixels in the display window, given by their size and position; `None`: they fill it.
+/// Data window of pixels relative to the display window; `None` if the pixels fill the display
+/// window.
 fn window_of(display: IntegerBounds, place: Vec2<i32>, size: Vec2<usize>) -> Option<DataWindow> {
     let origin = [
         place.0.saturating_sub(display.position.0),

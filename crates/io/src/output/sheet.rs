@@ -14,7 +14,7 @@ use super::metadata::Metadata;
 use super::png::encoder;
 use crate::error::Error;
 
-/// Largest width of a picture in pixels, for few and for many pictures.
+/// Largest and smallest width of a cell in pixels, for few and for many pictures.
 const WIDEST: u32 = 480;
 const NARROWEST: u32 = 160;
 /// Total width of a sheet in pixels.
@@ -119,7 +119,8 @@ impl ContactSheet {
         Ok(bytes)
     }
 
-    /// Lays out rows from the top, each as high as its highest picture, aligned at the bottom.
+    /// Draws the rows of cells from the top. Each row is as high as its highest picture, and its
+    /// pictures are aligned at the bottom.
     fn lay_out(&self) -> RgbImage {
         let columns = self.columns.min(self.cells.len().max(1) as u32);
         let cell = self
@@ -162,7 +163,7 @@ impl ContactSheet {
     }
 }
 
-/// Codes of a picture over the sheet's background.
+/// Composites a picture over the background of the sheet, and returns 8-bit codes.
 pub(super) fn over_paper(picture: &Picture, display: Display) -> RgbImage {
     let codes = display.to_codes(picture);
     let (width, height) = (picture.width, picture.height);
@@ -191,8 +192,8 @@ pub(super) fn over_paper(picture: &Picture, display: Display) -> RgbImage {
 
 const FONT: RasterHeight = RasterHeight::Size16;
 
-/// Writes a centred line into this width; a line too long loses its middle, because names differ at
-/// both ends.
+/// Draws a line of text, centred in `width` pixels. A text that is too long loses its middle,
+/// because names differ at both ends.
 fn write_line(sheet: &mut RgbImage, [left, top]: [u32; 2], width: u32, text: &str) {
     let line = shortened(text, (width / letter_width()) as usize);
     let start = left + width.saturating_sub(line.len() as u32 * letter_width()) / 2;
@@ -204,7 +205,7 @@ pub(super) fn letter_width() -> u32 {
     get_raster_width(FontWeight::Regular, FONT) as u32
 }
 
-/// Writes letters from a position, clipped to the image.
+/// Draws letters from a position of the top left corner, clipped to the image.
 pub(super) fn write_letters(
     sheet: &mut RgbImage,
     [start, top]: [u32; 2],
@@ -229,7 +230,7 @@ pub(super) fn write_letters(
     }
 }
 
-/// Shortens a text to a number of letters.
+/// Shortens a text to `maximum` letters, with dots in place of the middle.
 fn shortened(text: &str, maximum: usize) -> Vec<char> {
     const DOTS: &str = "...";
     let letters: Vec<char> = text.chars().collect();

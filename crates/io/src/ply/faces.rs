@@ -39,7 +39,7 @@ impl FaceRole {
 /// Image number of a face without an image; the default of faces without the property.
 const NO_TEXTURE: i64 = -1;
 
-/// Polygons, stored in sequence.
+/// Polygons of a PLY file, stored in sequence.
 #[derive(Default)]
 pub(super) struct Faces {
     /// Vertex indices of all polygons.
@@ -89,7 +89,7 @@ impl Faces {
         budget: &mut DecodeBudget,
     ) -> Outcome<()> {
         let mut roles: Vec<FaceRole> = element.properties.iter().map(FaceRole::of).collect();
-        // The first of several properties with the same meaning is the one in force.
+        // Of several properties with the same meaning, the first applies.
         for i in 1..roles.len() {
             if roles[..i].contains(&roles[i]) {
                 roles[i] = FaceRole::Other;
@@ -165,7 +165,8 @@ impl Faces {
         Ok(())
     }
 
-    /// Fills in defaults for polygons without the properties that other polygons have.
+    /// Extends colours and, if `mapped` is set, texture coordinates with defaults, for polygons
+    /// that have none while others do.
     fn pad(&mut self, mapped: bool) {
         if self.coloured {
             self.colours.pad(self.arities.len());
@@ -197,9 +198,9 @@ impl Faces {
         Ok(())
     }
 
-    /// Returns the triangles of all faces over the file's vertices, and each triangle's image
-    /// number if faces have them. If faces have colours or texture coordinates, each corner becomes
-    /// a vertex.
+    /// Triangulates all faces. Returns the mesh, and the image number of each triangle if faces
+    /// have image numbers. If faces have colours or texture coordinates, each corner becomes a
+    /// vertex; otherwise the mesh has the vertices of the file.
     ///
     /// # Errors
     /// A fault of kind input for a vertex index out of range, of kind limit beyond the limits.
@@ -303,7 +304,7 @@ impl Faces {
                 + size_of::<[f32; 4]>(),
         )?;
         fn each<T: Copy>(corners: &[u32], of: &[T]) -> Vec<T> {
-            // An empty list stays empty; any other has a value for each vertex.
+            // An empty list stays empty; any other list has a value for each vertex.
             corners
                 .iter()
                 .filter_map(|&corner| of.get(corner as usize))

@@ -2,7 +2,8 @@
 
 use crate::import::{Fault, Outcome, printable};
 
-/// Limit on elements and properties, beyond any real file; each of them takes memory.
+/// Largest number of elements, of properties per element and of images, beyond any real file. Each
+/// of them takes memory.
 const MOST: usize = 1000;
 /// Largest length of a header line in bytes.
 const LONGEST: usize = 4096;
@@ -53,7 +54,7 @@ impl NumberType {
         }
     }
 
-    /// Code of the value 1, for types that store fractions as codes.
+    /// Code of the value 1 in number types that store fractions as codes: 255 or 65535.
     pub fn whole(self) -> Option<f32> {
         match self {
             Self::U8 => Some(255.0),
@@ -67,16 +68,16 @@ impl NumberType {
     }
 }
 
-/// Property of an element.
+/// Property of a PLY element.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Property {
     pub name: String,
-    /// Type of the length, for a list.
+    /// Number type of the length of a list; `None` for a single number.
     pub count: Option<NumberType>,
     pub number: NumberType,
 }
 
-/// Sequence of items of one kind.
+/// A PLY element: a sequence of items with the same properties.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Element {
     pub name: String,
@@ -84,7 +85,7 @@ pub(super) struct Element {
     pub properties: Vec<Property>,
 }
 
-/// A parsed header.
+/// A parsed PLY header.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct PlyHeader {
     pub encoding: Encoding,
@@ -109,8 +110,8 @@ pub(super) fn read(bytes: &[u8]) -> Outcome<PlyHeader> {
         lines: 0,
     };
     let mut format = None;
-    // Binary data starts right after the last line, perhaps with a line-feed byte, so that all
-    // lines must end as the first one does.
+    // Binary data starts right after the last line, and may start with a line-feed byte. Therefore
+    // all lines must end as the first line does.
     let end: &[u8] = match bytes.get(3..5) {
         Some([b'\r', next]) if *next != b'\n' => b"\r",
         _ => b"\n",

@@ -7,8 +7,8 @@ use raywright_core::scene::MeshData;
 use crate::import::{DecodeBudget, Outcome, Warnings};
 use crate::warning::WarningCode;
 
-/// Returns the triangles of each image, and of no image, with the vertices that they use. Warnings
-/// name images without a triangle and numbers without an image.
+/// Splits a mesh by image number. Returns a mesh for each image, and a mesh of the triangles
+/// without an image. Warnings name images without a triangle and numbers without an image.
 ///
 /// # Errors
 /// A fault of kind limit beyond the limits.
@@ -58,7 +58,7 @@ pub(super) fn split(
         .collect())
 }
 
-/// Extracts some triangles of a mesh, with the vertices that they use.
+/// Extracts triangles of a mesh, with the vertices that they use.
 fn part(mesh: &MeshData, triangles: &[[u32; 3]]) -> MeshData {
     let (mut numbers, mut used) = (HashMap::new(), Vec::new());
     let mut number = |old: u32| {

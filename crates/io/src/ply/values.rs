@@ -4,7 +4,7 @@ use super::header::{Element, Encoding, NumberType, PlyHeader, Property};
 use crate::import::{Fault, Outcome, printable};
 use crate::text::{message_for_no_number, number};
 
-/// The numbers of a file that are not read yet.
+/// Data of a PLY file that is not read yet.
 pub(super) struct ValueStream<'b> {
     rest: &'b [u8],
     encoding: Encoding,
@@ -13,7 +13,7 @@ pub(super) struct ValueStream<'b> {
 }
 
 impl<'b> ValueStream<'b> {
-    /// Starts after the header.
+    /// Creates the stream of the data after the header.
     pub fn behind(header: &PlyHeader, bytes: &'b [u8]) -> Self {
         Self {
             rest: bytes.get(header.bytes..).unwrap_or_default(),
@@ -22,7 +22,7 @@ impl<'b> ValueStream<'b> {
         }
     }
 
-    /// Bytes left, without the white space at the end of an ASCII file.
+    /// Number of bytes left, without the white space at the end of an ASCII file.
     pub fn left(&self) -> usize {
         if self.encoding == Encoding::Ascii {
             self.rest.trim_ascii().len()
@@ -31,7 +31,8 @@ impl<'b> ValueStream<'b> {
         }
     }
 
-    /// Current position for messages: in ASCII files with the line.
+    /// Description of the current position for messages: element and index, in ASCII files also the
+    /// line.
     pub fn place(&self, element: &Element, index: u64) -> String {
         match self.encoding {
             Encoding::Ascii => format!("line {}: {} {index}", self.line, printable(&element.name)),
@@ -126,7 +127,7 @@ impl<'b> ValueStream<'b> {
         Ok(count as usize)
     }
 
-    /// Skips a whole element.
+    /// Skips all items of an element.
     ///
     /// # Errors
     /// A fault of kind input if the file ends inside the element.
@@ -192,7 +193,8 @@ fn cut_off() -> Fault {
     Fault::input("the file ends here")
 }
 
-/// Parses a word as a number of a type. Single precision is rounded only once, as in other formats.
+/// Parses a word of an ASCII file as a number of a type. Floats are parsed in double precision, so
+/// that they are rounded to single precision only once, as in other formats.
 fn parsed(word: &str, kind: NumberType) -> Option<f64> {
     match kind {
         // The written value: an ASCII number may have more digits than its declared type holds.

@@ -26,7 +26,7 @@ fn slot(name: &str) -> Option<usize> {
     })
 }
 
-/// Colour channel of a property.
+/// Colour channel, from 0 to 2, that a property name stands for.
 pub(super) fn channel(name: &str) -> Option<usize> {
     const NAMES: [[&str; 3]; 3] = [
         ["red", "r", "diffuse_red"],
@@ -36,12 +36,12 @@ pub(super) fn channel(name: &str) -> Option<usize> {
     NAMES.iter().position(|names| names.contains(&name))
 }
 
-/// Colours as written. Their scale is known only once all are read: floats may range to 255, as in
-/// OBJ files.
+/// Colours as stored in the file. The scale of floats is known only after all colours are read,
+/// because floats may range to 255, as in OBJ files.
 #[derive(Default)]
 pub(super) struct VertexColours {
     written: Vec<[f32; 3]>,
-    /// Factor from codes to fractions, where the number type determines it.
+    /// Factor from stored values to 0..1, if the number type determines the factor.
     scale: Option<f32>,
 }
 
@@ -80,7 +80,7 @@ impl VertexColours {
     }
 }
 
-/// Vertices of a file. Lists without a property in the file are empty.
+/// Vertices of a PLY file. A list is empty if the file lacks the property.
 #[derive(Default)]
 pub(super) struct PlyVertices {
     pub positions: Vec<[f64; 3]>,
@@ -155,7 +155,8 @@ impl PlyVertices {
     }
 }
 
-/// Reads the numbers of a vertex.
+/// Reads the properties of a vertex: the position in double precision, and all numbers in single
+/// precision.
 fn row(
     properties: &[Property],
     slots: &[Option<usize>],
@@ -172,7 +173,8 @@ fn row(
     Ok(([x, y, z], row.map(|value| value as f32)))
 }
 
-/// Converts v from the bottom row, as in the format, to the top row, as in scenes.
+/// Converts texture coordinates: the format counts v from the bottom row, a scene from the top row.
+/// Non-finite coordinates become zero.
 pub(super) fn from_the_top([u, v]: [f32; 2]) -> [f32; 2] {
     if u.is_finite() && v.is_finite() {
         [u, 1.0 - v]

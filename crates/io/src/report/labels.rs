@@ -1,7 +1,7 @@
 //! Placement of labels beside the points of a plot, without overlap with points, labels or the
 //! legend.
 
-/// Plot area: left, top, right, bottom.
+/// Area of the plot in SVG units: left, top, right, bottom.
 pub(super) const AREA: [f64; 4] = [84.0, 96.0, 816.0, 510.0];
 
 /// Average width of a character, and height of a line, in the small font.
@@ -11,7 +11,7 @@ const HEIGHT: f64 = 13.0;
 const GAP: f64 = 7.0;
 const MARKER: f64 = 4.5;
 
-/// Occupied boxes: left, top, right and bottom of each.
+/// Boxes of a plot that points, labels or the legend occupy: left, top, right and bottom of each.
 pub(super) struct LabelBoxes {
     covered: Vec<[f64; 4]>,
 }

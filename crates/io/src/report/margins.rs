@@ -7,7 +7,7 @@ use super::page::number;
 use super::plot::{STYLE, ThemeColour, escape_xml};
 use super::scale::DecadeScale;
 
-/// Cases with their margins.
+/// A plot of margins, with a row for each case.
 #[derive(Clone, Debug, Default)]
 pub struct Margins {
     /// Title; empty for a plot inside a page with its own title.
@@ -22,7 +22,7 @@ pub struct Margins {
     pub rows: Vec<MarginRow>,
 }
 
-/// A case.
+/// A row of the plot: a case with its margins.
 #[derive(Clone, Debug, Default)]
 pub struct MarginRow {
     /// Number of the case.
@@ -33,7 +33,7 @@ pub struct MarginRow {
     pub margins: Vec<(ThemeColour, f64)>,
     /// Text in place of or beside the margins.
     pub message: String,
-    /// Whether the bound is broken.
+    /// Whether the worst error exceeds the bound.
     pub is_broken: bool,
     /// Text in the right column.
     pub aside: String,
@@ -99,7 +99,7 @@ impl Margins {
                 "<path class=\"{class}\" d=\"M{x:.1} {}V{bottom}\"/>",
                 TOP - 12.0
             );
-            // Only as many labels as fit.
+            // Labels are written at every n-th decade, as many as fit.
             if exponent % every(&scale) == 0 {
                 for y in [TOP - 22.0, bottom + 20.0] {
                     let _ = writeln!(

@@ -15,7 +15,7 @@ use raywright_core::picture::Picture;
 use super::plot::{Axis, Plot, PlotLine, PlotPoint, ThemeColour, escape_xml};
 use crate::output::{Metadata, png_bytes};
 
-/// Contents of a page.
+/// Contents of the HTML report on a measurement of accuracy.
 #[derive(Clone, Copy, Debug)]
 pub struct Page<'a> {
     /// Name of the scene.
@@ -24,17 +24,17 @@ pub struct Page<'a> {
     pub circumstances: &'a [String],
     /// Command that generates the page.
     pub command: &'a str,
-    /// The measured figures.
+    /// Measured times and errors.
     pub report: &'a AccuracyReport,
     /// Summary in sentences.
     pub recommendation: &'a str,
-    /// Command that renders the scene as it is.
+    /// Command that renders the scene with its own settings.
     pub own_command: &'a str,
-    /// Flags that each setting on the frontier adds to that command.
+    /// Flags that each setting on the frontier adds to `own_command`.
     pub flags: &'a [String],
     /// Effects of the scene.
     pub effects: &'a EffectReport,
-    /// Display settings of its pictures.
+    /// Display settings of the pictures in the report.
     pub display: Display,
 }
 
@@ -158,8 +158,8 @@ pub fn accuracy_plot(
     }
 }
 
-/// Position of a setting; an error indistinguishable from zero is drawn at the upper end of its
-/// interval.
+/// Position of a setting in the plot, by time and error. An error indistinguishable from zero is
+/// drawn at the upper end of its interval.
 fn place(measured: &MeasuredSetting) -> PlotPoint {
     let root = |value: f64| value.max(1e-12).sqrt();
     let error = &measured.errors.relmse;
@@ -203,7 +203,7 @@ pub(super) fn number(value: f64) -> String {
     }
 }
 
-/// Formats a standalone page: a title, its HTML body, and a script that may be empty.
+/// Formats a standalone HTML page from a title, an HTML body and a script, which may be empty.
 pub fn document(title: &str, body: &str, script: &str) -> String {
     let (title, style) = (escape_xml(title), include_str!("page.css"));
     let script = if script.is_empty() {
@@ -227,7 +227,7 @@ impl Page<'_> {
             .map(|line| format!("<p class=\"soft\">{}</p>\n", escape_xml(line)))
             .collect();
         let plot = accuracy_plot(self.scene, "", self.report, self.flags);
-        // The table below explains its numbers.
+        // The table below the plot explains the numbers of the plot.
         let plot = Plot {
             title: String::new(),
             key: Vec::new(),
@@ -264,7 +264,8 @@ impl Page<'_> {
         )
     }
 
-    /// Two pictures under a slider, the error of one of them, and thumbnails of all.
+    /// Formats the pictures: two pictures under a slider, the error of the left picture, and
+    /// thumbnails of all pictures.
     fn pictures(&self) -> String {
         let Some(reference) = self.report.pictures.first() else {
             return String::new();
@@ -312,7 +313,7 @@ impl Page<'_> {
         )
     }
 
-    /// Position of the pictures in the whole; empty for whole pictures.
+    /// Formats the position of the shown tile in the picture; empty if whole pictures are shown.
     fn place_of(&self, shown: &Picture) -> String {
         let ([x, y], Picture { width, height, .. }) = (self.report.tiles.shown, shown);
         if [*width, *height] == self.report.size {
@@ -323,8 +324,8 @@ impl Page<'_> {
         )
     }
 
-    /// Brightest error in all heat maps: the value exceeded by one in a hundred pixels of the
-    /// scene's own setting.
+    /// Error at the bright end of all heat maps: the value exceeded in one of a hundred pixels by
+    /// the error of the scene's own setting.
     fn heat_scale(&self, reference: &Picture) -> f32 {
         let own = self
             .report

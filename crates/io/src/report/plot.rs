@@ -1,6 +1,5 @@
 //! Double-logarithmic plots as SVG: lines with their spread, marks, a legend. Colours follow the
-//! reader's light or dark theme; a background of its own keeps the plot readable wherever it is
-//! embedded.
+//! reader's light or dark theme; a filled background keeps an embedded plot readable.
 
 use std::fmt::Write;
 
@@ -9,7 +8,7 @@ use super::scale::{DecadeScale, PlotFrame};
 
 use crate::masking::masked;
 
-/// A plot.
+/// A double-logarithmic plot.
 #[derive(Clone, Debug, Default)]
 pub struct Plot {
     /// Title; empty for a plot inside a page with its own title.
@@ -63,9 +62,9 @@ pub struct PlotPoint {
     pub x: f64,
     /// Vertical coordinate.
     pub y: f64,
-    /// Ends of its vertical spread.
+    /// Lower and upper end of the vertical spread.
     pub spread: [f64; 2],
-    /// Description, if other than the line's name, shown under a pointer.
+    /// Description, shown under a pointer; `None` if the line's name suffices.
     pub label: Option<String>,
     /// Short name, written beside the point where room is left.
     pub name: String,

@@ -14,7 +14,8 @@ pub enum Align {
     Right,
 }
 
-/// A row of a table. In a row with fewer cells than columns, the last cell spans the rest.
+/// A row of a table. In a row with fewer cells than columns, the last cell spans the remaining
+/// columns.
 #[derive(Clone, Debug, Default)]
 pub struct TableRow {
     /// Cells; text between back quotes is code.
@@ -86,8 +87,8 @@ impl Table {
     }
 
     /// Formats as plain text: columns padded to their widest cell, two spaces apart, within `room`
-    /// characters, without trailing spaces. A cell with several lines would look like several rows,
-    /// so that its line breaks are replaced.
+    /// characters, without trailing spaces. Line breaks in a cell are replaced, because a cell with
+    /// several lines would look like several rows.
     ///
     /// In a table that is too wide, text in the last column is wrapped, or the columns beyond the
     /// width follow in a table of their own, which repeats the first column.
@@ -242,8 +243,8 @@ const GAP: &str = "  ";
 /// Least number of characters in a wrapped line.
 const LEAST_TEXT: usize = 20;
 
-/// Formats some of a row's cells as a line; the last cell may continue in further lines below its
-/// start.
+/// Formats the cells of a row in the `shown` columns as a line. The last cell may continue in
+/// further lines below its start.
 fn line(
     row: &[String],
     widths: &[usize],
@@ -259,7 +260,7 @@ fn line(
             && columns[column] == Align::Left
             && text.chars().count() + longest_word(cell) > room
         {
-            // Without room beside the figures, the text goes below them.
+            // Without room beside the other cells, the text goes below them.
             return format!("{}\n  {}\n", text.trim_end(), wrapped(cell, 2, room));
         }
         text += &match columns[column] {
@@ -306,9 +307,9 @@ pub fn wrapped(text: &str, indent: usize, room: usize) -> String {
     lines.join(&format!("\n{}", " ".repeat(indent)))
 }
 
-/// Formats a number with its uncertainty: none within the last digit written by `number`, a share,
-/// or the ends of the interval if far from the value. A number indistinguishable from zero is given
-/// by its upper end.
+/// Formats a value with its uncertainty: nothing if both ends of the interval are formatted as the
+/// value is, a percentage below 30 %, or otherwise the ends of the interval. A value
+/// indistinguishable from zero is given as `<` and the upper end. `number` formats each number.
 pub fn format_uncertain(interval: &ConfidenceInterval, number: impl Fn(f64) -> String) -> String {
     let value = number(interval.value);
     if interval.is_lost_in_noise() && interval.high > 0.0 {

@@ -47,7 +47,7 @@ impl Page<'_> {
         }
         let named = (1..).zip(self.report.frontier.iter().zip(self.flags));
         let rows = named.map(|(i, (candidate, flags))| {
-            // The other figures are in the table of rungs.
+            // The other cells are in the table of rungs.
             let [time, ratio, error, _, _, light, ..] = self.cells(&candidate.measured, None);
             let cells = [
                 format!("({i})"),
@@ -144,7 +144,8 @@ impl Page<'_> {
         )
     }
 
-    /// Rows of a ladder for all measured rungs, except those slower and worse than the current one.
+    /// Rows of a ladder for all measured rungs, except rungs that are slower and worse than the
+    /// current rung.
     fn rows_of(&self, ladder: &LadderReport) -> Vec<TableRow> {
         let rung_reports: Vec<&RungReport> = ladder
             .rungs
@@ -189,7 +190,7 @@ impl Page<'_> {
         ]
     }
 
-    /// Time of a render of the whole picture.
+    /// Formats the time of a render, with its relative spread.
     fn time(&self, spread: &Spread) -> String {
         format!(
             "{} ±{:.0} %",
@@ -331,7 +332,8 @@ impl Page<'_> {
     }
 }
 
-/// Cost of an effect: median and range over its rounds.
+/// Formats the cost of an effect: time as median and range over the rounds, rays, and the changes
+/// of the picture.
 fn added(effect_cost: &EffectCost) -> [String; 4] {
     let percent = |ratio: f64| format!("{:+.0} %", 100.0 * (ratio - 1.0));
     let time = format!(

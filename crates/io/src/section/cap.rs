@@ -4,12 +4,13 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Directed edges that form closed loops: the vertices at their ends, and their positions.
+/// Directed edges that form closed loops: for each edge, the vertices at its ends and their
+/// positions in the plane.
 pub(super) struct Outline {
     pub edges: Vec<([u32; 2], [[f64; 2]; 2])>,
 }
 
-/// A corner of the cap: at a fraction between the two vertices of an edge.
+/// A corner of the cap: the point at the fraction `share` between the two vertices of an edge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct CapCorner {
     pub vertices: [u32; 2],
@@ -17,7 +18,7 @@ pub(super) struct CapCorner {
     place: [f64; 2],
 }
 
-/// An ascending edge.
+/// An edge of the outline, directed towards greater heights.
 struct RisingEdge {
     vertices: [u32; 2],
     from: [f64; 2],
@@ -49,7 +50,8 @@ impl RisingEdge {
     }
 }
 
-/// Trapezoids: indices of their left and right edges, and their lower and upper ends.
+/// Trapezoids that fill an outline: the indices of the left and right edge, and the lower and upper
+/// height of each.
 pub(super) struct Cap {
     edges: Vec<RisingEdge>,
     trapezoids: Vec<([usize; 2], [f64; 2])>,
@@ -92,9 +94,10 @@ impl Cap {
         cap
     }
 
-    /// Sweeps from height to height; a trapezoid continues as long as its edges are neighbours. The
-    /// time is the number of edges times the number of active edges: for n edges of a typical body
-    /// about the root of n are active, and all n for the teeth of a comb.
+    /// Sweeps a line from height to height. A trapezoid continues as long as its edges are
+    /// neighbours. The time is proportional to the number of edges times the number of active
+    /// edges: of n edges, about the root of n are active for a typical body, and all n for the
+    /// teeth of a comb.
     fn sweep(&mut self, heights: &[f64]) {
         let (mut next, mut active) = (0, Vec::new());
         let mut begun: BTreeMap<[usize; 2], f64> = BTreeMap::new();
@@ -130,7 +133,7 @@ impl Cap {
             .extend(begun.into_iter().map(|(edges, from)| (edges, [from, end])));
     }
 
-    /// Pairs of edges that bound the inside, from the left.
+    /// Returns the pairs of active edges that bound the inside, from the left.
     fn spans(&self, active: &[usize]) -> BTreeSet<[usize; 2]> {
         let (mut winding, mut left, mut spans) = (0, 0, BTreeSet::new());
         for &edge in active {

@@ -18,8 +18,8 @@ pub(super) enum MeshCut {
     Through(Box<CutMesh>),
 }
 
-/// The rest of a mesh and its cap, which may be empty; the flag says whether a part of the section
-/// is uncapped.
+/// The kept part of a mesh, and its cap, which may be empty. `is_open` states whether a part of the
+/// section has no cap.
 pub(super) struct CutMesh {
     pub mesh: MeshData,
     pub cap: MeshData,
@@ -38,13 +38,14 @@ pub(super) struct MeshCutter<'a> {
     /// Point of each new vertex, shared by vertices that differ in other attributes only, and
     /// whether the point lies in the plane.
     points: Vec<(u32, bool)>,
-    /// New vertices, by old vertices and by edges that cross the plane.
+    /// New vertices, by old vertices and by edges of old vertices that cross the plane.
     kept: HashMap<u32, u32>,
     crossings: HashMap<[u32; 2], u32>,
-    /// Points of old vertices, and of crossings by the points of their edges.
+    /// Points of old vertices, and points of crossings by the points at the ends of their edges.
     welded: Vec<u32>,
     crossed: HashMap<[u32; 2], u32>,
-    /// Edges of new triangles in the plane, by their points, with the vertices at their ends.
+    /// Edges of new triangles that lie in the plane, as pairs of vertices, by the points at their
+    /// ends.
     border: HashMap<[u32; 2], Vec<[u32; 2]>>,
 }
 
@@ -62,7 +63,7 @@ impl<'a> MeshCutter<'a> {
             .iter()
             .map(|offset| {
                 let next = places.len() as u32;
-                // Zero has two signs.
+                // Adding 0 maps −0 to 0.
                 *places
                     .entry(offset.map(|x| (x + 0.0).to_bits()))
                     .or_insert(next)
@@ -124,7 +125,8 @@ impl<'a> MeshCutter<'a> {
             a.lerp(b, corner.share)
         };
         let corners: Vec<DVec3> = Cap::of(outline).triangles().flatten().map(at).collect();
-        // The orientation is reversed for the other kept side, and by a reflection.
+        // The orientation is reversed if the side of greater coordinates is kept, and by a
+        // reflection.
         let is_reversed = self.section.keeps_above != (self.map.matrix3.determinant() < 0.0);
         let triangle = |k: u32| {
             if is_reversed {
@@ -153,7 +155,7 @@ impl<'a> MeshCutter<'a> {
     /// Adds the kept part of a triangle.
     fn clip(&mut self, triangle: [u32; 3]) {
         let heights = triangle.map(|vertex| self.heights[vertex as usize]);
-        // A face in the plane bounds only the body behind it.
+        // A face in the plane bounds the kept body only if the face points to the removed side.
         if heights == [0.0; 3] && !self.faces_out(triangle) {
             return;
         }
@@ -207,10 +209,10 @@ impl<'a> MeshCutter<'a> {
         new
     }
 
-    /// Returns the vertex where an edge crosses the plane: the same for both directions, at the
-    /// same point for all edges between these ends.
+    /// Returns the new vertex where an edge crosses the plane. Both directions of an edge have the
+    /// same vertex, and all edges between the same two points cross at the same point.
     fn cross(&mut self, from: u32, to: u32) -> u32 {
-        // A fixed order gives the point the same bits from both sides.
+        // A fixed order gives the point the same bits for both directions.
         let [a, b] = if self.welded[from as usize] < self.welded[to as usize] {
             [from, to]
         } else {
@@ -230,7 +232,8 @@ impl<'a> MeshCutter<'a> {
         new
     }
 
-    /// Adds a vertex interpolated between two old ones.
+    /// Adds a new vertex, interpolated at the fraction `share` between two old vertices, and
+    /// returns its index.
     fn push_between(&mut self, [a, b]: [u32; 2], share: f64, point: u32, in_plane: bool) -> u32 {
         let [a, b] = [a, b].map(|vertex| vertex as usize);
         let MeshData {
@@ -259,8 +262,8 @@ impl<'a> MeshCutter<'a> {
         self.points.len() as u32 - 1
     }
 
-    /// Returns the edges of the open section as the cap's outline, and whether some of them are not
-    /// closed.
+    /// Returns the closed loops of the section as the outline of the cap, and whether the section
+    /// has other edges.
     fn outline(&self) -> (Outline, bool) {
         let mut edges: Vec<([u32; 2], [u32; 2])> = Vec::new();
         for (points, of) in &self.border {
@@ -290,8 +293,8 @@ impl<'a> MeshCutter<'a> {
     }
 }
 
-/// Tests for a point whether its connected part of the directed edges is closed: each point has as
-/// many incoming as outgoing edges.
+/// Returns a test whether the connected component of a point is closed: each point of the component
+/// has as many incoming as outgoing edges.
 fn closed_parts(edges: impl Iterator<Item = [u32; 2]> + Clone) -> impl Fn(u32) -> bool {
     let mut parents: HashMap<u32, u32> = HashMap::new();
     fn root(parents: &mut HashMap<u32, u32>, point: u32) -> u32 {
@@ -329,7 +332,7 @@ fn between<const N: usize>(a: [f32; N], b: [f32; N], share: f64) -> [f32; N] {
     core::array::from_fn(|i| (f64::from(a[i]) + share * (f64::from(b[i]) - f64::from(a[i]))) as f32)
 }
 
-/// The sign is not interpolated.
+/// Interpolates a tangent. The sign in the fourth component is not interpolated.
 fn tangent_between(a: [f32; 4], b: [f32; 4], share: f64) -> [f32; 4] {
     let [x, y, z, _] = between(a, b, share);
     [x, y, z, a[3]]

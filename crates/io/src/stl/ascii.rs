@@ -9,19 +9,20 @@ use crate::polygon::Clipper;
 use crate::text::{lines, message_for_no_number, number, without_mark};
 use crate::warning::WarningCode;
 
-/// Expected next input.
+/// Input that the reader expects next.
 #[derive(Default)]
 enum ExpectedToken {
     /// A keyword of the format.
     #[default]
     Word,
-    /// Remaining numbers of a normal, which are ignored, or a keyword if the writer omitted them.
+    /// Remaining numbers of a normal, which are ignored. A keyword may follow at once, because some
+    /// writers omit the numbers.
     Normal(usize),
-    /// Coordinates of a corner, with those read so far.
+    /// Coordinates of a corner; the list holds the coordinates read so far.
     Vertex(Vec<f64>),
 }
 
-/// State of the reader.
+/// State of the reader of an ASCII file.
 #[derive(Default)]
 struct AsciiReader {
     requested: ExpectedToken,
@@ -69,7 +70,7 @@ pub(super) fn read(
 }
 
 impl AsciiReader {
-    /// Reads one line, which may hold several keywords with their numbers, or only a part of them.
+    /// Reads a line, which may hold several keywords with their numbers, or only a part of them.
     fn line(
         &mut self,
         line: &str,
@@ -101,7 +102,7 @@ impl AsciiReader {
                 }
             }
             match word.to_ascii_lowercase().as_str() {
-                // A name follows.
+                // The rest of the line is a name.
                 "solid" | "endsolid" => return Ok(()),
                 "facet" if self.open => {
                     return Err(Fault::input("facet: the one before has no endfacet"));
@@ -124,7 +125,7 @@ impl AsciiReader {
         Ok(())
     }
 
-    /// Triangulates the loop.
+    /// Triangulates the current loop, and adds the triangles to the mesh.
     fn end_loop(&mut self, budget: &mut DecodeBudget, warnings: &mut Warnings) -> Outcome<()> {
         let before = self.positions.len();
         if self.corners.len() < 3 {

@@ -89,7 +89,7 @@ pub(super) fn read(
             .flat_map(|facet| [0, 1, 2].map(|position| corner(facet, position)))
             .collect::<Vec<_>>()
             .into(),
-        // Three vertices of its own for each facet of the reserved count.
+        // Each facet has three vertices of its own.
         indices: (0..count as u32)
             .map(|i| [3 * i, 3 * i + 1, 3 * i + 2])
             .collect(),
@@ -106,8 +106,8 @@ fn attribute(facet: &[u8; FACET]) -> u16 {
     u16::from_le_bytes([facet[48], facet[49]])
 }
 
-/// Dialect given by the header or, without a colour there, by the facets; `None`: the facets' two
-/// bytes are no colours.
+/// Detects the colour dialect from the header's default colour or, without such a colour, from the
+/// facets. Returns `None` if the attribute words of the facets are no colours.
 fn dialect(header: &[u8], facets: &[[u8; FACET]]) -> Option<Dialect> {
     const KEY: &[u8] = b"COLOR=";
     let colour = header
@@ -126,7 +126,7 @@ fn dialect(header: &[u8], facets: &[[u8; FACET]]) -> Option<Dialect> {
 }
 
 impl Dialect {
-    /// Decodes the two bytes of a facet to a colour.
+    /// Decodes the attribute word of a facet to an sRGB colour with channels from 0 to 1.
     fn colour(self, attribute: u16) -> [f32; 3] {
         let [low, middle, high] = [0, 5, 10].map(|shift| f32::from(attribute >> shift & 31) / 31.0);
         let marked = attribute & 0x8000 != 0;
