@@ -47,7 +47,7 @@ impl Tree {
     }
 }
 
-/// Hits of rays.
+/// Closest hits of rays: distances, triangles and barycentric coordinates.
 #[derive(Default)]
 struct Hits {
     t: Vec<f64>,

@@ -70,7 +70,7 @@ impl Picture {
         JudgedPicture::of(self.inner.shown_picture(), *display, metadata)
     }
 
-    /// Returns a view of some numbers, with `channels` for each pixel.
+    /// Returns a NumPy view of picture data, with `each` numbers per pixel.
     fn view<'py>(
         &self,
         py: Python<'py>,
@@ -131,7 +131,7 @@ impl Picture {
         self.view(py, Numbers::Shown, 3)
     }
 
-    /// The same before denoising: R, G and B of an .exr file.
+    /// Radiance before denoising: R, G and B of an .exr file.
     #[getter]
     fn sampled<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.view(py, Numbers::Sampled, 3)

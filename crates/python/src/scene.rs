@@ -20,7 +20,7 @@ use crate::work;
 #[pyclass(frozen, module = "raywright")]
 pub struct Scene(Arc<Source>);
 
-/// Origin of a scene, and its latest load.
+/// Input of a scene, and the scene as loaded last.
 struct Source {
     input: Input,
     /// Flags common to all requests.
@@ -29,7 +29,8 @@ struct Source {
 }
 
 impl Source {
-    /// Returns the scene for these options: at another time it is loaded again.
+    /// Returns the scene loaded with these options. The scene is loaded again if the options differ
+    /// from the last ones.
     fn loaded(
         &self,
         options: LoadOptions,
@@ -131,7 +132,7 @@ pub fn compare<'py>(
     plain(py, &compared)
 }
 
-/// Returns a picture with its name, or the path of a file.
+/// Returns a picture to compare: a rendered picture under the name `name`, or the path of a file.
 fn side(of: &Bound<'_, PyAny>, name: &str) -> PyResult<(PathBuf, Option<JudgedPicture>)> {
     match of.cast::<Picture>() {
         Ok(picture) => Ok((name.into(), Some(picture.get().judged()))),

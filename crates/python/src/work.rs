@@ -15,9 +15,10 @@ use crate::failure::raised;
 
 /// Interval of checks for Ctrl-C and for progress.
 const PAUSE: Duration = Duration::from_millis(20);
-/// Time to wait for stopped work. Longer work, as in a parser, ends later without a listener.
+/// Time to wait for stopped work. Work that takes longer, such as parsing, ends later, and its
+/// result is dropped.
 const GRACE: Duration = Duration::from_millis(100);
-/// Stack size of each thread in bytes: that of a program's first thread.
+/// Stack size of each thread in bytes, as usual for the main thread of a program.
 const STACK: usize = 8 << 20;
 
 /// Progress of the work, and its stop flag.
@@ -65,7 +66,7 @@ pub fn run<T: Send + 'static>(
     let (watch, (sender, mut receiver)) = (Arc::new(Watch::default()), mpsc::channel());
     let own = Arc::clone(&watch);
     pool.spawn(move || {
-        // The receiver may have gone.
+        // Sending fails if the receiver is gone, and the result is then not needed.
         let _ = sender.send(catch_unwind(AssertUnwindSafe(|| work(&own))));
     });
     let mut reported = -1.0;
