@@ -1,5 +1,5 @@
-//! From the grammar to a graph: resolves names, checks types, and turns every construct into
-//! operations.
+//! Builder of an expression's graph, which the parser calls. It resolves names, checks types, and
+//! turns every construct of the language into operations.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -12,16 +12,18 @@ use super::scope::{ExprScope, Variable};
 use super::semantics::vanishing;
 use crate::suggest::closest;
 
-/// A part of the source as a node of the graph.
+/// A parsed part of the source: its node in the graph and its span in the text.
 #[derive(Clone, Debug)]
 pub(super) struct Term {
     pub id: NodeId,
     pub span: Range<usize>,
 }
 
-/// Whole exponents up to this size are multiplied out; larger ones use the power function.
+/// Greatest absolute whole exponent for which a power is computed by multiplications; larger
+/// exponents use the power function.
 const LARGEST_WHOLE_POWER: f64 = 65536.0;
 
+/// Builder of an expression's graph.
 pub(super) struct Builder<'a> {
     pub graph: Graph,
     pub names: &'a BTreeMap<String, f64>,
@@ -41,7 +43,7 @@ impl<'a> Builder<'a> {
         self.graph.is_vector(term.id)
     }
 
-    /// Resolves a parameter, a variable of the scope or a named constant.
+    /// Resolves a name to a parameter, a variable of the scope or a named constant.
     pub fn name(&mut self, name: &str, span: Range<usize>) -> Result<NodeId> {
         let parameter = self.names.get(name).copied();
         let variable = self
@@ -67,6 +69,7 @@ impl<'a> Builder<'a> {
         }
     }
 
+    /// Returns the error for a name that does not exist in this scope, with a hint.
     fn unknown_name(&self, name: &str, span: Range<usize>) -> ExprError {
         if let Some(variable) = Variable::ALL
             .into_iter()
@@ -94,7 +97,7 @@ impl<'a> Builder<'a> {
         ExprError::new(format!("unknown name `{name}`"), span).with_hint(hint)
     }
 
-    /// Lists the allowed names in a sentence.
+    /// Returns a sentence that lists the names of this scope, for a hint.
     fn allowed(&self) -> String {
         const SHOWN: usize = 12;
         let mut names: Vec<&str> = self.scope.variables().iter().map(|v| v.name()).collect();
@@ -108,7 +111,7 @@ impl<'a> Builder<'a> {
         format!("names that exist here: {}{more}", names.join(", "))
     }
 
-    /// Returns the component `name` of a vector.
+    /// Adds the component `name` of a vector, such as `x` or `r`.
     pub fn component(&mut self, of: Term, name: &str, span: Range<usize>) -> Result<NodeId> {
         let axis = match name {
             "x" | "r" => 0,
@@ -130,7 +133,7 @@ impl<'a> Builder<'a> {
         Ok(self.graph.component(of.id, axis))
     }
 
-    /// Returns a vector of three numbers.
+    /// Adds a vector of three numbers.
     pub fn compose(&mut self, parts: &[Term]) -> Result<NodeId> {
         let mut components = [self.graph.number(0.0); 3];
         for (slot, part) in components.iter_mut().zip(parts) {
@@ -188,7 +191,7 @@ impl<'a> Builder<'a> {
         })
     }
 
-    /// Repeats a number in all three components; returns a vector unchanged.
+    /// Converts a number to a vector with three equal components; returns a vector unchanged.
     pub fn widen(&mut self, id: NodeId) -> NodeId {
         if self.graph.is_vector(id) {
             id
@@ -197,7 +200,8 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// Applies `make` to the x, y and z of the operands; a number is used for each component.
+    /// Applies `make` to the operands' components x, y and z, and composes a vector of the results.
+    /// An operand that is a number is used for each component.
     pub fn each(
         &mut self,
         operands: [NodeId; 3],
@@ -213,7 +217,7 @@ impl<'a> Builder<'a> {
         self.graph.add(Operation::Compose, components)
     }
 
-    /// Returns the node of `condition ? a : b`.
+    /// Adds the node of `condition ? a : b`.
     pub fn select(&mut self, condition: &Term, a: &Term, b: &Term) -> Result<NodeId> {
         let c = self.expect_number(condition, "a condition")?;
         Ok(if self.is_vector(a) || self.is_vector(b) {
@@ -224,7 +228,8 @@ impl<'a> Builder<'a> {
         })
     }
 
-    /// Returns the node of a number; for a vector, an error that names the purpose.
+    /// Returns the node of a term that must be a number. For a vector, it returns an error that
+    /// begins with `label`.
     pub fn expect_number(&self, term: &Term, label: &str) -> Result<NodeId> {
         if self.is_vector(term) {
             return Err(ExprError::new(
@@ -235,6 +240,8 @@ impl<'a> Builder<'a> {
         Ok(term.id)
     }
 
+    /// Returns the node of a term that must be a vector. For a number, it returns an error that
+    /// begins with `label`.
     pub fn expect_vector(&self, term: &Term, label: &str) -> Result<NodeId> {
         if !self.is_vector(term) {
             let error = ExprError::new(
@@ -247,7 +254,8 @@ impl<'a> Builder<'a> {
     }
 }
 
-/// Applies an operation to two numbers; a power with a constant whole exponent is multiplied out.
+/// Applies an operation to two numbers. A power with a constant whole exponent becomes
+/// multiplications.
 fn binary_numbers(graph: &mut Graph, operation: Operation, a: NodeId, b: NodeId) -> NodeId {
     if operation == Operation::Power
         && let Some(exponent) = graph.as_number(b)

@@ -1,4 +1,4 @@
-//! Function calls: number and type of the arguments, and the resulting operations.
+//! Function calls: checks the number and the types of the arguments, and adds the operations.
 
 use std::ops::Range;
 
@@ -12,7 +12,8 @@ use crate::noise::MAX_OCTAVES;
 use crate::suggest::closest;
 
 impl Builder<'_> {
-    /// Calls a function with these arguments; `span` is the whole call, `name_span` the name.
+    /// Adds the operations of a function call. `span` is the span of the whole call, `name_span`
+    /// that of the name.
     pub fn call(
         &mut self,
         name: &str,
@@ -69,6 +70,7 @@ impl Builder<'_> {
         }
     }
 
+    /// Adds the call of a function whose arguments are all vectors.
     fn call_on_vectors(
         &mut self,
         function: Function,
@@ -124,7 +126,8 @@ impl Builder<'_> {
         self.graph.add(Operation::Smoothstep, all)
     }
 
-    /// Splits the arguments into the point and the octave count after it.
+    /// Splits the arguments of a noise function into the coordinates of the point and the number of
+    /// octaves, which is 1 for a function without this argument.
     fn octaves<'t>(
         &self,
         octaves: Octaves,
@@ -202,6 +205,7 @@ impl Builder<'_> {
         Ok(self.graph.add(Operation::Modulo, [sum, two]))
     }
 
+    /// Returns the error for an undefined function, with a hint.
     fn unknown_function(&self, name: &str, span: Range<usize>) -> ExprError {
         let error = ExprError::new(format!("unknown function `{name}`"), span);
         if self.names.contains_key(name)
@@ -220,6 +224,7 @@ impl Builder<'_> {
     }
 }
 
+/// Returns the error for a call with a wrong number of arguments, with the right usage as a hint.
 fn wrong_count(function: Function, name: &str, count: usize, span: Range<usize>) -> ExprError {
     let usage = match function {
         Function::Unary(_) | Function::Times(_) => "(x)",

@@ -1,9 +1,9 @@
-//! Error of the expression language: message, place in the source, and hint.
+//! Error of an expression: message, span in the source, and hint.
 
 use std::ops::Range;
 
-/// Error of an expression. `Display` gives the message alone; the caller knows the file and shows
-/// the place.
+/// Error of an expression. `Display` writes the message alone, because only the caller knows the
+/// file and can show the span.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{message}")]
 pub struct ExprError {

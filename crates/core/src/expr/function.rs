@@ -1,19 +1,20 @@
-//! Functions of the language by name: one table for the parser, the messages and the documentation.
+//! The functions of the language by name: a common table for the parser, the messages and the
+//! documentation.
 
 use super::operation::Operation;
 
-/// Kind of a function, which decides its arguments.
+/// Kind of a function, which determines its arguments.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Function {
-    /// One argument; a vector is taken componentwise.
+    /// A function of one argument, applied to each component of a vector.
     Unary(Operation),
-    /// One argument times a constant; a vector is taken componentwise.
+    /// One argument times this constant, for each component of a vector.
     Times(f64),
-    /// Two arguments; vectors are taken componentwise.
+    /// A function of two arguments, applied to each component of vectors.
     Binary(Operation),
     /// `atan(x)` or `atan(y, x)`.
     Atan,
-    /// Two or more arguments; vectors are taken componentwise.
+    /// A minimum or maximum of two or more arguments, applied to each component of vectors.
     Extremum(Operation),
     /// `clamp(x, low, high)`.
     Clamp,
@@ -37,24 +38,27 @@ pub(super) enum Function {
     Reflect,
     /// `checker(x, y)` or `checker(x, y, z)`: 0 or 1.
     Checker,
-    /// `noise(p)`, `noise(x, y)` or `noise(x, y, z)`; sums take the octave count as an additional
-    /// argument.
+    /// `noise(p)`, `noise(x, y)` or `noise(x, y, z)`. Sums of octaves take the number of octaves as
+    /// an additional argument.
     Noise(Octaves),
-    /// Noise in the plane only: `noise2(x, y)`.
+    /// Noise in the plane, `noise2(x, y)`. Sums of octaves take the number of octaves as an
+    /// additional argument.
     PlaneNoise(Octaves),
 }
 
-/// Use of the octave count by a noise function.
+/// Combination of octaves by a noise function.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Octaves {
-    /// No octave count.
+    /// A single octave, without the argument.
     One,
+    /// Sum of octaves.
     Sum,
+    /// Sum of the absolute values of octaves.
     Turbulence,
 }
 
 impl Octaves {
-    /// Returns the operation for this octave count at a point in space.
+    /// Returns the operation at a point in space, for a number of octaves.
     pub const fn in_space(self, count: u32) -> Operation {
         match self {
             Self::One => Operation::Noise,
@@ -63,7 +67,7 @@ impl Octaves {
         }
     }
 
-    /// Returns the operation for this octave count at a point in the plane.
+    /// Returns the operation at a point in the plane, for a number of octaves.
     pub const fn in_plane(self, count: u32) -> Operation {
         match self {
             Self::One => Operation::PlaneNoise,
@@ -73,7 +77,7 @@ impl Octaves {
     }
 }
 
-/// All functions in alphabetical order.
+/// All functions in alphabetical order of their names.
 pub(super) const FUNCTIONS: &[(&str, Function)] = &[
     ("abs", Function::Unary(Operation::Abs)),
     ("acos", Function::Unary(Operation::Acos)),

@@ -1,8 +1,8 @@
-//! An expression as a graph of typed operations. Equal operations share a node (common
-//! subexpressions), and operations on constants are evaluated at once, in f64.
+//! An expression as a graph of typed operations. Equal subexpressions share a node. Operations on
+//! constants are evaluated when they are added, in `f64`.
 //!
-//! Operands always precede the operation that uses them. So every pass is a loop, and no nesting of
-//! the source can overflow the stack here.
+//! Operands precede the operation that uses them in the list of nodes. Every pass over the graph is
+//! therefore a loop, and a deeply nested source cannot overflow the stack.
 
 use std::collections::HashMap;
 
@@ -11,7 +11,7 @@ use super::run;
 use super::scope::Variable;
 use super::semantics;
 
-/// Value of an expression that is the same at every hit.
+/// Value of an expression that depends on no variable.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Constant {
     /// A number.
@@ -30,15 +30,19 @@ impl NodeId {
     }
 }
 
-/// A value. Numbers are stored as bits, so that nodes can be compared and hashed.
+/// A node of the graph: a number or a vector. Constants are stored as bits, so that nodes can be
+/// compared and hashed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum ExprNode {
+    /// Bits of a constant number.
     Number(u64),
+    /// Bits of a constant vector.
     Vector([u64; 3]),
+    /// A variable of the hit.
     Input(Variable),
     /// Component 0, 1 or 2 of a vector.
     Component(NodeId, u8),
-    /// An operation on its operands; the last operand is repeated up to four.
+    /// An operation on one to four operands. The last operand is repeated to fill the array.
     Operation(Operation, [NodeId; 4]),
 }
 
@@ -71,15 +75,16 @@ impl ExprNode {
     }
 }
 
-/// Nodes of an expression under construction.
+/// The nodes of an expression under construction.
 #[derive(Debug, Default)]
 pub(super) struct Graph {
     nodes: Vec<ExprNode>,
+    /// Identifier of each existing node.
     known: HashMap<ExprNode, NodeId>,
 }
 
 impl Graph {
-    /// Returns all nodes up to `root`.
+    /// Returns the nodes up to and including `root`, which contain all its operands.
     pub fn up_to(&self, root: NodeId) -> &[ExprNode] {
         &self.nodes[..=root.index()]
     }
@@ -92,7 +97,7 @@ impl Graph {
         self.get(id).is_vector()
     }
 
-    /// Returns the value of a constant number.
+    /// Returns the value of a node that is a constant number, else `None`.
     pub fn as_number(&self, id: NodeId) -> Option<f64> {
         match self.get(id) {
             ExprNode::Number(bits) => Some(f64::from_bits(bits)),
@@ -100,7 +105,7 @@ impl Graph {
         }
     }
 
-    /// Returns the value of a constant, number or vector.
+    /// Returns the value of a node that is a constant number or vector, else `None`.
     pub fn constant(&self, id: NodeId) -> Option<Constant> {
         match self.get(id) {
             ExprNode::Number(x) => Some(Constant::Number(f64::from_bits(x))),
@@ -109,7 +114,7 @@ impl Graph {
         }
     }
 
-    /// Adds a constant.
+    /// Adds a constant number.
     pub fn number(&mut self, value: f64) -> NodeId {
         self.intern(ExprNode::Number(value.to_bits()))
     }
@@ -130,22 +135,23 @@ impl Graph {
         }
     }
 
-    /// Adds an operation on one to four operands, or returns an equivalent node.
+    /// Adds an operation on one to four operands, or returns an equivalent node. Constants are
+    /// folded, and some operations are simplified without changing a bit of the result.
     pub fn add<const N: usize>(&mut self, operation: Operation, operands: [NodeId; N]) -> NodeId {
         let operands @ [a, b, c, _] = core::array::from_fn(|i| operands[i.min(N - 1)]);
         if let Some(constant) = self.folded(operation, operands) {
             return self.intern(constant);
         }
         match operation {
-            // Only the taken branch of a constant condition remains.
+            // Of a constant condition, only the taken branch remains.
             Operation::Select | Operation::SelectVectors if b == c => return b,
             Operation::Select | Operation::SelectVectors => {
                 if let Some(condition) = self.as_number(a) {
                     return if semantics::is_true(condition) { b } else { c };
                 }
             }
-            // A sum absorbs its product. Missing factors are filled so that no bit of the result
-            // changes.
+            // A sum with a product becomes a single operation. Missing factors are 1, so that no
+            // bit of the result changes.
             Operation::Add => {
                 for (term, product) in [(a, b), (b, a)] {
                     if let Some([x, y]) = self.product(product) {
@@ -165,7 +171,8 @@ impl Graph {
                     return self.add(Operation::ProductSum, [x, minus_one, y, a]);
                 }
             }
-            // A weight of 0 or 1 selects; the other end is ignored, even where it is not finite.
+            // A weight that is always 0 or 1 selects one end of the interpolation. The other end is
+            // ignored, even if it is not finite.
             Operation::Mix if self.is_truth(c) => return self.add(Operation::Select, [c, b, a]),
             Operation::MixVectors if self.is_truth(c) => {
                 return self.add(Operation::SelectVectors, [c, b, a]);
@@ -175,7 +182,7 @@ impl Graph {
         self.intern(ExprNode::Operation(operation, operands))
     }
 
-    /// Returns the factors of a product.
+    /// Returns the factors of a node that is a product of numbers.
     fn product(&self, id: NodeId) -> Option<[NodeId; 2]> {
         match self.get(id) {
             ExprNode::Operation(Operation::Multiply, [x, y, ..]) => Some([x, y]),
@@ -183,7 +190,8 @@ impl Graph {
         }
     }
 
-    /// Evaluates an operation on constants exactly as a program would.
+    /// Evaluates an operation whose operands are all constant, with the bits that a program would
+    /// have.
     fn folded(&self, operation: Operation, operands: [NodeId; 4]) -> Option<ExprNode> {
         let row = |id: NodeId| match self.constant(id)? {
             Constant::Number(x) => Some([x; 4]),
@@ -198,11 +206,12 @@ impl Graph {
         })
     }
 
-    /// Whether the value is 0 or 1 at every hit.
+    /// Whether the value of a node is 0 or 1 at every hit.
     fn is_truth(&self, id: NodeId) -> bool {
         matches!(self.get(id), ExprNode::Operation(operation, _) if operation.is_truth())
     }
 
+    /// Adds a node, or returns the identifier of an equal node.
     fn intern(&mut self, node: ExprNode) -> NodeId {
         // The length of the source bounds the number of nodes far below 2³².
         let next = NodeId(self.nodes.len() as u32);

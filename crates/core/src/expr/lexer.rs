@@ -1,10 +1,10 @@
-//! Text into tokens with byte spans.
+//! Lexer: divides the text of an expression into tokens with byte spans.
 
 use std::ops::Range;
 
 use super::error::{ExprError, Result};
 
-/// Kind of a token. The text of a name is read through its span.
+/// Kind of a token. The parser reads the text of a name through the token's span.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Lexeme {
     Number(f64),
@@ -13,19 +13,20 @@ pub(super) enum Lexeme {
     End,
 }
 
+/// A token with its span in bytes.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Token {
     pub lexeme: Lexeme,
     pub span: Range<usize>,
 }
 
-/// Longest first, so that `<=` is not read as `<` and `=`.
+/// Symbols of the language, the longest first, so that `<=` is not read as `<` and `=`.
 const SYMBOLS: [&str; 23] = [
     "<=", ">=", "==", "!=", "&&", "||", "+", "-", "*", "/", "%", "^", "<", ">", "!", "?", ":", "(",
     ")", "[", "]", ",", ".",
 ];
 
-/// Returns all tokens of `source`; the last one is [`Lexeme::End`].
+/// Returns all tokens of `source`; the last token is [`Lexeme::End`].
 pub(super) fn tokens(source: &str) -> Result<Vec<Token>> {
     let mut tokens = Vec::new();
     let mut position = 0;
@@ -77,8 +78,8 @@ fn starts_with_digit(text: &str) -> bool {
     text.starts_with(|c: char| c.is_ascii_digit())
 }
 
-/// Reads `12`, `1.5`, `.5`, `2.` or `1e-3`. An `e` without digits after it is not part of the
-/// number.
+/// Reads a number such as `12`, `1.5`, `.5`, `2.` or `1e-3` and returns its length in bytes. An `e`
+/// that no digits follow is not part of the number.
 fn number(rest: &str, position: usize) -> Result<(Lexeme, usize)> {
     let digits = |from: usize| {
         rest[from..]
@@ -104,6 +105,7 @@ fn number(rest: &str, position: usize) -> Result<(Lexeme, usize)> {
     }
 }
 
+/// Returns the error for a character that begins no token, with a hint.
 fn unexpected(character: char, position: usize) -> ExprError {
     let error = ExprError::new(
         format!("unexpected character `{}`", character.escape_debug()),

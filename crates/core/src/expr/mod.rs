@@ -1,9 +1,10 @@
 //! The expression language of scene files: formulas of numbers and vectors, without assignments or
 //! loops.
 //!
-//! The language has two uses. While a scene is loaded, any number may be an expression of the time
-//! `t` and the scene's parameters: [`evaluate`]. At each hit, textures, weights and sky colours may
-//! be expressions that also read the hit: [`compile`] once, then evaluate among [`Programs`].
+//! The language has two uses. While a scene is loaded, [`evaluate`] computes numbers that are
+//! expressions of the time `t` and the scene's parameters. For textures, weights and sky colours,
+//! [`compile`] makes a program once, and [`Programs`] evaluates the program at each hit, whose
+//! properties it may read.
 //!
 //! * **Values** are numbers and vectors of three numbers, `[x, y, z]` or `vec3(x, y, z)`, with the
 //!   components `.x .y .z` (or `.r .g .b`). A number combined with a vector applies to every
@@ -21,9 +22,9 @@
 //!   `fbm(p, octaves)` and `turbulence(p, octaves)` are [gradient noise](crate::noise) and its
 //!   sums; `noise2`, `fbm2`, `turbulence2` in the plane.
 //!
-//! Constant parts are computed once in f64; the rest runs in the renderer's scalar. Length and
-//! depth of a source and the size of a program are bounded; exceeding a bound is an error, never a
-//! hang.
+//! Constant parts are computed once in `f64`; the rest runs in the renderer's scalar. The length
+//! and the nesting depth of an expression and the size of a program are bounded. An expression
+//! beyond a bound is an error.
 
 mod build;
 mod call;
@@ -50,16 +51,16 @@ pub use program::{MAX_OPERATIONS, Program};
 pub use programs::Programs;
 pub use scope::{ExprScope, Variable, VariableValues};
 
-/// Most bytes of an expression.
+/// Greatest length of an expression in bytes.
 pub const MAX_SOURCE: usize = 16 * 1024;
 
-/// Greatest nesting depth of parentheses, calls, choices, prefixes and powers.
+/// Greatest nesting depth of parentheses, calls, conditions, prefixes and powers.
 pub const MAX_DEPTH: usize = 64;
 
-/// Evaluates an expression of `names` (the time `t` and the parameters) in f64.
+/// Evaluates an expression in `f64`. `names` are the constants that it may read: the time `t` and
+/// the parameters.
 ///
-/// # Errors
-/// Any source that does not yield one finite number.
+/// # Errors An invalid expression, and a value that is a vector or not finite.
 pub fn evaluate(source: &str, names: &BTreeMap<String, f64>) -> Result<f64, ExprError> {
     let (builder, term) = parser::parse(source, build::Builder::new(names, ExprScope::Load))?;
     let id = builder.expect_number(&term, "the value")?;
@@ -76,12 +77,11 @@ pub fn evaluate(source: &str, names: &BTreeMap<String, f64>) -> Result<f64, Expr
     }
 }
 
-/// Compiles an expression of `names` (the time `t` and the parameters, as constants) and of the
-/// variables of `scope`.
+/// Compiles an expression. It may read `names` as constants (the time `t` and the parameters) and
+/// the variables of `scope`.
 ///
-/// # Errors
-/// Invalid text, names unknown in this scope, values of the wrong type, a program that is too
-/// large.
+/// # Errors Invalid text, names that are undefined in the scope, values of the wrong type, and a
+/// program that is too large.
 pub fn compile(
     source: &str,
     names: &BTreeMap<String, f64>,
@@ -91,7 +91,7 @@ pub fn compile(
     Program::new(&builder.graph, term.id, term.span)
 }
 
-/// Compiles as [`compile`] and requires a number: a weight.
+/// Compiles an expression whose value must be a number, such as a weight; otherwise as [`compile`].
 ///
 /// # Errors
 /// Those of [`compile`], and a vector value.
@@ -105,8 +105,8 @@ pub fn compile_number(
     Program::new(&builder.graph, term.id, term.span)
 }
 
-/// Returns the reason why `name` cannot be the name of a parameter, if any: an expression must be
-/// able to read it as a word.
+/// Returns the reason why `name` cannot be the name of a parameter; `None` for a valid name. A
+/// valid name is a word of the language and no constant.
 pub fn parameter_name_problem(name: &str) -> Option<String> {
     let letters = |c: char| c.is_ascii_alphanumeric() || c == '_';
     if !name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')

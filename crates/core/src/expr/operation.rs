@@ -1,7 +1,7 @@
-//! Operations of the language: nodes of the graph, and steps of the program. [`run`](super::run)
-//! defines the result of each.
+//! Operations of the language, which nodes of the graph and instructions of a program name. The
+//! module [`run`](super::run) defines their results.
 
-/// An operation on one to four operands a, b, c, d: numbers, or vectors where stated.
+/// An operation on one to four operands a, b, c, d, which are numbers unless vectors are named.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Operation {
     Negate,
@@ -25,10 +25,11 @@ pub(super) enum Operation {
     Subtract,
     Multiply,
     Divide,
-    /// a − b ⌊a/b⌋: with the sign of the divisor, as in GLSL, and a smaller magnitude.
+    /// Remainder a − b ⌊a/b⌋, with the sign of the divisor as in GLSL, and with a smaller
+    /// magnitude.
     Modulo,
     Power,
-    /// a to this power; zero for magnitudes below the limit b, see
+    /// a to this whole power; zero for magnitudes below the limit b, see
     /// [`vanishing`](super::semantics::vanishing).
     WholePower(u32),
     Min,
@@ -46,7 +47,7 @@ pub(super) enum Operation {
     NotEqual,
     And,
     Or,
-    /// a b c + d: a sum with a product, the most frequent form in formulas, in one step.
+    /// a·b·c + d: a sum with a product, the most frequent form in formulas, as a single step.
     ProductSum,
     /// Interpolation from a at c = 0 to b at c = 1.
     Mix,
@@ -62,16 +63,17 @@ pub(super) enum Operation {
     Noise,
     /// Sum of this number of octaves of noise.
     Sum(u32),
-    /// Sum of the absolute values of this number of octaves.
+    /// Sum of the absolute values of this number of octaves of noise.
     Turbulence(u32),
     /// Gradient noise at the point (a, b) in the plane.
     PlaneNoise,
     PlaneSum(u32),
     PlaneTurbulence(u32),
 
-    /// The vector (a, b, c). This operation and all below yield vectors; all above yield numbers.
+    /// The vector (a, b, c). This operation and all following operations yield vectors, all
+    /// preceding operations numbers.
     Compose,
-    /// Componentwise on vectors, as the next five.
+    /// Componentwise sum of vectors.
     AddVectors,
     SubtractVectors,
     MultiplyVectors,
@@ -113,7 +115,7 @@ impl Operation {
         )
     }
 
-    /// Returns the vector operation that applies this one to each component at once.
+    /// Returns the operation on vectors that applies this operation to each component.
     pub const fn on_vectors(self) -> Option<Self> {
         match self {
             Self::Add => Some(Self::AddVectors),
@@ -126,7 +128,7 @@ impl Operation {
         }
     }
 
-    /// Whether the operation yields a truth value, 0 or 1, of two numbers that must not be vectors.
+    /// Whether the operation requires two numbers, not vectors. All these operations yield 0 or 1.
     pub const fn is_of_numbers_only(self) -> bool {
         use Operation::{
             And, Checker, Equal, Greater, GreaterOrEqual, Less, LessOrEqual, NotEqual, Or,

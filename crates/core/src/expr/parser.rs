@@ -1,5 +1,5 @@
-//! The grammar, by recursive descent. Nesting of the source becomes nesting of calls here alone, so
-//! the depth is counted here.
+//! Parser of the language by recursive descent. It counts the nesting depth, because only here
+//! nested source becomes nested calls.
 //!
 //! ```text
 //! expression = or [ "?" expression ":" expression ]
@@ -17,6 +17,7 @@ use super::lexer::{Lexeme, Token, tokens};
 use super::operation::Operation;
 use super::{MAX_DEPTH, MAX_SOURCE};
 
+/// State of the parser: the tokens, the position among them, and the builder of the graph.
 pub(super) struct Parser<'s, 'n> {
     source: &'s str,
     tokens: Vec<Token>,
@@ -25,7 +26,7 @@ pub(super) struct Parser<'s, 'n> {
     builder: Builder<'n>,
 }
 
-/// Parses a whole source; the error points to the place where parsing failed.
+/// Parses a complete expression. The span of an error is the place where parsing failed.
 pub(super) fn parse<'n>(source: &str, builder: Builder<'n>) -> Result<(Builder<'n>, Term)> {
     if source.len() > MAX_SOURCE {
         let message = format!(
@@ -96,13 +97,15 @@ impl Parser<'_, '_> {
         token
     }
 
+    /// Consumes the next token if it is the given symbol; returns whether it was.
     fn take(&mut self, symbol: &str) -> bool {
         let found = matches!(self.peek(), Lexeme::Symbol(s) if s == symbol);
         self.at += usize::from(found);
         found
     }
 
-    /// Expects the closing `symbol`; `open` is the place of the matching opening one.
+    /// Consumes the closing `symbol` and returns its end. `open` is the span of the opening symbol,
+    /// for the error.
     fn close(&mut self, symbol: &str, open: &Range<usize>) -> Result<usize> {
         let token = self.token();
         if self.take(symbol) {
@@ -118,7 +121,7 @@ impl Parser<'_, '_> {
         Err(self.left_over())
     }
 
-    /// Returns the error for a token that cannot follow a complete term.
+    /// Returns the error for a token that cannot follow a complete value.
     fn left_over(&self) -> ExprError {
         let token = self.token();
         let text = &self.source[token.span.clone()];
@@ -147,7 +150,7 @@ impl Parser<'_, '_> {
         }
     }
 
-    /// Runs `inner` one level deeper.
+    /// Runs a parsing function one level deeper, and checks the nesting depth.
     fn nested<T>(&mut self, inner: impl FnOnce(&mut Self) -> Result<T>) -> Result<T> {
         if self.depth == MAX_DEPTH {
             let message = format!("this expression is nested more than {MAX_DEPTH} deep");
@@ -159,6 +162,7 @@ impl Parser<'_, '_> {
         result
     }
 
+    /// Parses a value or a condition `a ? b : c`.
     fn expression(&mut self) -> Result<Term> {
         let condition = self.operators(0)?;
         let mark = self.token().span;
@@ -178,7 +182,7 @@ impl Parser<'_, '_> {
         })
     }
 
-    /// Parses terms joined by operators with at least the precedence `level`.
+    /// Parses values joined by binary operators of at least the precedence `level`.
     fn operators(&mut self, level: u8) -> Result<Term> {
         let mut left = self.prefix()?;
         let mut compared = false;
@@ -234,6 +238,7 @@ impl Parser<'_, '_> {
         })
     }
 
+    /// Parses a simple value and the components taken of it, as in `p.x`.
     fn part(&mut self) -> Result<Term> {
         let mut term = self.simple()?;
         while self.take(".") {
@@ -256,6 +261,7 @@ impl Parser<'_, '_> {
         Ok(term)
     }
 
+    /// Parses a number, a name, a call, or something in parentheses or brackets.
     fn simple(&mut self) -> Result<Term> {
         let token = self.next();
         let span = token.span.clone();
@@ -317,7 +323,8 @@ impl Parser<'_, '_> {
         Ok(Term { id, span: whole })
     }
 
-    /// Parses expressions between commas up to the closing symbol; returns its end, too.
+    /// Parses expressions between commas up to a closing symbol. Returns them and the end of the
+    /// symbol.
     fn list(&mut self, close: &str, open: &Range<usize>) -> Result<(Vec<Term>, usize)> {
         let end = self.token().span.end;
         if self.take(close) {

@@ -1,4 +1,5 @@
-//! From an expression's graph to a program: steps over registers, in the order of execution.
+//! Compiler from an expression's graph to a program: instructions over registers, in the order of
+//! execution.
 
 use core::ops::Range;
 
@@ -7,37 +8,38 @@ use super::graph::{Constant, ExprNode, Graph, NodeId};
 use super::run::Instruction;
 use super::scope::Variable;
 
-/// Most operations of a program.
+/// Greatest number of operations of a program.
 pub const MAX_OPERATIONS: usize = 1024;
 
-/// Sizes of the register file in rows; a program uses the smallest sufficient size, which is set up
-/// at each hit. A row holds the result of at least one operation, so the rows never exceed the
-/// operations.
+/// Sizes of the register file in rows of four. A program uses the smallest sufficient size, because
+/// the file is initialised at each hit. Each row holds the result of at least one operation, so a
+/// program has no more rows than operations.
 pub(super) const SIZES: [usize; 4] = [8, 16, 64, MAX_OPERATIONS];
 
-/// Position and properties of a program in the tables.
+/// Position of a program in the tables of [`Programs`](super::Programs), and its properties.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct ProgramHeader {
-    /// First step, and number of steps.
+    /// Index of the first instruction, and number of instructions.
     pub steps: [u32; 2],
-    /// First row of registers, and number of rows.
+    /// Index of the first row of registers, and number of rows.
     pub registers: [u32; 2],
-    /// Rows of the hit that the program reads, one bit per row, see [`Variable::place`].
+    /// Bit mask of the rows of variables that the program reads, see [`Variable::place`].
     pub rows: u8,
+    /// Whether the value is a vector.
     pub is_vector: bool,
-    /// Register of the value.
+    /// Register of the program's value.
     pub result: u16,
-    /// Variables that the program reads, see [`Variable::bit`].
+    /// Bit mask of the variables that the program reads, see [`Variable::bit`].
     pub reads: u32,
 }
 
-/// A compiled expression: steps over registers. The first registers hold the variables, the next
-/// ones constants, and the rest results of steps. The program runs among
-/// [`Programs`](super::Programs), in their scalar.
+/// A compiled expression: instructions over registers. The first registers hold variables, the
+/// following registers hold constants, and the last registers hold results.
+/// [`Programs`](super::Programs) runs programs in its scalar.
 #[derive(Clone, Debug)]
 pub struct Program {
     pub(super) steps: Vec<Instruction>,
-    /// Registers before the first step.
+    /// Registers before the first instruction, with the constants.
     pub(super) registers: Vec<[f64; 4]>,
     pub(super) head: ProgramHeader,
     constant: Option<Constant>,
@@ -112,7 +114,7 @@ impl Program {
         })
     }
 
-    /// Returns the value of a program that is the same at every hit.
+    /// Returns the value of a program that reads no variable, else `None`.
     pub fn is_constant(&self) -> Option<Constant> {
         self.constant
     }
@@ -122,7 +124,7 @@ impl Program {
         self.head.is_vector
     }
 
-    /// Whether the value depends on this variable.
+    /// Whether the program reads a variable.
     pub fn uses(&self, variable: Variable) -> bool {
         self.head.reads & variable.bit() != 0
     }
@@ -132,20 +134,22 @@ impl Program {
 #[derive(Default)]
 struct RegisterLayout {
     registers: Vec<[f64; 4]>,
-    /// Number of constants so far, four per row, and the row of the last one.
+    /// Number of constant numbers so far, four per row, and the row of the last constant.
     numbers: (usize, usize),
-    /// Rows with results, each with its last use, and rows free for reuse.
+    /// First registers of the rows with results, each with the node that reads it last.
     results: Vec<(u16, usize)>,
+    /// First registers of the rows free for reuse.
     free: Vec<u16>,
 }
 
 impl RegisterLayout {
-    /// Reserves a row for a vector, or for a number alone in its row.
+    /// Reserves a row with the given content and returns its first register.
     fn row(&mut self, row: [f64; 4]) -> u16 {
         self.registers.push(row);
         4 * (self.registers.len() - 1) as u16
     }
 
+    /// Stores a constant number and returns its register.
     fn number(&mut self, x: f64) -> u16 {
         let (count, row) = self.numbers;
         let lane = count % 4;
@@ -159,8 +163,8 @@ impl RegisterLayout {
         (4 * row + lane) as u16
     }
 
-    /// Reserves a row for a node's result; it may reuse the row of an operand that is no longer
-    /// needed.
+    /// Reserves a row for the result of a node and returns its first register. The row of an
+    /// operand that is read for the last time may be reused.
     fn result(&mut self, index: usize, last_use: usize) -> u16 {
         let Self { results, free, .. } = self;
         free.extend(
@@ -174,8 +178,8 @@ impl RegisterLayout {
     }
 }
 
-/// Returns the index of the last node that reads each node, directly or through a component; `None`
-/// for nodes that the last one does not need.
+/// Returns, for each node, the index of the last node that reads it, directly or through a
+/// component; `None` for a node on which the value of the expression does not depend.
 fn last_uses(nodes: &[ExprNode]) -> Vec<Option<usize>> {
     let mut last_uses = vec![None; nodes.len()];
     if let Some(root) = last_uses.last_mut() {

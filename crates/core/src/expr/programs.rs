@@ -1,4 +1,4 @@
-//! Programs ready for evaluation at hits: all programs of a scene in flat tables, in its scalar.
+//! Table of all programs of a scene, for evaluation at hits in the scene's scalar.
 
 use raywright_bvh::scalar::{Real, Vector};
 
@@ -6,8 +6,8 @@ use super::program::{MAX_OPERATIONS, Program, ProgramHeader};
 use super::run::{Instruction, RegisterFile, RegisterRow};
 use super::scope::{Variable, VariableValues};
 
-/// Programs that can be evaluated at hits, from any thread and without allocation, by the index
-/// from [`Programs::add`].
+/// Table of programs. A program is evaluated by the index from [`Programs::add`], from any thread
+/// and without allocation.
 ///
 /// ```
 /// use std::collections::BTreeMap;
@@ -21,19 +21,19 @@ use super::scope::{Variable, VariableValues};
 #[derive(Clone, Debug, Default)]
 pub struct Programs<R: Real> {
     steps: Vec<Instruction>,
-    /// Registers of all programs before their first step.
+    /// Registers of all programs before their first instruction.
     registers: Vec<RegisterRow<R>>,
     heads: Vec<ProgramHeader>,
 }
 
-/// Returns a range of a table.
+/// Returns `count` entries of a table from `start` on.
 #[inline(always)]
 fn part<T>(table: &[T], [start, count]: [u32; 2]) -> &[T] {
     &table[start as usize..][..count as usize]
 }
 
 impl<R: Real> Programs<R> {
-    /// Returns a table with a single program, with index 0.
+    /// Creates a table with a single program, whose index is 0.
     pub fn from_program(program: &Program) -> Self {
         let mut programs = Self::default();
         programs.add(program);
@@ -56,7 +56,7 @@ impl<R: Real> Programs<R> {
         self.heads.len() as u32 - 1
     }
 
-    /// Runs a program and returns the row of its value; a number is in every place.
+    /// Runs a program and returns its value as a row. A number is repeated in all four places.
     #[inline(always)]
     fn run(&self, program: u32, inputs: &VariableValues<R>) -> RegisterRow<R> {
         let head = &self.heads[program as usize];
@@ -68,6 +68,7 @@ impl<R: Real> Programs<R> {
         }
     }
 
+    /// [`Self::run`] with a register file of `ROWS` rows.
     #[inline(never)]
     fn run_in<const ROWS: usize>(
         &self,
@@ -78,8 +79,8 @@ impl<R: Real> Programs<R> {
             return [R::ZERO; 4];
         };
         let mut file = RegisterFile([[R::ZERO; 4]; ROWS]);
-        // For more than eight rows at once, the compiler emits a call, which takes longer than many
-        // a program.
+        // The copy is in two halves: for more than eight rows the compiler emits a call, which
+        // takes longer than some programs.
         let (half, other) = file.0.split_at_mut(ROWS / 2);
         half.copy_from_slice(&registers[..ROWS / 2]);
         other.copy_from_slice(&registers[ROWS / 2..]);
@@ -94,7 +95,7 @@ impl<R: Real> Programs<R> {
         }
     }
 
-    /// Returns the value as a number; the first component of a vector.
+    /// Evaluates a program as a number; of a vector, the first component.
     ///
     /// # Panics
     /// If the program does not exist.
@@ -103,7 +104,7 @@ impl<R: Real> Programs<R> {
         self.run(program, inputs)[0]
     }
 
-    /// Returns the value as a vector; a number is in every component.
+    /// Evaluates a program as a vector; a number is repeated in every component.
     ///
     /// # Panics
     /// If the program does not exist.
@@ -113,7 +114,7 @@ impl<R: Real> Programs<R> {
         R::Vec3::new(x, y, z)
     }
 
-    /// Whether the value depends on this variable.
+    /// Whether a program reads a variable.
     ///
     /// # Panics
     /// If the program does not exist.

@@ -1,4 +1,4 @@
-//! Execution of a program: the registers, and the effect of each operation.
+//! Execution of a program: the register file, and the effect of each operation.
 
 use raywright_bvh::scalar::{Real, Vector};
 
@@ -9,22 +9,24 @@ use super::semantics::{
 };
 use crate::noise;
 
-/// Four registers of numbers, or one of a vector in the first three places. The processor loads,
-/// computes and stores a row in one piece: reading a vector in other pieces than it was written
-/// costs more than all arithmetic of a step.
+/// A row of the register file: four numbers, or a vector in the first three places. A row is
+/// loaded, computed and stored as a unit. A vector that is read in different pieces than it was
+/// written in would stall the processor for longer than the arithmetic of an instruction takes.
 pub(super) type RegisterRow<R> = [R; 4];
 
-/// An instruction. The register of a number is its place in all rows; that of a vector is the place
-/// of its x, at the start of a row.
+/// An instruction. The register of a number is its index among the places of all rows. The register
+/// of a vector is the index of its x, at the start of a row.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Instruction {
     pub operation: Operation,
+    /// Register of the result.
     pub to: u16,
+    /// Registers of the operands.
     pub from: [u16; 4],
 }
 
-/// Registers of an evaluation. The number of rows is a power of two; indices are masked, so that
-/// they need no bounds check.
+/// Register file of an evaluation. The number of rows is a power of two, so that masking an index
+/// replaces its bounds check.
 pub(super) struct RegisterFile<R, const ROWS: usize>(pub [RegisterRow<R>; ROWS]);
 
 impl<R: Real, const ROWS: usize> RegisterFile<R, ROWS> {
@@ -48,22 +50,23 @@ impl<R: Real, const ROWS: usize> RegisterFile<R, ROWS> {
         self.0[(usize::from(register) / 4) & (ROWS - 1)] = value.into();
     }
 
-    /// Reads a vector by its components, not as a row. Reading other pieces than were written takes
-    /// longer than all arithmetic of a step, and the compiler would choose other pieces where it
-    /// knows that the components are adjacent.
+    /// Reads a vector component by component, for operations that need single components. If the
+    /// compiler knew that the components are adjacent, it would read them in different pieces than
+    /// they were written in, which would stall the processor.
     #[inline(always)]
     fn point(&self, register: u16) -> R::Vec3 {
         let [x, y, z] = [0, 1, 2].map(|axis| self.number(register.wrapping_add(axis)));
         R::Vec3::new(x, y, z)
     }
 
+    /// Writes a vector as a whole row.
     #[inline(always)]
     fn set_point(&mut self, register: u16, v: R::Vec3) {
         self.set_vector(register, R::Four::from([v.x(), v.y(), v.z(), R::ZERO]));
     }
 
-    /// Stores the rows of the hit whose bits are set in `rows` first, in the order of
-    /// [`Variable::place`](super::scope::Variable::place).
+    /// Stores the rows of variables in the first rows of the file. The bits of `rows` select the
+    /// rows, whose order is that of [`Variable::place`](super::scope::Variable::place).
     #[inline(always)]
     pub fn load(&mut self, inputs: &VariableValues<R>, rows: u8) {
         const RARE: u8 = !0b111;
@@ -149,6 +152,7 @@ impl<R: Real, const ROWS: usize> RegisterFile<R, ROWS> {
         );
     }
 
+    /// Executes an instruction.
     #[inline(always)]
     pub fn perform(&mut self, step: Instruction) {
         let [a, b, c, d] = step.from;
@@ -244,7 +248,7 @@ impl<R: Real, const ROWS: usize> RegisterFile<R, ROWS> {
     }
 }
 
-/// Runs a single operation on these rows.
+/// Runs a single operation on four rows of operands, to fold constants.
 pub(super) fn alone(operation: Operation, [a, b, c, d]: [RegisterRow<f64>; 4]) -> RegisterRow<f64> {
     let mut file = RegisterFile([a, b, c, d, [0.0; 4], [0.0; 4], [0.0; 4], [0.0; 4]]);
     file.perform(Instruction {

@@ -1,16 +1,17 @@
-//! Variables of expressions at a hit, and the scopes in which they exist.
+//! Variables of expressions at a hit, and the scopes that define them.
 
 use raywright_bvh::scalar::{Real, Vector};
 
-/// Variable of an expression that is evaluated at a hit. `t` and the scene's parameters are
-/// constants at that time.
+/// Variable of an expression that is evaluated at a hit. The time `t` and the scene's parameters
+/// are constants, not variables.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Variable {
     /// `p`: hit point, world space, metres.
     Position,
     /// `n`: unit shading normal on the side of the incoming ray.
     Normal,
-    /// `d`: unit direction of the incoming ray (towards the surface; for a sky, away from the eye).
+    /// `d`: unit direction of the incoming ray, towards the surface; for a sky, away from the ray's
+    /// origin.
     Direction,
     /// `r`: `d` mirrored at the normal.
     Reflected,
@@ -25,7 +26,7 @@ pub enum Variable {
     /// `distance`: length of the incoming ray, metres.
     Distance,
     /// `occluder_distance`: distance from the hit to the occluder of the light, metres; infinite
-    /// without one.
+    /// without an occluder.
     OccluderDistance,
     /// `shadow`: share of the light that arrives, by the scene's shadow rule.
     Shadow,
@@ -77,12 +78,13 @@ impl Variable {
         )
     }
 
-    /// Returns the bit in a set of variables.
+    /// Returns the variable's bit in a mask of variables.
     pub(super) const fn bit(self) -> u32 {
         1 << self as u32
     }
 
-    /// Returns the row of the hit and the place in the row; a program loads the rows that it reads.
+    /// Returns the variable's row (0 to 7) and its place in the row (0 to 3). A program loads the
+    /// rows that it reads.
     pub(super) const fn place(self) -> (u8, u8) {
         match self {
             Self::Position => (0, 0),
@@ -100,14 +102,14 @@ impl Variable {
     }
 }
 
-/// Place of an expression in the scene, which decides the variables that it may read.
+/// Use of an expression in the scene, which determines the variables that it may read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ExprScope {
     /// A number of the scene, evaluated once while loading: no variables.
     Load,
     /// A texture or weight of a surface, evaluated at a hit.
     Surface,
-    /// A weight of one light at a hit: the variables of a surface, and those of the light.
+    /// A weight of a single light at a hit: the variables of a surface and those of the light.
     Light,
     /// The colour of the sky in a direction.
     Sky,
@@ -142,7 +144,7 @@ impl ExprScope {
         }
     }
 
-    /// Describes the scope for messages: "`d` does not exist …".
+    /// Returns the end of the message "`d` does not exist …".
     pub(super) const fn place(self) -> &'static str {
         match self {
             Self::Load => "in a number of the scene, which is evaluated once while loading",
@@ -153,8 +155,8 @@ impl ExprScope {
     }
 }
 
-/// Values of the variables at a hit. Variables outside the scope may have any value; [`Default`] is
-/// all zero.
+/// Values of the variables at a hit. Variables outside the scope of an expression may have any
+/// value. [`Default`] sets all to zero.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct VariableValues<R: Real> {
     /// [`Variable::Position`].

@@ -1,4 +1,4 @@
-//! Numeric functions of more than one processor operation, for every scalar type.
+//! Numeric functions of the language that need more than a processor instruction, for every scalar.
 
 use raywright_bvh::scalar::Real;
 
@@ -14,20 +14,20 @@ pub(super) fn is_true<R: Real>(value: R) -> bool {
     value.abs() > R::ZERO
 }
 
-/// Returns the smaller number; a number rather than NaN; the first of two zeros. [`f32::min`]
-/// leaves the zero to the compiler, and with it a bit of the picture.
+/// Returns the smaller number; of a number and NaN, the number; of two zeros, the first.
+/// [`f32::min`] does not specify the sign of the zero, which could change a bit of the picture.
 #[inline(always)]
 pub(super) fn min<R: Real>(a: R, b: R) -> R {
     if b < a || a.is_nan() { b } else { a }
 }
 
-/// Returns the larger number; a number rather than NaN; the first of two zeros.
+/// Returns the larger number; of a number and NaN, the number; of two zeros, the first.
 #[inline(always)]
 pub(super) fn max<R: Real>(a: R, b: R) -> R {
     if b > a || a.is_nan() { b } else { a }
 }
 
-/// Returns −1, 0 or 1; a zero or NaN unchanged.
+/// Returns the sign −1 or 1; returns a zero or NaN unchanged.
 #[inline(always)]
 pub(super) fn sign<R: Real>(x: R) -> R {
     if x > R::ZERO {
@@ -39,7 +39,7 @@ pub(super) fn sign<R: Real>(x: R) -> R {
     }
 }
 
-/// Returns x − ⌊x⌋, always below one: where the difference rounds to one, the next smaller number.
+/// Returns x − ⌊x⌋, always below 1. A difference that rounds to 1 becomes the next smaller number.
 #[inline(always)]
 pub(super) fn fraction<R: Real>(x: R) -> R {
     let below_one = R::ONE - R::ROUNDOFF;
@@ -51,8 +51,9 @@ pub(super) fn fraction<R: Real>(x: R) -> R {
     }
 }
 
-/// Returns a − b ⌊a/b⌋, between zero and b, excluding b. The quotient may round up to a whole
-/// number, which leaves a remainder of the wrong sign, and the difference may round to b.
+/// Returns a − b ⌊a/b⌋, from zero to b, excluding b. Two roundings are corrected: the quotient may
+/// round up to a whole number, which gives a remainder of the wrong sign, and the difference may
+/// round to b.
 #[inline(always)]
 pub(super) fn remainder<R: Real>(a: R, b: R) -> R {
     let rest = a - b * (a / b).floor();
@@ -77,7 +78,7 @@ pub(super) fn remainder<R: Real>(a: R, b: R) -> R {
     }
 }
 
-/// Whether ⌊x⌋ + ⌊y⌋ is odd.
+/// Whether ⌊x⌋ + ⌊y⌋ is odd. Infinities and NaN count as even.
 #[inline(always)]
 pub(super) fn odd<R: Real>(x: R, y: R) -> bool {
     let half = (x.floor() + y.floor()) * R::from_f32(0.5);
@@ -85,8 +86,9 @@ pub(super) fn odd<R: Real>(x: R, y: R) -> bool {
     half - half.floor() > R::ZERO
 }
 
-/// Returns [`Real::powi`] to the bit, without the final squaring whose result is unused: it may
-/// underflow, which is slow. `limit` is the [`vanishing`] limit of the exponent.
+/// Returns the same bits as [`Real::powi`], but without its last squaring, whose result is unused
+/// and may be a slow subnormal. `limit` is [`vanishing`] of the exponent; an `f32` of a smaller
+/// magnitude gives zero.
 #[inline(always)]
 pub(super) fn power<R: Real>(mut base: R, exponent: u32, limit: R) -> R {
     if size_of::<R>() == size_of::<f32>() && base.abs() < limit {
@@ -106,24 +108,25 @@ pub(super) fn power<R: Real>(mut base: R, exponent: u32, limit: R) -> R {
     result
 }
 
-/// Returns a magnitude below which this power of an f32 is zero. Multiplying out is slow there,
-/// because the squares are subnormal, and highlights with high powers are zero nearly everywhere.
+/// Returns a magnitude below which this power of an `f32` is zero. The multiplications of such a
+/// power are slow, because the squares are subnormal, and they are frequent, because highlights
+/// with high exponents are zero at most hits.
 pub(super) fn vanishing(exponent: u32) -> f64 {
-    // Magnitudes below 2⁻¹⁵⁰ become zero. The last factor is below 2⁻⁷⁵ and at most twice too large
-    // where it is subnormal; a further factor of two exceeds all other roundings.
+    // Magnitudes below 2⁻¹⁵⁰ round to zero. The last factor is below 2⁻⁷⁵, and at most twice too
+    // large if it is subnormal. A further factor of two exceeds all other roundings.
     libm::exp2(-152.0 / f64::from(exponent))
 }
 
-/// Returns a where t = 0 and b where t = 1, both exactly.
+/// Interpolates from a at t = 0 to b at t = 1, exact at both ends.
 #[inline(always)]
 pub(super) fn mix<R: Real>(a: R, b: R, t: R) -> R {
     a * (R::ONE - t) + b * t
 }
 
-/// Returns the cubic from 0 at `low` to 1 at `high` with zero slope at both ends.
+/// Returns the cubic step from 0 at `low` to 1 at `high`, with zero slope at both ends.
 #[inline(always)]
 pub(super) fn smoothstep<R: Real>(low: R, high: R, x: R) -> R {
-    // Comparisons in this direction are one instruction each, without a branch; a NaN t becomes
+    // Comparisons in this direction compile to an instruction each, without a branch. NaN becomes
     // zero.
     let t = (x - low) / (high - low);
     let t = if t > R::ZERO { t } else { R::ZERO };

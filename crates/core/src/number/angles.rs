@@ -1,19 +1,21 @@
-//! Arc tangents, sines and cosines of `f64` without branches, so that the compiler vectorises them:
-//! the formulas of libm (FreeBSD's msun) with selections in place of branches, and the same bits.
+//! Arc tangents, sines and cosines of `f64` without branches, so that the compiler can vectorise
+//! loops over them. They are the formulas of libm (FreeBSD's msun) with selections in place of
+//! branches, and have the same bits.
 
 use core::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
 /// Rounding error of π.
 const PI_LOW: f64 = 1.224_646_799_147_353_2e-16;
-/// Arc tangents of 1/2, 1, 3/2 and infinity, and their rounding errors.
+/// Arc tangents of 1/2, 1, 3/2 and infinity, each with its rounding error.
 const ARCS: [[f64; 2]; 4] = [
     [4.636_476_090_008_061e-1, 2.269_877_745_296_168_7e-17],
     [FRAC_PI_4, 3.061_616_997_868_383e-17],
     [9.827_937_232_473_29e-1, 1.390_331_103_123_099_8e-17],
     [FRAC_PI_2, 6.123_233_995_736_766e-17],
 ];
-/// The first 33 bits of π/2, and the rest.
+/// π/2 as a sum of two numbers, the first with 33 bits.
 const HALF_PI: [f64; 2] = [1.570_796_326_734_125_6, 6.077_100_506_506_192e-11];
+/// Coefficients of the polynomial of the sine.
 const SINE: [f64; 6] = [
     -1.666_666_666_666_663_2e-1,
     8.333_333_333_322_49e-3,
@@ -22,6 +24,7 @@ const SINE: [f64; 6] = [
     -2.505_076_025_340_686_3e-8,
     1.589_690_995_211_55e-10,
 ];
+/// Coefficients of the polynomial of the cosine.
 const COSINE: [f64; 6] = [
     4.166_666_666_666_66e-2,
     -1.388_888_888_887_411e-3,
@@ -31,13 +34,14 @@ const COSINE: [f64; 6] = [
     -1.135_964_755_778_819_5e-11,
 ];
 
-/// The number with these upper 32 bits and zero lower bits.
+/// Returns the `f64` with the given upper 32 bits, and zeros as the lower 32 bits.
 const fn upper(bits: u64) -> f64 {
     f64::from_bits(bits << 32)
 }
 
-/// The angle of the point (x, y) above the horizontal axis, if neither coordinate exceeds 10¹⁵
-/// times the other, except x = 0.
+/// Returns the angle in radians, from 0 to π, between the positive x axis and the direction of the
+/// point (x, y), without the sign of y. Neither coordinate may exceed 10¹⁵ times the other, except
+/// for x = 0.
 #[inline(always)]
 pub(crate) fn angle_above(y: f64, x: f64) -> f64 {
     let angle = arc_tangent((y / x).abs());
@@ -48,7 +52,7 @@ pub(crate) fn angle_above(y: f64, x: f64) -> f64 {
     }
 }
 
-/// The arc tangent of a non-negative number.
+/// Returns the arc tangent of a non-negative number.
 #[inline(always)]
 fn arc_tangent(x: f64) -> f64 {
     const EVEN: [f64; 6] = [
@@ -92,7 +96,7 @@ fn arc_tangent(x: f64) -> f64 {
     arc - (x * (even + odd) - rest - x)
 }
 
-/// Sines and cosines of angles from 0 to 9/8 of a turn.
+/// Returns the sines and the cosines of angles in radians, from 0 to 9/4 π.
 #[inline(always)]
 pub(crate) fn sines_and_cosines<const N: usize>(angles: [f64; N]) -> [[f64; N]; 2] {
     let (mut sines, mut cosines) = ([0.0; N], [0.0; N]);
@@ -112,7 +116,8 @@ pub(crate) fn sines_and_cosines<const N: usize>(angles: [f64; N]) -> [[f64; N]; 
     [sines, cosines]
 }
 
-/// Whether an angle is so close to an axis that two parts of π/2 are too few for its reduction.
+/// Whether an angle is so close to a multiple of π/2 that its reduction needs more digits than
+/// [`HALF_PI`] has.
 #[inline(always)]
 fn is_near_an_axis(angle: f64) -> bool {
     let bits = angle.to_bits() >> 32;
@@ -121,6 +126,7 @@ fn is_near_an_axis(angle: f64) -> bool {
         .fold(false, |near, &axis| near | (bits == axis))
 }
 
+/// Returns the sine and the cosine of an angle that is not [near an axis](is_near_an_axis).
 #[inline(always)]
 fn sine_and_cosine(angle: f64) -> [f64; 2] {
     let from = |bits: u64| if angle < upper(bits) { 0.0 } else { 1.0 };
@@ -144,7 +150,7 @@ fn sine_and_cosine(angle: f64) -> [f64; 2] {
     let half = 0.5 * z;
     let maximum = 1.0 - half;
     let cosine = maximum + (((1.0 - maximum) - half) + (z * r - x * y));
-    // From quarter to quarter sine and cosine swap, and one of them changes its sign.
+    // With each quarter of a turn, sine and cosine swap, and one changes its sign.
     let (is_odd, is_behind) = (
         (quarters == 1.0) | (quarters == 3.0),
         (quarters == 2.0) | (quarters == 3.0),

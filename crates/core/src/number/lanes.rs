@@ -1,10 +1,9 @@
-//! Several `f32` side by side, in plain arrays, which the compiler maps to the target's vector
-//! registers.
+//! Several `f32` side by side in arrays, which the compiler maps to the target's vector registers.
 //!
-//! Vectors are three arrays (structure of arrays). The exponential goes lane by lane through
-//! `libm`, as for one number: a polynomial in lanes would have other bits. `each_lane` unrolls
-//! operations instead of looping: a formula in lanes has hundreds of them, and the compiler's loop
-//! analysis is quadratic in their number.
+//! A vector is three arrays (structure of arrays). The exponential calls `libm` lane by lane,
+//! because a polynomial in lanes would have other bits than a single number. The macro `each_lane`
+//! unrolls operations instead of looping: a formula has hundreds of operations, and the compiler's
+//! loop analysis is quadratic in the number of loops.
 
 use core::array::from_fn;
 use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
@@ -15,19 +14,19 @@ use raywright_bvh::Real;
 use super::mask::LaneMask;
 use super::{Number, Vector3};
 
-/// An `f32` in each of `N` lanes.
+/// `N` lanes of `f32`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(align(32))]
 pub struct Lanes<const N: usize>(pub [f32; N]);
 
-/// A vector in each of `N` lanes.
+/// `N` lanes of vectors of three `f32`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Vec3Lanes<const N: usize> {
-    /// First components.
+    /// First components of all lanes.
     pub x: Lanes<N>,
-    /// Second components.
+    /// Second components of all lanes.
     pub y: Lanes<N>,
-    /// Third components.
+    /// Third components of all lanes.
     pub z: Lanes<N>,
 }
 
@@ -46,7 +45,8 @@ impl<const N: usize> Lanes<N> {
         out
     }
 
-    /// The maximum as for vectors: `other` if either is NaN.
+    /// Returns the maximum by lane as the vector functions define it: `other` if either number is
+    /// NaN.
     #[inline(always)]
     fn greater(self, other: Self) -> Self {
         self.zip(other, |a, b| if a > b { a } else { b })
@@ -73,7 +73,7 @@ impl<const N: usize> Vec3Lanes<N> {
     }
 }
 
-/// Operators by lane and component.
+/// Implements operators by lane and component.
 macro_rules! operators {
     ($($operator:ident $name:ident),*) => {$(
         impl<const N: usize> $operator for Lanes<N> {
@@ -139,7 +139,7 @@ impl<const N: usize> Number for Lanes<N> {
     }
     #[inline(always)]
     fn of_lanes(mut value: impl FnMut(usize) -> f64) -> Self {
-        // No `from_fn`, because its closure is not always inlined.
+        // `from_fn` is avoided, because its closure is not always inlined.
         let mut out = [0.0; N];
         each_lane!(N, i, out[i] = value(i) as f32);
         Self(out)
@@ -188,7 +188,7 @@ impl<const N: usize> Number for Lanes<N> {
     }
     #[inline(always)]
     fn powi(self, exponent: u32) -> Self {
-        // The algorithm for one number, in all lanes at once.
+        // The algorithm of `Real::powi`, in all lanes at once.
         if exponent == 0 {
             return Self::ONE;
         }

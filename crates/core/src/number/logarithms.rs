@@ -1,18 +1,20 @@
-//! `log1p` and `expm1` of `f64` without branches, like the functions in `angles`: the formulas of
-//! libm (FreeBSD's msun) with selections in place of branches, and the same bits.
+//! `log1p` and `expm1` of `f64` without branches, so that the compiler can vectorise loops over
+//! them. They are the formulas of libm (FreeBSD's msun) with selections in place of branches, and
+//! have the same bits.
 
-/// The first bits of ln 2, and the rest.
+/// ln 2 as a sum of two numbers, the first with few bits.
 const LN_2: [f64; 2] = [6.931_471_803_691_238e-1, 1.908_214_929_270_587_7e-10];
-/// 2⁵²: adding it to an integer places the integer in the mantissa's bits.
+/// 2⁵². The sum of this number and an integer has the integer in its mantissa.
 const WHOLE: f64 = (1_u64 << 52) as f64;
 
-/// An integer below 2⁵² as `f64`: few processors have a vector instruction for this conversion.
+/// Converts an integer below 2⁵² to `f64` by bit operations, because few processors have a vector
+/// instruction for the conversion.
 #[inline(always)]
 fn from_whole(n: u64) -> f64 {
     f64::from_bits(WHOLE.to_bits() | n) - WHOLE
 }
 
-/// ln(1 + x) for x in (−1, 0].
+/// Returns ln(1 + x) for x in (−1, 0].
 #[inline(always)]
 pub(crate) fn logarithm_beside_one(x: f64) -> f64 {
     const EVEN: [f64; 3] = [
@@ -28,7 +30,7 @@ pub(crate) fn logarithm_beside_one(x: f64) -> f64 {
     ];
     let near = -x < f64::from_bits(0x3fd2_bec5_0000_0000);
     let sum = 1.0 + x;
-    // Reduction to [√½, √2] by a power of two.
+    // Reduces the argument to [√½, √2] by a power of two.
     let high = (sum.to_bits() >> 32) + (0x3ff0_0000 - 0x3fe6_a09e);
     let reduced =
         f64::from_bits((((high & 0xf_ffff) + 0x3fe6_a09e) << 32) | (sum.to_bits() & 0xffff_ffff));
@@ -54,7 +56,7 @@ pub(crate) fn logarithm_beside_one(x: f64) -> f64 {
     }
 }
 
-/// exp(x) − 1 for x in [−38, 0].
+/// Returns exp(x) − 1 for x in [−38, 0].
 #[inline(always)]
 pub(crate) fn exponential_beside_one(x: f64) -> f64 {
     const Q: [f64; 5] = [
@@ -69,7 +71,7 @@ pub(crate) fn exponential_beside_one(x: f64) -> f64 {
         -x < f64::from_bits(0x3fd6_2e43_0000_0000),
         -x < f64::from_bits(0x3ff0_a2b2_0000_0000),
     );
-    // Number of halvings.
+    // Number of halvings: x is reduced by a multiple of ln 2.
     let rounded = (0.5 - INVERSE_LN_2 * x) + WHOLE;
     let rounded = if rounded - WHOLE > 0.5 - INVERSE_LN_2 * x {
         rounded - 1.0

@@ -1,16 +1,17 @@
-//! Boolean masks in lanes, for selections.
+//! Masks of booleans in lanes, for selections.
 
 use core::ops::{BitAnd, BitOr, Not};
 
 use super::Mask;
 
-/// A boolean in each of `N` lanes, with all bits or none set, so that a selection is bitwise.
+/// `N` lanes of booleans. A lane has all bits set or none, so that a selection is a bitwise
+/// operation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(align(32))]
 pub struct LaneMask<const N: usize>([u32; N]);
 
 impl<const N: usize> LaneMask<N> {
-    /// A mask from a function of the lane.
+    /// Creates a mask from a function of the lane.
     #[inline(always)]
     pub(super) fn of(yes: impl Fn(usize) -> bool) -> Self {
         let mut out = Self::default();
@@ -25,7 +26,7 @@ impl<const N: usize> LaneMask<N> {
         out
     }
 
-    /// Selects one of two bit patterns by a lane.
+    /// Returns `yes` if a lane is set, else `no`.
     #[inline(always)]
     pub(super) fn choose(&self, lane: usize, yes: u32, no: u32) -> u32 {
         yes & self.0[lane] | no & !self.0[lane]

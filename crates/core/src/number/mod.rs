@@ -1,15 +1,15 @@
-//! Numbers for shading: one, or several side by side, so that one source serves a single path and
-//! many paths that hit surfaces of the same kind.
+//! Number types for shading: a single number, or several lanes side by side. Generic code serves a
+//! single path and also several paths that hit surfaces of the same kind.
 //!
-//! `f32` and `f64` are numbers of one lane; [`Lanes`] is several `f32`. Every operation computes in
-//! each lane what a single number would, in the same order, so lanes have the bits of the one-lane
-//! version, which is their test oracle. Where lanes may differ nothing branches: a comparison gives
-//! a mask, and a mask selects.
+//! `f32` and `f64` have one lane; [`Lanes`] has several lanes of `f32`. Every operation in a lane
+//! has the same order as for a single number and gives the same bits, so tests compare lanes with
+//! single numbers. Generic code does not branch on values that differ by lane: a comparison returns
+//! a mask, and a mask selects between two values.
 //!
-//! [`Number`] is not a supertrait of [`Real`], though every `Real` implements it: code that names a
-//! constant of a precision's scalar would have to import both.
+//! [`Number`] is not a supertrait of [`Real`], though every `Real` implements [`Number`]. Otherwise
+//! code that names a constant of a `Real` would have to import both traits.
 
-/// Evaluates an expression for each lane, at most 16, without a loop.
+/// Evaluates an expression for each of at most 16 lanes, without a loop.
 macro_rules! each_lane {
     ($lanes:expr, $lane:ident, $body:expr) => {
         each_lane!(@ $lanes, $lane, $body, 0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15)
@@ -39,7 +39,7 @@ pub(crate) use logarithms::{exponential_beside_one, logarithm_beside_one};
 pub use mask::LaneMask;
 use raywright_bvh::{Real, Vector};
 
-/// A number in each lane.
+/// A number in each of [`Self::LANES`] lanes.
 pub trait Number:
     Copy
     + Debug
@@ -57,7 +57,7 @@ pub trait Number:
     type Vec3: Vector3<Self>;
     /// A boolean in each lane.
     type Mask: Mask;
-    /// An `f64` in each lane, for computations that would cancel in less.
+    /// An `f64` in each lane, for computations that lose digits by cancellation.
     type Exact: Copy + Debug + PartialEq + Send + Sync + 'static;
     /// Number of lanes.
     const LANES: usize;
@@ -65,37 +65,37 @@ pub trait Number:
     const ZERO: Self;
     /// One.
     const ONE: Self;
-    /// The nearest value to `x`, in every lane.
+    /// Returns the value nearest to `x`, in every lane.
     fn from_f64(x: f64) -> Self;
-    /// The nearest value to `value(lane)` in each lane.
+    /// Returns the value nearest to `value(lane)` in each lane.
     fn of_lanes(value: impl FnMut(usize) -> f64) -> Self;
-    /// The value of one lane, exactly.
+    /// Returns the value of a lane, exactly.
     fn lane(self, index: usize) -> f64;
-    /// `value(lane)` in each lane.
+    /// Returns `value(lane)` in each lane, exactly.
     fn exact(value: impl FnMut(usize) -> f64) -> Self::Exact;
-    /// The value of one lane.
+    /// Returns the value of a lane.
     fn exact_lane(exact: Self::Exact, index: usize) -> f64;
-    /// Whether this number is greater than another; false for NaN.
+    /// Returns whether this number is greater than another, by lane; false for NaN.
     fn greater_than(self, other: Self) -> Self::Mask;
-    /// One number where the mask is set, the other elsewhere.
+    /// Returns `yes` in lanes where the mask is set, `no` in the others.
     fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
-    /// Maximum; the other number if one is NaN.
+    /// Returns the maximum by lane; of a number and NaN, the number.
     fn max(self, other: Self) -> Self;
-    /// Minimum; the other number if one is NaN.
+    /// Returns the minimum by lane; of a number and NaN, the number.
     fn min(self, other: Self) -> Self;
-    /// This magnitude with the sign of `sign`.
+    /// Returns this magnitude with the sign of `sign`.
     fn copysign(self, sign: Self) -> Self;
-    /// Square root, correctly rounded; NaN below zero.
+    /// Returns the square root, correctly rounded; NaN below zero.
     fn sqrt(self) -> Self;
-    /// Power with an integer exponent, by repeated squaring.
+    /// Returns the power with an integer exponent, by repeated squaring.
     fn powi(self, exponent: u32) -> Self;
-    /// Cosine and sine of an angle in turns, from 0 to 1.
+    /// Returns the cosine and the sine of an angle in turns, from 0 to 1.
     fn sin_cos_turns(self) -> [Self; 2];
-    /// Natural exponential.
+    /// Returns the natural exponential.
     fn exp(self) -> Self;
 }
 
-/// Three numbers in each lane. Products of two vectors are componentwise.
+/// A vector of three numbers in each lane. The product of two vectors is componentwise.
 pub trait Vector3<N: Number>:
     Copy
     + Debug
@@ -115,13 +115,13 @@ pub trait Vector3<N: Number>:
     const ZERO: Self;
     /// One in every component.
     const ONE: Self;
-    /// From components.
+    /// Creates a vector from components.
     fn new(x: N, y: N, z: N) -> Self;
-    /// The same number in every component.
+    /// Creates a vector with three equal components.
     fn splat(value: N) -> Self;
-    /// The nearest vector to `value(lane)` in each lane.
+    /// Returns the vector nearest to `value(lane)` in each lane.
     fn of_lanes(value: impl FnMut(usize) -> DVec3) -> Self;
-    /// The value of one lane, exactly.
+    /// Returns the value of a lane, exactly.
     fn lane(self, index: usize) -> DVec3;
     /// First component.
     fn x(self) -> N;
@@ -129,19 +129,19 @@ pub trait Vector3<N: Number>:
     fn y(self) -> N;
     /// Third component.
     fn z(self) -> N;
-    /// Scalar product.
+    /// Returns the scalar product.
     fn dot(self, other: Self) -> N;
-    /// Vector product.
+    /// Returns the vector product.
     fn cross(self, other: Self) -> Self;
-    /// Same direction, length one.
+    /// Returns the vector scaled to length 1.
     fn normalize(self) -> Self;
-    /// Componentwise minimum.
+    /// Returns the componentwise minimum.
     fn min(self, other: Self) -> Self;
-    /// Componentwise maximum.
+    /// Returns the componentwise maximum.
     fn max(self, other: Self) -> Self;
-    /// Largest component.
+    /// Returns the largest component.
     fn max_element(self) -> N;
-    /// One vector where the mask is set, the other elsewhere.
+    /// Returns `yes` in lanes where the mask is set, `no` in the others.
     fn select(mask: N::Mask, yes: Self, no: Self) -> Self;
 }
 
@@ -160,7 +160,7 @@ pub trait Mask:
 {
     /// Whether any lane is set.
     fn any(self) -> bool;
-    /// The value of one lane.
+    /// Returns the value of a lane.
     fn lane(self, index: usize) -> bool;
     /// Sets one lane.
     fn set(&mut self, index: usize);
