@@ -1,4 +1,4 @@
-//! Cameras: poses with a defined view, projections with a positive opening.
+//! Validation of cameras: a pose must define a view, a projection must have a positive opening.
 
 use glam::DVec3;
 
@@ -7,6 +7,7 @@ use super::motion::{self, PARALLEL};
 use super::{LEAST_ASPECT, MOST_ASPECT, SMALLEST};
 use crate::scene::{Camera, Pinhole, Pose, Projection, Triple};
 
+/// Checks a camera.
 pub(super) fn camera(check: &mut SceneCheck<'_>, camera: &Camera) {
     if camera.name.parse::<u64>().is_ok() {
         let message = format!("`{}` cannot be the name of a camera", camera.name);

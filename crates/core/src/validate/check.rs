@@ -1,5 +1,5 @@
-//! Collector of problems: tracks the current path in the scene, and provides the checks that many
-//! values share.
+//! Collector of a scene's problems. It tracks the path of the checked value, and has the checks
+//! that many kinds of values need.
 
 use std::collections::{BTreeMap, HashMap};
 use std::fmt::{self, Display, Write as _};
@@ -10,29 +10,31 @@ use crate::lookup::{NameList, SceneLookup};
 use crate::scene::{Colour, Material, Scene, Triple};
 use crate::suggest::closest;
 
-/// Shortest and longest direction: beyond these, the squared length does not fit an f64.
+/// Shortest direction. The squared length of a shorter direction does not fit an `f64`.
 const SHORTEST_DIRECTION: f64 = 1e-100;
+/// Longest direction. The squared length of a longer direction does not fit an `f64`.
 const LONGEST_DIRECTION: f64 = 1e100;
 
-/// Greatest absolute value of a number that is no length, for example a radiance: its sums must fit
-/// the renderer's f32.
+/// Greatest absolute value of a number that is no length, for example a radiance. Sums of such
+/// numbers must fit the renderer's `f32`.
 pub const GREATEST: f64 = 1e30;
 
-/// Greatest intensity of a light with inverse-square falloff: a million at [`FARTHEST`], and within
-/// f32.
+/// Greatest intensity of a light with inverse-square falloff, which fits an `f32`. At the distance
+/// [`FARTHEST`] its irradiance is 10⁷.
 pub const GREATEST_INTENSITY: f64 = 1e37;
 
-/// Most comparisons with unknown names for "did you mean", about a second's worth: a hundred
-/// unknown names against a large scene's names would take minutes.
+/// Greatest number of comparisons between names for the hint "did you mean", about a second of
+/// computation. Without a limit, a hundred unknown names in a large scene would take minutes.
 const COMPARISONS: usize = 1_000_000;
 
+/// Collector of a scene's problems.
 pub(super) struct SceneCheck<'a> {
     path: String,
     problems: Vec<Problem>,
     names: SceneLookup<'a>,
-    /// Remaining comparisons of [`COMPARISONS`].
+    /// Remaining comparisons, of [`COMPARISONS`] at first.
     comparisons: usize,
-    /// `t` and the parameters.
+    /// Constants of expressions: the time `t` and the parameters.
     numbers: BTreeMap<String, f64>,
 }
 
@@ -49,6 +51,7 @@ impl<'a> SceneCheck<'a> {
         }
     }
 
+    /// Returns all problems.
     pub fn finish(self) -> Vec<Problem> {
         self.problems
     }
@@ -58,13 +61,13 @@ impl<'a> SceneCheck<'a> {
         self.problems.len()
     }
 
-    /// Checks the value under a key.
+    /// Runs checks with a key appended to the path.
     pub fn with_key(&mut self, key: impl Display, checks: impl FnOnce(&mut Self)) {
         let dot = if self.path.is_empty() { "" } else { "." };
         self.with_step(format_args!("{dot}{key}"), checks);
     }
 
-    /// Checks the value under a step of the path.
+    /// Runs checks with text appended to the path.
     fn with_step(&mut self, step: fmt::Arguments<'_>, checks: impl FnOnce(&mut Self)) {
         let length = self.path.len();
         // Writing to a String cannot fail.
@@ -73,12 +76,12 @@ impl<'a> SceneCheck<'a> {
         self.path.truncate(length);
     }
 
-    /// Checks an element of the current array.
+    /// Runs checks with the index of an element appended to the path.
     pub fn element(&mut self, index: usize, checks: impl FnOnce(&mut Self)) {
         self.with_step(format_args!("[{index}]"), checks);
     }
 
-    /// Checks each element of the array under a key.
+    /// Runs checks for each element of the array under a key.
     pub fn each<T>(&mut self, key: &str, items: &[T], mut checks: impl FnMut(&mut Self, &T)) {
         self.with_key(key, |check| {
             for (i, item) in items.iter().enumerate() {
@@ -92,8 +95,8 @@ impl<'a> SceneCheck<'a> {
         self.push(message.into(), None, None);
     }
 
-    /// Reports a problem of a value by its name and a predicate. With an empty key, the value is
-    /// the one at the current path.
+    /// Reports a problem as the name of a value followed by `said`. An empty key stands for the
+    /// value at the current path.
     fn value(&mut self, key: &str, said: impl Display) {
         if key.is_empty() {
             self.report(format!("{} {said}", self.current_key()));
@@ -109,6 +112,7 @@ impl<'a> SceneCheck<'a> {
         self.push(message.into(), Some(hint.into()), None);
     }
 
+    /// Adds a problem at the current path, up to [`MOST`] problems.
     fn push(
         &mut self,
         message: String,
@@ -125,12 +129,12 @@ impl<'a> SceneCheck<'a> {
         }
     }
 
-    /// Returns the current key, for messages.
+    /// Returns the last key of the current path in backticks, for messages.
     fn current_key(&self) -> String {
         format!("`{}`", self.path.rsplit('.').next().unwrap_or_default())
     }
 
-    /// Checks that the names of an array are unique and, where needed, not empty.
+    /// Checks that the names in an array are unique and, if `needed`, not empty.
     pub fn names<T>(&mut self, key: &str, items: &[T], name: impl Fn(&T) -> &String, needed: bool) {
         let mut seen: HashMap<&str, usize> = HashMap::new();
         for (i, item) in items.iter().enumerate() {
@@ -154,7 +158,8 @@ impl<'a> SceneCheck<'a> {
         self.names.material(name).map(|(_, material)| material)
     }
 
-    /// Checks that a name is defined. `label` is the kind of the item: "material".
+    /// Checks that the name under a key is defined. `label` is the kind of the item, such as
+    /// "material".
     pub fn refers(
         &mut self,
         key: &str,
@@ -191,20 +196,22 @@ impl<'a> SceneCheck<'a> {
         });
     }
 
-    /// Checks an expression evaluated at hits for a colour: it must compile. A constant value must
-    /// not have a negative channel.
+    /// Checks an expression that yields a colour at hits: it must compile, and a constant value
+    /// must have no negative channel.
     pub fn expression(&mut self, source: &str, scope: ExprScope) {
         let program = expr::compile(source, &self.numbers, scope);
         self.not_negative_program(program);
     }
 
-    /// Checks an expression evaluated at hits for a weight: it must compile and be a number. A
+    /// Checks an expression that yields a weight at hits: it must compile to a number, and a
     /// constant value must not be negative.
     pub fn number_expression(&mut self, source: &str, scope: ExprScope) {
         let program = expr::compile_number(source, &self.numbers, scope);
         self.not_negative_program(program);
     }
 
+    /// Checks that a constant program has no negative value; reports an expression that does not
+    /// compile.
     fn not_negative_program(&mut self, program: Result<Program, ExprError>) {
         match program.map(|program| program.is_constant()) {
             Ok(Some(Constant::Number(number))) => self.not_negative("", number),
@@ -214,8 +221,8 @@ impl<'a> SceneCheck<'a> {
         }
     }
 
-    /// Checks an expression evaluated at hits for a texture coordinate: it must compile and be a
-    /// number of any sign.
+    /// Checks an expression that yields a texture coordinate at hits: it must compile to a number,
+    /// of any sign.
     pub fn coordinate_expression(&mut self, source: &str, scope: ExprScope) {
         if let Err(error) = expr::compile_number(source, &self.numbers, scope) {
             self.wrong_expression(error);
@@ -295,7 +302,7 @@ impl<'a> SceneCheck<'a> {
         }
     }
 
-    /// Checks that a length is above zero.
+    /// Checks that a length is above zero and within the supported range.
     pub fn length(&mut self, key: &str, value: f64) {
         if value <= 0.0 {
             self.value(key, format_args!("must be above zero, not {value}"));
@@ -307,7 +314,7 @@ impl<'a> SceneCheck<'a> {
         }
     }
 
-    /// Checks a point in space.
+    /// Checks that a point is finite and within [`FARTHEST`] of the origin on each axis.
     pub fn point(&mut self, key: &str, point: Triple) {
         if point.iter().any(|x| !x.is_finite()) {
             self.value(
@@ -322,7 +329,7 @@ impl<'a> SceneCheck<'a> {
         }
     }
 
-    /// Checks a direction of any length above zero.
+    /// Checks that a direction is finite and has a length above zero.
     pub fn direction(&mut self, key: &str, direction: Triple) {
         let longest = direction
             .iter()
@@ -342,17 +349,18 @@ impl<'a> SceneCheck<'a> {
         }
     }
 
-    /// Checks that a colour has no negative channel.
+    /// Checks that a colour has no negative channel and none above [`GREATEST`].
     pub fn light(&mut self, key: &str, colour: Colour) {
         self.light_up_to(key, colour, GREATEST);
     }
 
-    /// Checks the intensity of a light with inverse-square falloff, which may be large because the
-    /// irradiance is bounded.
+    /// Checks the intensity of a light with inverse-square falloff. It may be as large as
+    /// [`GREATEST_INTENSITY`], because the falloff bounds the irradiance.
     pub fn intensity(&mut self, key: &str, colour: Colour) {
         self.light_up_to(key, colour, GREATEST_INTENSITY);
     }
 
+    /// Checks that a colour has no negative channel and none above a limit.
     fn light_up_to(&mut self, key: &str, colour: Colour, greatest: f64) {
         if colour.0.iter().any(|x| *x < 0.0) {
             self.value(
@@ -367,7 +375,8 @@ impl<'a> SceneCheck<'a> {
     }
 }
 
-/// Formats `[1, 2, 3]`; numbers with many zeros in powers of ten, as in `[1e-30, 1, 1]`.
+/// Formats numbers as a list such as `[1, 2, 3]`; numbers with many zeros have exponents, as in
+/// `[1e-30, 1, 1]`.
 pub(crate) fn list(values: &[f64]) -> String {
     let plain = |x: f64| x == 0.0 || !x.is_finite() || (1e-6..1e6).contains(&x.abs());
     let number = |x: &f64| {

@@ -1,4 +1,4 @@
-//! Lights and the sky.
+//! Validation of lights and of the sky.
 
 use super::check::SceneCheck;
 use crate::expr::ExprScope;

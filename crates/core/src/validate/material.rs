@@ -1,4 +1,4 @@
-//! Materials of both families, and the inputs that vary over a surface.
+//! Validation of classic and physical materials, and of inputs that vary over a surface.
 
 use super::check::SceneCheck;
 use crate::expr::ExprScope;
@@ -17,7 +17,7 @@ pub(super) fn model(check: &mut SceneCheck<'_>, model: &Model) {
     }
 }
 
-/// Checks the terms that are evaluated at the hit.
+/// Checks the terms of a classic material that are evaluated at the hit.
 fn classic(check: &mut SceneCheck<'_>, material: &Classic) {
     check.with_key("colour", |check| colour_input(check, &material.colour));
     check.with_key("local", |check| {
@@ -80,7 +80,7 @@ fn mixture(check: &mut SceneCheck<'_>, m: &Mixture) {
     check.light("absorption", m.absorption);
 }
 
-/// Checks the terms that spawn rays.
+/// Checks the terms of a classic material that spawn rays.
 fn traced(check: &mut SceneCheck<'_>, material: &Classic) {
     if material.reflection.is_some() && material.transmission.is_some() {
         let message =
@@ -131,7 +131,7 @@ fn physical(check: &mut SceneCheck<'_>, material: &Physical) {
     }
 }
 
-/// Checks a constant against its bounds.
+/// Checks the value of a constant field against the field's bounds.
 fn bounded(check: &mut SceneCheck<'_>, constant: Option<ConstantValue>, bounds: FieldBounds) {
     match (constant, bounds) {
         (Some(ConstantValue::Number(number)), FieldBounds::Within(minimum, maximum)) => {
@@ -161,7 +161,7 @@ fn weight(check: &mut SceneCheck<'_>, weight: &Weight, scope: ExprScope) {
     }
 }
 
-/// Checks an expression in place of a texture coordinate, which may have any sign.
+/// Checks a number or an expression in place of a texture coordinate, which may have any sign.
 fn coordinate(check: &mut SceneCheck<'_>, coordinate: &Weight) {
     match coordinate {
         Weight::Number(value) => check.finite("", *value),
@@ -176,7 +176,7 @@ fn colour_input(check: &mut SceneCheck<'_>, input: &ColourInput) {
     }
 }
 
-/// Checks an input that is not constant.
+/// Checks the expression, the texture or the checkerboard of an input.
 fn varying(check: &mut SceneCheck<'_>, input: &dyn FieldValue) {
     match input.expression() {
         Some((source, true)) => check.number_expression(source, ExprScope::Surface),

@@ -1,4 +1,4 @@
-//! Meshes, images and textures.
+//! Validation of meshes, images and textures.
 
 use std::collections::HashSet;
 
@@ -41,8 +41,9 @@ pub(super) fn mesh(check: &mut SceneCheck<'_>, mesh: &Mesh) {
     });
 }
 
-/// Returns the objects whose material reads a set of texture coordinates that their mesh lacks,
-/// each pair of the two once. The picture is still rendered, with (0, 0) for the missing set.
+/// Returns a problem for each object whose material reads a set of texture coordinates that the
+/// object's mesh lacks, without duplicates of mesh, material and set. The scene can still be
+/// rendered: the missing set reads (0, 0).
 pub fn missing_uv_sets(scene: &Scene) -> Vec<Problem> {
     let lookup = SceneLookup::new(scene);
     let listed = scene
@@ -84,8 +85,8 @@ pub fn missing_uv_sets(scene: &Scene) -> Vec<Problem> {
     problems
 }
 
-/// Checks the arrays of a mesh; returns at most one problem for each array: path within the mesh,
-/// and message.
+/// Checks the arrays of a mesh. Returns at most a problem for each array: its path within the mesh,
+/// and the message.
 pub fn mesh_data(data: &MeshData) -> Vec<(String, String)> {
     let vertices = data.positions.len();
     let mut problems = Vec::new();
@@ -132,7 +133,8 @@ pub fn mesh_data(data: &MeshData) -> Vec<(String, String)> {
     problems
 }
 
-/// Checks an array that must be empty or have one entry per vertex.
+/// Checks an array that must be empty or have an entry for each vertex; `right` tells whether a
+/// number is valid.
 fn attribute<const N: usize>(
     problems: &mut Vec<(String, String)>,
     name: &str,

@@ -1,9 +1,9 @@
-//! Validation: every rule that the scene's types do not enforce; reports all problems at once, each
-//! with its path.
+//! Validation of a scene by all rules that its types do not enforce. All problems are reported at
+//! once, each with its path in the scene.
 //!
-//! Validation reads no files and changes nothing. The reader of a file maps the paths to places in
-//! the file. A scene without problems can be prepared; preparation may still refuse its size, and
-//! shapes that its precision cannot store.
+//! Validation reads no files and changes nothing. The reader of a scene file maps paths to lines
+//! and columns. A scene without problems can be prepared, with two exceptions: preparation may
+//! refuse a scene that needs too much memory, and shapes that collapse in the chosen precision.
 
 mod camera;
 mod check;
@@ -28,8 +28,8 @@ use crate::scene::{FORMAT, Scene};
 /// Greatest number of reported problems.
 pub(crate) const MOST: usize = 100;
 
-/// Greatest absolute coordinate, in world units: beyond it, squared distances do not fit the
-/// renderer's f32.
+/// Greatest absolute coordinate, in world units. Squared distances between farther points do not
+/// fit the renderer's `f32`.
 pub const FARTHEST: f64 = 1e15;
 
 /// Least aspect ratio (width over height) of a camera.
@@ -37,24 +37,26 @@ pub const LEAST_ASPECT: f64 = 1e-3;
 /// Greatest aspect ratio (width over height) of a camera.
 pub const MOST_ASPECT: f64 = 1e3;
 
-/// Least radius, size or distance between points that must not coincide, in world units.
+/// Least radius, size, or distance between points that must not coincide, in world units.
 pub const SMALLEST: f64 = 1e-15;
 
 /// A problem of a scene.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Problem {
-    /// Path from the root: `objects[3].shape.sphere.radius`; empty for the scene as a whole. The
-    /// last steps may be absent from a file that omits a key.
+    /// Path from the root of the scene, such as `objects[3].shape.sphere.radius`; empty for the
+    /// scene as a whole. The last keys of the path may be missing in the file, if the file omits a
+    /// key.
     pub path: String,
     /// Message: one sentence without a full stop.
     pub message: String,
     /// Hint for a correction, if any.
     pub hint: Option<String>,
-    /// Byte range in a text value; `None`: the whole value.
+    /// Byte range within a value that is text; `None` for the whole value.
     pub within: Option<Range<usize>>,
 }
 
-/// Returns all problems of a scene, in the order of its parts; at most a hundred.
+/// Returns the problems of a scene, in the order of the scene's fields; at most a hundred. A valid
+/// scene has none.
 pub fn validate(scene: &Scene) -> Vec<Problem> {
     let mut check = SceneCheck::new(scene);
     if scene.format != FORMAT {

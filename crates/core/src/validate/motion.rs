@@ -1,5 +1,6 @@
-//! Motion: an object's map must be invertible at every time, and a camera's view must be defined at
-//! every time. Both ends are checked before the motion between them.
+//! Validation of motion. An object's transform must be invertible at every time, and a camera's
+//! view must be defined at every time. The two ends of a motion are checked before the times
+//! between them.
 
 use glam::{DAffine3, DMat3, DVec3};
 use raywright_bvh::Motion;
@@ -8,14 +9,14 @@ use super::check::{SceneCheck, list};
 use crate::motion::ends;
 use crate::scene::{Camera, Material, Object, Pose};
 
-/// Sine of the least angle between a camera's view and its up direction.
+/// Sine of the least permitted angle between a camera's view and its up direction.
 pub(super) const PARALLEL: f64 = 1e-6;
 
-/// Most pieces of a camera's motion that are examined: far more than usually necessary, and few
-/// enough for a motion that is nearly degenerate everywhere.
+/// Greatest number of pieces of a camera's motion that are examined. Usual motions need far fewer;
+/// the limit bounds the time for a motion that is nearly degenerate everywhere.
 const MOST_PIECES: usize = 4096;
 
-/// Checks the motion of an object whose two ends are valid.
+/// Checks the motion of an object whose transforms at time 0 and time 1 are valid.
 pub(super) fn object(check: &mut SceneCheck<'_>, object: &Object) {
     let Some(ends) = ends(object) else { return };
     if Motion::new(ends).is_err() {
@@ -39,7 +40,7 @@ pub(super) fn object(check: &mut SceneCheck<'_>, object: &Object) {
     }
 }
 
-/// Checks the shutter of a camera, and its motion where both poses are valid.
+/// Checks the shutter of a camera, and its motion if both poses are valid (`right`).
 pub(super) fn camera(check: &mut SceneCheck<'_>, camera: &Camera, right: bool) {
     if let Some([open, close]) = camera.shutter
         && !(0.0 <= open && open <= close && close <= 1.0)
@@ -57,6 +58,7 @@ pub(super) fn camera(check: &mut SceneCheck<'_>, camera: &Camera, right: bool) {
     }
 }
 
+/// Checks that a camera's view is defined at every time between two valid poses.
 fn check_motion(check: &mut SceneCheck<'_>, start: &Pose, end: &Pose) {
     let v = |a: [f64; 3]| DVec3::from(a);
     let sees = match (start, end) {
@@ -68,7 +70,8 @@ fn check_motion(check: &mut SceneCheck<'_>, start: &Pose, end: &Pose) {
                 up: u,
             },
         ) => looks_somewhere([v(*target) - v(*eye), v(*t) - v(*e)], [v(*up), v(*u)]),
-        // Distance and elevation stay between those of the ends.
+        // Distance and elevation stay between their values at the ends, so the view is always
+        // defined.
         (Pose::Orbit { .. }, Pose::Orbit { .. }) => true,
         (
             Pose::Axes {
@@ -105,11 +108,11 @@ fn check_motion(check: &mut SceneCheck<'_>, start: &Pose, end: &Pose) {
     }
 }
 
-/// Whether a view and its up direction, both interpolated linearly, are certainly never parallel
-/// and never zero. Their cross product is a quadratic curve. It lies within the triangle of its
-/// Bernstein coefficients, and is never zero where these are all on one side of a plane through the
-/// origin. Where this is inconclusive, both halves are examined; a motion undecided after
-/// [`MOST_PIECES`] is refused.
+/// Whether a view and its up direction, both interpolated linearly, are provably never parallel and
+/// never zero. The cross product of the two is a quadratic curve, which lies within the triangle of
+/// its Bernstein coefficients. If all coefficients are on the same side of a plane through the
+/// origin, the curve is never zero. If not, both halves of the curve are examined. A motion that is
+/// undecided after [`MOST_PIECES`] pieces is refused.
 fn looks_somewhere(view: [DVec3; 2], up: [DVec3; 2]) -> bool {
     let mut waiting = vec![(view, up)];
     for _ in 0..MOST_PIECES {

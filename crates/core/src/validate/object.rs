@@ -1,4 +1,4 @@
-//! Objects: shapes, their references and transforms; generators.
+//! Validation of objects (shapes, references and transforms), models and generators.
 
 use glam::DVec3;
 
@@ -6,10 +6,10 @@ use super::check::{SceneCheck, list};
 use super::{motion, transform};
 use crate::scene::{Generator, GeneratorKind, ModelFile, Object, Shape, Triple};
 
-/// Sine of the angle between two edges below which they span no area.
+/// Sine of the angle between two edges below which the edges span no area.
 const FLAT: f64 = 1e-12;
 
-/// Whether two edges with a length span no area.
+/// Whether two edges of a length above zero are parallel and span no area.
 pub(crate) fn no_area(u: DVec3, v: DVec3) -> bool {
     let (u, v) = (u.normalize_or_zero(), v.normalize_or_zero());
     u != DVec3::ZERO && v != DVec3::ZERO && u.cross(v).length() < FLAT
@@ -67,7 +67,7 @@ pub(super) fn generator(check: &mut SceneCheck<'_>, generator: &Generator) {
     check.with_key("object", |check| object(check, &generator.object));
 }
 
-/// Checks that every size and the length of every direction are above zero.
+/// Checks a shape: every size, and the length of every direction, must be above zero.
 fn shape(check: &mut SceneCheck<'_>, shape: &Shape) {
     match *shape {
         Shape::Mesh(ref name) => check.refers("mesh", name, "mesh", |names| &names.meshes),
@@ -101,7 +101,7 @@ fn shape(check: &mut SceneCheck<'_>, shape: &Shape) {
             height,
             ..
         } => check.with_key("cylinder", |check| {
-            // The default stands for no height: an infinite cylinder.
+            // An infinite cylinder has no height, and the default value passes the check.
             along_axis(
                 check,
                 base,
@@ -117,7 +117,7 @@ fn shape(check: &mut SceneCheck<'_>, shape: &Shape) {
             height,
         } => check.with_key("cone", |check| {
             along_axis(check, base, axis, &[("radius", radius), ("height", height)]);
-            // A tip.
+            // A top radius of zero is a tip, which is valid.
             if top_radius != 0.0 {
                 check.length("top_radius", top_radius);
             }
@@ -213,8 +213,8 @@ fn triangle(check: &mut SceneCheck<'_>, vertices: &[Triple; 3]) {
     }
 }
 
-/// Checks two corners of a box: the second must be above the first in every axis, or not below it
-/// where they may touch, as for a scatter generator.
+/// Checks two corners of a box: `max` must be above `min` in every axis. If `may_touch`, as for a
+/// scatter generator, the corners may also be equal.
 fn corners(check: &mut SceneCheck<'_>, min: Triple, max: Triple, may_touch: bool) {
     check.point("min", min);
     check.with_key("max", |check| {

@@ -1,4 +1,5 @@
-//! Settings of the picture, parameters, and the rules that classic materials share.
+//! Validation of the picture's settings, the parameters, and the rules that classic materials
+//! share.
 
 use super::check::SceneCheck;
 use crate::expr::parameter_name_problem;

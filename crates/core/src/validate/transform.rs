@@ -1,4 +1,4 @@
-//! Affine transforms: a singular map leaves nothing to hit.
+//! Validation of affine transforms: a singular transform would flatten the object.
 
 use glam::{DMat3, DVec3};
 
@@ -7,14 +7,14 @@ use super::check::{SceneCheck, list};
 use crate::affine::affine;
 use crate::scene::TransformStep;
 
-/// Least and greatest absolute scale factor.
+/// Range of absolute scale factors.
 const SCALES: std::ops::RangeInclusive<f64> = 1e-15..=1e15;
 
-/// Least volume spanned by the unit vectors along a matrix's rows: below it the matrix counts as
-/// singular.
+/// Least volume that the normalised rows of a matrix must span. With a smaller volume, the matrix
+/// counts as singular.
 const FLAT: f64 = 1e-12;
 
-/// Checks the steps under a key of an object.
+/// Checks the transform steps under a key of an object.
 pub(super) fn steps(check: &mut SceneCheck<'_>, key: &str, steps: &[TransformStep]) {
     let before = check.problems();
     check.each(key, steps, |check, step| match *step {
@@ -33,7 +33,7 @@ pub(super) fn steps(check: &mut SceneCheck<'_>, key: &str, steps: &[TransformSte
         }),
         TransformStep::Matrix(rows) => check.with_key("matrix", |check| matrix(check, &rows)),
     });
-    // Individually valid steps can combine to an extreme scale.
+    // Steps that are valid one by one can combine to an extreme scale.
     let whole = affine(steps);
     if check.problems() == before
         && !(whole.is_finite()
