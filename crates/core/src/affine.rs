@@ -1,11 +1,11 @@
-//! The affine map of an object's transform steps, shared by generators, validation, preparation and
-//! importers.
+//! The affine map of an object's transform steps. Generators, validation, preparation and importers
+//! use it.
 
 use glam::{DAffine3, DMat3, DVec3};
 
 use crate::scene::TransformStep;
 
-/// Returns the affine map of the steps; the first step is applied first.
+/// Returns the affine map of transform steps, of which the first is applied first.
 pub fn affine(steps: &[TransformStep]) -> DAffine3 {
     steps.iter().fold(DAffine3::IDENTITY, |map, step| {
         let next = match *step {

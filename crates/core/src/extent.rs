@@ -1,4 +1,5 @@
-//! Extent of a scene from its data alone: framing a camera needs no tree.
+//! Extent of a scene, computed from its data alone, so that framing a camera needs no acceleration
+//! structure.
 
 mod uses;
 
@@ -16,7 +17,7 @@ use crate::scene::{MeshData, Scene, Shape};
 use crate::shape::{map_about, own_shape, placed_shape};
 pub(crate) use uses::MeshUses;
 
-/// Extent of a scene.
+/// Extent of a scene: the box of its bounded objects, and the number of unbounded objects.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Extent {
     /// Box around all bounded objects; empty without objects.
@@ -25,8 +26,8 @@ pub struct Extent {
     pub unbounded: usize,
 }
 
-/// Returns the extent of a scene as stored in a precision, relative to the storage origin: equal to
-/// the bit to the extent of the built geometry. Objects that cannot be built do not count.
+/// Returns the extent of a scene whose coordinates are stored as `R`. It equals the extent of the
+/// built geometry to the bit. Objects that cannot be built do not count.
 pub(crate) fn extent<R: Real>(scene: &Scene, lookup: &SceneLookup<'_>) -> Extent {
     let origin = StorageOrigin::from_scene::<R>(scene, lookup).origin;
     let uses = MeshUses::of(scene);
@@ -41,7 +42,8 @@ pub(crate) fn extent<R: Real>(scene: &Scene, lookup: &SceneLookup<'_>) -> Extent
             placed_object.map(),
             placed_object.ends(),
         );
-        // The path of a moving point lies between its ends.
+        // A moving point stays on the segment between its ends, so the union of the boxes at both
+        // ends contains it.
         let instance = |own_bounds: Aabb, origin: DVec3| match ends
             .map(|ends| ends.map(|end| map_about(end, origin)))
         {
@@ -94,8 +96,8 @@ pub(crate) fn extent<R: Real>(scene: &Scene, lookup: &SceneLookup<'_>) -> Extent
 }
 
 impl Extent {
-    /// Adds the box of a primitive as the construction of a geometry does: a box that no tree can
-    /// hold counts as unbounded.
+    /// Adds the box of a primitive, as the construction of a geometry does. A primitive without a
+    /// box, or whose box no tree can hold, counts as unbounded.
     fn include(&mut self, bounds: Option<Aabb>) {
         match bounds {
             Some(bounds) if bounds.is_empty() => {}
@@ -105,7 +107,8 @@ impl Extent {
     }
 }
 
-/// Returns the box around the triangles of a mesh as stored, under a map or in their own space.
+/// Returns the box around the triangles of a mesh as stored in `R`: transformed by a map, or
+/// relative to the mesh's own origin.
 fn around<R: Real>(data: &MeshData, map: Option<DAffine3>) -> Aabb {
     let position = |i: u32| {
         let own = || DVec3::from(data.positions.offsets()[i as usize].map(f64::from));

@@ -1,4 +1,4 @@
-//! The mixing function behind every random number that must repeat in every run.
+//! The hash function of all random numbers, which are the same in every run.
 
 /// Finaliser of SplitMix64 (Steele, Lea, Flood, "Fast Splittable Pseudorandom Number Generators",
 /// 2014): a permutation of the 64-bit numbers in which every bit of the argument affects every bit

@@ -1,11 +1,12 @@
-//! Lookup of a scene's named items by name, built once so that no list is scanned for each object.
+//! Lookup of a scene's items by name. It is built once, so that no list is scanned for each object.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::scene::{Image, Material, Mesh, MeshData, MeshSource, Scene, Texture};
 
-/// Named items of a scene. Of two items with one name, which validation refuses, the first counts.
+/// Lookup of a scene's images, textures, materials and meshes by name. Of two items with the same
+/// name, which validation refuses, it returns the first.
 #[derive(Clone, Debug)]
 pub struct SceneLookup<'a> {
     scene: &'a Scene,
@@ -15,14 +16,14 @@ pub struct SceneLookup<'a> {
     pub(crate) meshes: NameList<'a>,
 }
 
-/// Names of one list in alphabetical order. The order is the same in every run, so that a message
-/// always suggests the same of several equally near names.
+/// Map from the names of a list to indices, in alphabetical order. Because the order is the same in
+/// every run, a message always suggests the same of several equally similar names.
 #[derive(Clone, Debug)]
 pub(crate) struct NameList<'a>(BTreeMap<&'a str, usize>);
 
 impl<'a> NameList<'a> {
     fn new<T>(things: &'a [T], name: impl Fn(&'a T) -> &'a String) -> Self {
-        // Earlier items overwrite later ones.
+        // In reverse order, an earlier item replaces a later item of the same name.
         Self(
             things
                 .iter()
@@ -33,6 +34,7 @@ impl<'a> NameList<'a> {
         )
     }
 
+    /// Returns the index of a name in the scene's list.
     pub fn get(&self, name: &str) -> Option<usize> {
         self.0.get(name).copied()
     }
@@ -48,7 +50,7 @@ impl<'a> NameList<'a> {
 }
 
 impl<'a> SceneLookup<'a> {
-    /// Builds the lookup in a single scan of each list.
+    /// Builds the lookup by a scan of each list.
     pub fn new(scene: &'a Scene) -> Self {
         Self {
             scene,
@@ -83,8 +85,8 @@ impl<'a> SceneLookup<'a> {
         self.meshes.get(name).map(|index| &self.scene.meshes[index])
     }
 
-    /// Returns the arrays of the mesh with this name, or `None` for arrays that are still in a file
-    /// of their own.
+    /// Returns the arrays of the mesh with this name; `None` if the mesh does not exist or its file
+    /// is not loaded.
     pub fn mesh_data(&self, name: &str) -> Option<&'a Arc<MeshData>> {
         match &self.mesh(name)?.source {
             MeshSource::Inline(data) => Some(data),

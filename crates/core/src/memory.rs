@@ -1,9 +1,9 @@
-//! Memory of a render, by purpose.
+//! Memory of a render by purpose.
 
 use raywright_bvh::allocate_fallibly;
 pub use raywright_bvh::{Refusal, limit_heap, on_heap_refusal};
 
-/// Bytes by purpose.
+/// Memory of a render in bytes, by purpose.
 ///
 /// Not counted: expressions (about half a KiB compiled, and their text in the scene), the tiles in
 /// progress (one per thread), and the temporary memory of a tree's build.
@@ -13,35 +13,35 @@ pub struct Memory {
     pub geometry: u64,
     /// Arrays of the meshes that objects show.
     pub meshes: u64,
-    /// Tables read by shading: objects, materials, texture uses, lights.
+    /// Tables that shading reads: objects, materials, texture uses, lights.
     pub tables: u64,
     /// Decoded images in use.
     pub textures: u64,
-    /// Sums of the film, and the finished picture with its layers: 128 bytes a pixel in four
-    /// replicates without layers, 38 without random sampling.
+    /// Sums of the film, and the finished picture with its layers. Without layers these are 128
+    /// bytes per pixel in four replicates, or 38 bytes per pixel without random sampling.
     pub film: u64,
 }
 
-/// Whether the system can allocate this many bytes at once. The memory is freed again. The check
-/// precedes allocations that would abort the program on failure.
+/// Whether the system can allocate a number of bytes at once. The test memory is freed again.
+/// Callers check before allocations whose failure would abort the program.
 pub fn is_available(bytes: u64) -> bool {
     let mut room = Vec::<u8>::new();
     let given = usize::try_from(bytes)
         .is_ok_and(|bytes| allocate_fallibly(|| room.try_reserve_exact(bytes).is_ok()));
-    // Without this line, a compiler may remove the unused allocation and assume its success.
+    // Without this line, the compiler may remove the unused allocation and assume that it succeeds.
     core::hint::black_box(&room);
     given
 }
 
 impl Memory {
-    /// Returns the sum of all parts.
+    /// Returns the sum over all purposes in bytes.
     pub fn total(&self) -> u64 {
         self.parts()
             .into_iter()
             .fold(0, |sum, (_, bytes)| sum.saturating_add(bytes))
     }
 
-    /// Returns each part with its name.
+    /// Returns the name and the bytes of each purpose.
     pub fn parts(&self) -> [(&'static str, u64); 5] {
         let Self {
             geometry,

@@ -1,8 +1,8 @@
-//! Motion in a scene, and the scene at a single time: shared by effects, validation, preparation
-//! and the camera.
+//! Motion in a scene, and the scene at a single time. Effects, validation, preparation and the
+//! camera use these functions.
 //!
-//! A motion runs from time 0 to time 1. Object transforms are interpolated entry by entry (see
-//! [`raywright_bvh::Motion`]), camera poses number by number.
+//! A motion runs from time 0 to time 1. The entries of an object's transform are interpolated
+//! linearly (see [`raywright_bvh::Motion`]), and so are the numbers of a camera's pose.
 
 use std::borrow::Cow;
 
@@ -13,14 +13,14 @@ use crate::affine::affine;
 use crate::effects::{Effect, EffectSet};
 use crate::scene::{Camera, Object, Pose, Scene, TransformStep};
 
-/// Returns the maps of a moving object at time 0 and at time 1, or `None` for a static object.
+/// Returns the affine maps of a moving object at time 0 and at time 1; `None` for a static object.
 pub(crate) fn ends(object: &Object) -> Option<[DAffine3; 2]> {
     let end = affine(object.transform_end.as_ref()?);
     let start = affine(&object.transform);
     (start != end).then_some([start, end])
 }
 
-/// Whether the camera's pose at time 1 differs from the one at time 0.
+/// Whether the camera's pose at time 1 differs from its pose at time 0.
 pub(crate) fn camera_moves(camera: &Camera) -> bool {
     camera
         .pose_end
@@ -28,20 +28,20 @@ pub(crate) fn camera_moves(camera: &Camera) -> bool {
         .is_some_and(|end| *end != camera.pose)
 }
 
-/// Returns the opening and closing times of the camera's shutter, or `None` where it is open for no
-/// time.
+/// Returns the opening and closing times of the camera's shutter, in [0, 1]; `None` without a
+/// shutter or if the two are equal.
 pub(crate) fn exposure(camera: &Camera) -> Option<[f64; 2]> {
     camera.shutter.filter(|[open, close]| open < close)
 }
 
-/// Returns the opening time of the camera's shutter. Where motion is not simulated, the picture
-/// shows this time.
+/// Returns the opening time of the camera's shutter, 0 without a shutter. A picture without
+/// simulated motion shows this time.
 pub(crate) fn opening(camera: &Camera) -> f64 {
     camera.shutter.map_or(0.0, |[open, _]| open)
 }
 
-/// Returns the camera's pose at a time. Poses of two kinds, which validation refuses, are not
-/// interpolated.
+/// Returns the camera's pose at a time in [0, 1]. Two poses of different kinds, which validation
+/// refuses, are not interpolated.
 pub(crate) fn pose_at(camera: &Camera, time: f64) -> Pose {
     let number = |a: f64, b: f64| a + (b - a) * time;
     let triple = |a: [f64; 3], b: [f64; 3]| core::array::from_fn(|i| number(a[i], b[i]));
@@ -100,7 +100,7 @@ pub(crate) fn pose_at(camera: &Camera, time: f64) -> Pose {
     }
 }
 
-/// Returns the camera at a time, without a shutter.
+/// Returns a static camera with the pose at a time, without a shutter.
 pub(crate) fn camera_at(camera: &Camera, time: f64) -> Camera {
     Camera {
         pose: pose_at(camera, time),
@@ -110,8 +110,8 @@ pub(crate) fn camera_at(camera: &Camera, time: f64) -> Camera {
     }
 }
 
-/// Returns the camera for preparation. Without simulated motion, this is the camera at the opening
-/// of its shutter.
+/// Returns the camera that preparation uses. Without simulated motion, it is the static camera at
+/// the opening time of the shutter.
 pub(crate) fn simulated_camera(camera: Camera, simulated: EffectSet) -> Camera {
     if simulated.has(Effect::Motion) {
         camera
@@ -120,8 +120,8 @@ pub(crate) fn simulated_camera(camera: Camera, simulated: EffectSet) -> Camera {
     }
 }
 
-/// Returns the scene for preparation. Without simulated motion, every object stands still where it
-/// is at the opening of the shutter. A scene without motion is borrowed unchanged.
+/// Returns the scene that preparation uses. Without simulated motion, every object is static, at
+/// its position at the opening time of the shutter. A scene without motion is borrowed unchanged.
 pub(crate) fn simulated_scene<'a>(
     scene: &'a Scene,
     camera: Option<&Camera>,
@@ -150,8 +150,8 @@ pub(crate) fn simulated_scene<'a>(
     Cow::Owned(scene)
 }
 
-/// Fixes an object at its place at a time. An object with an impossible motion stays unchanged; the
-/// construction of its geometry reports why.
+/// Makes an object static, at its position at a time. An object with a singular motion stays
+/// unchanged, and the construction of its geometry reports the error.
 fn stand(object: &mut Object, time: f64) {
     if let Some(ends) = ends(object) {
         let Ok(motion) = Motion::new(ends) else {

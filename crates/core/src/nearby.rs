@@ -1,19 +1,21 @@
-//! Storage origin near a box: coordinates far from zero lose digits, coordinates relative to a near
-//! origin keep them.
+//! Choice of a storage origin near a box. Coordinates far from zero lose digits when stored;
+//! coordinates relative to a near origin keep their digits.
 
 use glam::DVec3;
 use raywright_bvh::Aabb;
 
-/// Distance from zero, in sizes of the box, beyond which a scene counts as far; and the same for a
-/// mesh or shape in its own space. The first limit leaves every bit of a scene about zero
-/// unchanged, as nearly all scenes are. The second allows a loss of at most six of 24 bits, because
-/// a mesh or shape stands anywhere in its scene.
+/// Distance of a scene from zero, in sizes of its box, beyond which the scene counts as far. Most
+/// scenes are nearer, so their coordinates keep every bit.
 pub(crate) const FAR: f64 = 4.0;
+/// Distance of a mesh or shape from the origin of its own space, in sizes of its box, beyond which
+/// it counts as far. A nearer mesh loses at most six of 24 bits. The limit is larger than [`FAR`],
+/// because a mesh may stand anywhere in its scene.
 pub(crate) const FAR_FROM_OWN: f64 = 64.0;
 
-/// Returns an origin near a box: zero along each axis on which the box is less than `far` sizes
-/// away from zero. The origin lies on a grid whose step is a power of two, as wide as the box, so
-/// that coordinates representable in f32 stay exact relative to it.
+/// Returns an origin near a box. Along each axis on which the box's centre is at most `far` sizes
+/// of the box from zero, the origin is zero. The origin lies on a grid whose step is a power of
+/// two, at least as wide as the box, so that coordinates representable in `f32` stay exact relative
+/// to the origin.
 pub(crate) fn near(bounds: &Aabb, far: f64) -> DVec3 {
     let size = bounds.extent().max_element();
     if bounds.is_empty() || !size.is_finite() {

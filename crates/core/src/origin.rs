@@ -1,5 +1,6 @@
-//! Storage origin of coordinates. f32 has seven digits; a model far from zero spends them on its
-//! position. Relative to an origin near the model, all digits describe its shape.
+//! Storage origin of a scene's coordinates. An `f32` has seven digits, and the coordinates of a
+//! model far from zero use them for its position. Relative to an origin near the model, all digits
+//! describe its shape.
 
 use std::collections::HashMap;
 
@@ -15,22 +16,24 @@ use crate::nearby::{FAR, near};
 use crate::scene::{Camera, Light, LightKind, Object, Pose, Scene, Shape, Triple};
 use crate::shape::any_shape;
 
-/// Share of an object's size that stored coordinates must resolve.
+/// Fraction of an object's size that stored coordinates must resolve.
 const RESOLVED: f64 = 1e-3;
 
-/// Storage origin of a scene in a precision.
+/// Storage origin of a scene for a scalar type.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct StorageOrigin {
     /// The origin; zero for a scene near zero.
     pub origin: DVec3,
-    /// First object of which the precision cannot separate points a thousandth of its size apart,
-    /// even relative to the origin. Index of the scene's objects, generated ones last.
+    /// Index of the first object that is not resolved, generated objects last: relative to the
+    /// origin, the scalar does not distinguish points a thousandth of the object's size apart.
+    /// `None` if all objects are resolved.
     pub unresolved: Option<u32>,
 }
 
 impl StorageOrigin {
-    /// Chooses the origin of a scene: near all objects where all are far from zero; else near the
-    /// far objects, where more is resolved from there.
+    /// Chooses the origin of a scene. If the whole scene is far from zero, the origin is near all
+    /// objects. If only some objects are far and unresolved, the origin is near these, provided
+    /// that more is resolved then.
     pub fn from_scene<R: Real>(scene: &Scene, lookup: &SceneLookup<'_>) -> Self {
         let from_zero = OriginSurvey::from::<R>(DVec3::ZERO, scene, lookup);
         let near_all = near(&from_zero.bounds, FAR);
@@ -53,21 +56,22 @@ impl StorageOrigin {
     }
 }
 
-/// Objects resolved by coordinates relative to an origin.
+/// Survey of the objects that coordinates relative to an origin resolve.
 #[derive(Clone, Copy)]
 struct OriginSurvey {
     origin: DVec3,
-    /// Box around all bounded objects.
+    /// Box around all bounded objects, in scene coordinates.
     bounds: Aabb,
-    /// Box around the unresolved objects.
+    /// Box around the unresolved objects, in scene coordinates.
     lost: Aabb,
     /// Number of unresolved triangles and shapes.
     unresolved: u64,
-    /// First unresolved object.
+    /// Index of the first unresolved object.
     first: Option<u32>,
 }
 
 impl OriginSurvey {
+    /// Surveys all objects of a scene for the scalar `R`.
     fn from<R: Real>(origin: DVec3, scene: &Scene, lookup: &SceneLookup<'_>) -> Self {
         let mut origin_survey = Self {
             origin,
@@ -77,7 +81,7 @@ impl OriginSurvey {
             first: None,
         };
         let mut meshes: HashMap<&str, Aabb> = HashMap::new();
-        // The objects of one generator differ in their offset alone.
+        // The objects of a generator differ only in their offset, so the last box is reused.
         let mut last: Option<(&Object, Option<OwnBox>)> = None;
         for (index, placed_object) in all(scene).enumerate() {
             let own = match last {
@@ -103,7 +107,7 @@ impl OriginSurvey {
                 .abs()
                 .max((bounds.max - origin).abs())
                 .max_element();
-            // The spacing of the stored scalar at the farthest coordinate.
+            // The left side is the spacing of the scalar at the farthest coordinate.
             if 2.0 * R::ROUNDOFF.to_f64() * farthest > RESOLVED * size && size > 0.0 {
                 origin_survey.lost = origin_survey.lost.union(bounds);
                 origin_survey.unresolved = origin_survey.unresolved.saturating_add(parts);
@@ -114,18 +118,19 @@ impl OriginSurvey {
     }
 }
 
-/// Box around an object without a generator's offset, over its whole motion.
+/// Box around an object over its whole motion, without the offset of a generator.
 #[derive(Clone, Copy)]
 struct OwnBox {
     bounds: Aabb,
-    /// Longest edge at a single time.
+    /// Longest edge of the box at time 0.
     size: f64,
     /// Number of triangles; one for a shape.
     parts: u64,
 }
 
 impl OwnBox {
-    /// Returns `None` for unbounded and empty objects.
+    /// Computes the box of an object; `None` for an unbounded or empty object. `meshes` caches the
+    /// boxes of meshes.
     fn of<'a>(
         object: &'a Object,
         lookup: &SceneLookup<'_>,
@@ -156,11 +161,12 @@ impl OwnBox {
     }
 }
 
+/// Returns a point relative to an origin.
 fn less(point: Triple, origin: DVec3) -> Triple {
     (DVec3::from(point) - origin).into()
 }
 
-/// Returns a light relative to an origin.
+/// Returns a light with its position relative to an origin.
 pub(crate) fn light_about(origin: DVec3, light: &Light) -> Light {
     let mut light = light.clone();
     match &mut light.kind {
@@ -172,7 +178,7 @@ pub(crate) fn light_about(origin: DVec3, light: &Light) -> Light {
     light
 }
 
-/// Returns a camera relative to an origin.
+/// Returns a camera with its poses relative to an origin.
 pub(crate) fn camera_about(origin: DVec3, camera: &Camera) -> Camera {
     let about = |pose: &mut Pose| match pose {
         Pose::LookAt { eye, target, .. } => {

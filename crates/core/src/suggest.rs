@@ -1,10 +1,12 @@
-//! "Did you mean": the known word that is nearest to an unknown one.
+//! The hint "did you mean": the known word that is most similar to an unknown word.
 
-/// Returns the candidate that a mistyped word most likely stands for, if any is near enough: at
-/// most one edit per three characters. A swap of neighbours is one edit; case and the choice of
-/// `-`, `_` or space do not count.
+/// Returns the candidate that is most similar to a mistyped word, if any is within one edit per
+/// three characters (a single edit for shorter words). An edit inserts, removes or replaces a
+/// character or swaps two neighbours. Case does not count, nor does the choice between `-`, `_` and
+/// space.
 pub fn closest<'a>(wrong: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    // The edit distance costs the product of both lengths, and no mistyped word is this long.
+    // The time for an edit distance is the product of both lengths, and no mistyped word is longer
+    // than this.
     const LONGEST: usize = 64;
     if wrong.len() > LONGEST {
         return None;
@@ -25,6 +27,7 @@ pub fn closest<'a>(wrong: &str, candidates: impl IntoIterator<Item = &'a str>) -
         .map(|(_, candidate)| candidate)
 }
 
+/// Returns a word in lower case with `_` in place of `-` and space.
 fn plain(word: &str) -> String {
     word.chars()
         .map(|c| {

@@ -1,5 +1,5 @@
-//! Use counts of meshes: a mesh shown more than once, or in motion, becomes instances. Needed
-//! before geometry is built and while it is built.
+//! Use counts of meshes. A mesh that several objects show, or a moving object, becomes instances.
+//! The extent, the memory estimate and the geometry read the counts.
 
 use std::collections::HashMap;
 
@@ -7,16 +7,17 @@ use crate::generate::counted;
 use crate::motion::ends;
 use crate::scene::{Scene, Shape, SideRule};
 
-/// Number of uses of each mesh.
+/// Number of objects that show each mesh with each side rule.
 pub(crate) struct MeshUses<'a>(HashMap<(&'a str, SideRule), u64>);
 
 impl<'a> MeshUses<'a> {
+    /// Counts the uses in a scene.
     pub fn of(scene: &'a Scene) -> Self {
         let mut uses = HashMap::new();
         for (object, count) in counted(scene) {
             if let Shape::Mesh(name) = &object.shape {
                 let uses = uses.entry((name.as_str(), object.side)).or_insert(0_u64);
-                // A moving object is an instance, however rarely its mesh is shown.
+                // A moving object is always an instance, so it counts as at least two uses.
                 *uses = uses.saturating_add(if ends(object).is_some() {
                     count.max(2)
                 } else {
@@ -27,9 +28,9 @@ impl<'a> MeshUses<'a> {
         Self(uses)
     }
 
-    /// Whether the objects that show this side of a mesh are instances of one geometry: several
-    /// objects, or a moving one. Each triangle stores which side can be hit, so only objects with
-    /// the same sides rule share triangles.
+    /// Whether the objects that show a mesh with a side rule are instances of a shared geometry.
+    /// They are if they are several or move. Each triangle stores its side rule, so only objects
+    /// with the same rule share triangles.
     pub fn share(&self, mesh: &'a str, side: SideRule) -> bool {
         self.0.get(&(mesh, side)).is_some_and(|&n| n > 1)
     }
