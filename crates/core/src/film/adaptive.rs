@@ -1,17 +1,18 @@
-//! Adaptive sampling: after each round over the picture, the film decides the sample counts of the
+//! Adaptive sampling: after each round over the picture, the film decides the sample counts of its
 //! tiles for the next round, until the requested error is reached.
 //!
 //! The samples of a tile must not decide their own weight: a tile that stops because it has not yet
 //! found a rare bright path is too dark on average. Replicates therefore form two halves, each of
 //! which decides the sample counts of the *other*, and every replicate has the same weight in the
-//! end, whatever its number of samples. The remaining dependence is that a round's picture decides
-//! when the render ends.
+//! end, whatever its number of samples. A slight dependence remains: the picture of a round decides
+//! whether the render ends.
 //!
-//! The squared errors of a tile with n samples sum to v/n. For a given total, the sum over tiles is
-//! least where n is proportional to √v (Neyman, "On the Two Different Aspects of the Representative
-//! Method", 1934). v is estimated from few replicates. So it is smoothed over neighbours, and a
-//! least share keeps tiles that look quiet from falling behind. Sample counts lie on a coarse grid,
-//! at which the points of a sequence are well distributed.
+//! The squared errors of a tile with n samples sum to v/n. For a given total of samples, the sum
+//! over tiles is least where n is proportional to √v (Neyman, "On the Two Different Aspects of the
+//! Representative Method", 1934). An estimate of v from few replicates is noisy. It is therefore
+//! smoothed over neighbouring tiles, and a tile that looks quiet keeps at least a fixed share of
+//! samples. Sample counts lie on a coarse grid of numbers for which the points of a sequence are
+//! well distributed.
 
 use super::relative::weights;
 use super::{Doubt, Film, FilmPlan, ReplicateBuffer, Uncertainty};
@@ -27,7 +28,8 @@ const GROWTH: f64 = 1.25;
 /// Least factor on the total number of samples per round, as long as the error is too large.
 const LEAST_GROWTH: f64 = 1.0625;
 
-/// Largest factor on the samples of a tile per round, because a tile's own estimate may be wrong.
+/// Largest factor on the samples of a tile per round; the estimated noise of a single tile may be
+/// wrong.
 const TILE_GROWTH: u32 = 2;
 
 /// Least share of a tile's samples, relative to a tile with the mean variance.
@@ -36,7 +38,7 @@ const QUIET: f64 = 0.25;
 /// Progress of a film towards a requested error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum ErrorProgress {
-    /// The upper end of the error's interval is below the requested error.
+    /// The upper end of the error's confidence interval is below the requested error.
     Reached,
     /// More samples are needed.
     Further,
@@ -44,18 +46,19 @@ pub(crate) enum ErrorProgress {
     Exhausted,
 }
 
-/// Record of a render that continued although the requested error seemed to be reached.
+/// Record of a render that continued although its estimated error had reached the requested error,
+/// because the estimate was doubtful.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DoubtedProgress {
-    /// Least and most samples of a pixel at that time.
+    /// Least and greatest number of samples of a pixel at the time of the doubtful estimate.
     pub samples: [u32; 2],
-    /// Claimed root relMSE.
+    /// The doubtful estimate: a root relMSE.
     pub error: f64,
-    /// Reason for distrusting the claim.
+    /// Reason to doubt the estimate.
     pub doubt: Doubt,
 }
 
-/// Returns the samples of a replicate in the first round.
+/// Returns the samples per pixel of each replicate in the first round of adaptive sampling.
 pub(super) fn first(plan: &FilmPlan) -> u16 {
     FIRST.min(plan.samples_of(plan.replicates - 1)) as u16
 }
@@ -67,8 +70,9 @@ fn on_grid(samples: f64) -> u32 {
 }
 
 impl Film {
-    /// Decides after a complete round the sample counts of the next one, for a root relMSE below
-    /// `error`. For a picture that will be denoised, the error is that of the denoised picture.
+    /// Decides the sample counts of the next round, after a complete round, for a picture with a
+    /// root relMSE below `error`. For a picture to be denoised, the error is that of the denoised
+    /// picture.
     pub(crate) fn advance_to_error(
         &mut self,
         error: f64,
@@ -114,7 +118,7 @@ impl Film {
             .filter(|uncertainty| uncertainty.doubt.is_none())
             .map_or(GROWTH, needed);
         let (done, _) = self.progress(&self.whole_part());
-        // A doubted claim does not decide the added samples, but it bounds their final number from
+        // A doubtful estimate does not decide the added samples, but bounds their final number from
         // below.
         self.expected = (done as f64
             * uncertainty.map_or(lacking, |uncertainty| needed(uncertainty).max(lacking)))
@@ -141,14 +145,15 @@ impl Film {
         ErrorProgress::Further
     }
 
-    /// Returns the record of the first time that the requested error seemed to be reached but was
-    /// doubted; `None` otherwise, and for films read from files.
+    /// Returns the record of the first time that the estimated error reached the requested error
+    /// but was doubtful; `None` otherwise, and for films read from files.
     pub fn doubted_progress(&self) -> Option<DoubtedProgress> {
         self.doubted
     }
 
-    /// Returns the new sample count of each tile in the replicates of one half, with at most
-    /// `growth` times the present total; `None` without a change.
+    /// Returns the new samples per pixel of each tile, for the replicates of one half: 0 for even,
+    /// 1 for odd replicates. The total is at most `growth` times the present total. `None` if no
+    /// count rises.
     fn raised(&self, half: u32, growth: f64) -> Option<Vec<u32>> {
         let shares = self.shares(1 - half);
         let maximum = self.plan.samples_of(self.plan.replicates - 1);
@@ -197,8 +202,8 @@ impl Film {
             .then_some(raised)
     }
 
-    /// Returns the weights of the tiles' sample counts, estimated from one half of the replicates;
-    /// the largest is 1.
+    /// Returns the weight of each tile in the distribution of samples, estimated from one half of
+    /// the replicates; the largest weight is 1.
     fn shares(&self, half: u32) -> Vec<f64> {
         let variances = self.smoothed(&self.variances(half));
         let mean = variances.iter().sum::<f64>() / variances.len() as f64;
@@ -212,8 +217,8 @@ impl Film {
             .collect()
     }
 
-    /// Returns the relative variance of one sample, averaged over each tile's pixels, from the
-    /// first two replicates of one half.
+    /// Returns for each tile the relative variance of one sample, averaged over the tile's pixels,
+    /// from the first two replicates of one half.
     fn variances(&self, half: u32) -> Vec<f64> {
         let pair: Vec<&ReplicateBuffer> = self
             .buffers
@@ -250,7 +255,8 @@ impl Film {
         sums
     }
 
-    /// Returns the weighted means over each tile and its neighbours; nearer tiles weigh more.
+    /// Returns for each tile the weighted mean of its own value and those of its eight neighbours;
+    /// nearer tiles weigh more.
     fn smoothed(&self, values: &[f64]) -> Vec<f64> {
         let columns = self.plan.columns() as usize;
         let near =

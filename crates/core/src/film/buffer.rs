@@ -1,4 +1,4 @@
-//! Buffer of one replicate, for a tile or the whole film, and copies between the two.
+//! Buffer of one replicate, for a tile or a whole film, and copies between both kinds of buffer.
 
 use core::ops::Range;
 
@@ -6,13 +6,13 @@ use super::sums::{BLOCK, has_open};
 use super::{FilmPlan, PixelSums};
 use crate::settings::Crop;
 
-/// One replicate of a rectangle of pixels, row by row. Vectors that the picture does not need are
-/// empty.
+/// The sums of one replicate over a rectangle of pixels, row by row. Lists that the picture does
+/// not need are empty.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ReplicateBuffer {
     /// Sums of the full blocks; sums of all samples where there is only one block.
     pub sums: Vec<[f64; 3]>,
-    /// Sums of a block that is neither full nor the only one; empty without one.
+    /// Sums of the last block, if it is partial and not the only block; else empty.
     pub open: Vec<[f64; 3]>,
     /// Number of finite samples.
     pub samples: Vec<u16>,
@@ -37,7 +37,7 @@ pub(crate) struct Rect {
 }
 
 impl Rect {
-    /// Returns the rectangle of a whole buffer.
+    /// Returns the rectangle that covers a whole buffer.
     pub fn all(width: u32, height: u32) -> Self {
         Self {
             start: 0,
@@ -66,7 +66,8 @@ impl Rect {
     }
 }
 
-/// Copies a rectangle; an empty source is skipped.
+/// Copies the rectangle `from` of the source `of` to the rectangle `to` of `into`. Does nothing if
+/// the source is empty.
 pub(crate) fn copy<T: Copy>(into: &mut [T], to: Rect, of: &[T], from: Rect) {
     if of.is_empty() {
         return;
@@ -76,7 +77,7 @@ pub(crate) fn copy<T: Copy>(into: &mut [T], to: Rect, of: &[T], from: Rect) {
     }
 }
 
-/// Extracts a rectangle of a buffer; empty for an empty buffer.
+/// Returns the values within a rectangle, row by row; empty for an empty list.
 fn cut<T: Copy>(of: &[T], from: Rect) -> Vec<T> {
     if of.is_empty() {
         Vec::new()
@@ -88,7 +89,7 @@ fn cut<T: Copy>(of: &[T], from: Rect) -> Vec<T> {
 }
 
 impl ReplicateBuffer {
-    /// Returns zeros for a whole film.
+    /// Returns a buffer of zeros for all pixels of a film.
     pub fn zero(plan: &FilmPlan) -> Self {
         let n = plan.pixels();
         Self {
@@ -102,7 +103,8 @@ impl ReplicateBuffer {
         }
     }
 
-    /// Reserves memory for a tile whose pixels are pushed.
+    /// Returns an empty buffer with memory reserved for `pixels` pixels, which are appended one by
+    /// one.
     pub fn with_room(plan: &FilmPlan, pixels: usize) -> Self {
         Self {
             sums: Vec::with_capacity(pixels),
@@ -117,7 +119,7 @@ impl ReplicateBuffer {
         }
     }
 
-    /// Appends the sums of the next pixel, after `drawn` samples.
+    /// Appends the sums of the next pixel; `drawn` is its number of samples.
     pub fn push(&mut self, plan: &FilmPlan, pixel: &PixelSums, drawn: u32) {
         match has_open(drawn) {
             true => {
@@ -135,7 +137,8 @@ impl ReplicateBuffer {
         }
     }
 
-    /// Returns the sums of a pixel after `drawn` samples, to be continued.
+    /// Returns the sums of a pixel from which sampling continues; `drawn` is the number of samples
+    /// so far.
     pub fn pixel(&self, pixel: usize, drawn: u32) -> PixelSums {
         if drawn == 0 {
             return PixelSums::default();
@@ -168,7 +171,7 @@ impl ReplicateBuffer {
         core::array::from_fn(|i| sum[i] + open[i])
     }
 
-    /// Copies a rectangle of another buffer.
+    /// Copies the rectangle `from` of another buffer to the rectangle `to` of this buffer.
     pub fn copy(&mut self, to: Rect, buffer: &Self, from: Rect) {
         if self.open.len() < self.sums.len() && !buffer.open.is_empty() {
             self.open.resize(self.sums.len(), [0.0; 3]);
@@ -188,7 +191,7 @@ impl ReplicateBuffer {
         }
     }
 
-    /// Extracts a rectangle as its own buffer.
+    /// Returns a rectangle of the buffer as a new buffer.
     pub fn cut(&self, from: Rect) -> Self {
         Self {
             sums: cut(&self.sums, from),

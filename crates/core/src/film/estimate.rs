@@ -1,14 +1,14 @@
-//! Estimates from the replicates of a pixel: the mean and its standard error.
+//! Estimates from the replicates of a pixel: the mean radiance and its standard error.
 
 use super::relative::{REACH, around};
 use super::sums::WHOLE;
 use super::{Film, FilmPart, ReplicateBuffer};
 
-/// The replicates with any samples, in ascending order.
+/// Statistics over the replicates of a film that have samples, in ascending order of replicates.
 pub(super) struct ReplicateStats<'a> {
     buffers: Vec<&'a ReplicateBuffer>,
     /// Whether all replicates have equal weight, whatever their number of samples. Under adaptive
-    /// sampling the numbers depend on other replicates' colours, so weights by number would bias
+    /// sampling the numbers depend on other replicates' colours, so weighting by number would bias
     /// the mean.
     even: bool,
 }
@@ -21,8 +21,8 @@ impl<'a> ReplicateStats<'a> {
         }
     }
 
-    /// Returns the mean of a pixel's samples and their number; black without samples. Sums are
-    /// added in the order of replicates.
+    /// Returns the mean radiance of a pixel's samples, and their number; black without samples.
+    /// Replicates are added in ascending order.
     #[inline]
     pub fn mean(&self, pixel: usize) -> ([f64; 3], f64) {
         let (mut sum, mut count, mut weights) = ([0.0; 3], 0_u64, 0.0);
@@ -40,12 +40,12 @@ impl<'a> ReplicateStats<'a> {
         (sum.map(|s| s / weights.max(1.0)), count as f64)
     }
 
-    /// Returns the covered share of a pixel.
+    /// Returns the covered share of a pixel, 0 to 1.
     pub fn coverage(&self, pixel: usize) -> f64 {
         self.share(pixel, |buffer| &buffer.covered)
     }
 
-    /// Returns the share of a pixel that is a ground's shadow.
+    /// Returns the share of a pixel, 0 to 1, that a ground's shadow covers.
     pub fn shadow(&self, pixel: usize) -> f64 {
         self.share(pixel, |buffer| &buffer.shadowed)
     }
@@ -65,7 +65,7 @@ impl<'a> ReplicateStats<'a> {
         covered / f64::max(weights, 1.0)
     }
 
-    /// Number of replicates of a pixel with any samples.
+    /// Returns the number of replicates in which a pixel has samples.
     pub fn replicates(&self, pixel: usize) -> u32 {
         let there = self
             .buffers
@@ -74,7 +74,7 @@ impl<'a> ReplicateStats<'a> {
         there.count() as u32
     }
 
-    /// Collects the means of a pixel's replicates that have samples.
+    /// Overwrites `means` with a pixel's mean radiance in each replicate that has samples.
     pub fn each_mean(&self, pixel: usize, means: &mut Vec<[f64; 3]>) {
         means.clear();
         let there = self
@@ -92,13 +92,13 @@ impl<'a> ReplicateStats<'a> {
     /// the square roots of their variances.
     ///
     /// The estimated variance of a pixel is compared with the mean variance of the pixel and its
-    /// neighbours. An estimate below the 0.1 % quantile of so few replicates counts as luck and is
-    /// replaced by the 5 % quantile. Where light is rarely found, a pixel without any, or with the
-    /// same amount in each replicate, would otherwise claim a far too small error, or none. If no
+    /// neighbours. An estimate below the 0.1 % quantile for so few replicates counts as chance and
+    /// is replaced by the 5 % quantile. Otherwise a pixel whose replicates all missed a rarely
+    /// found light, or found equal amounts of it, would claim a far too small error, or none. If no
     /// neighbour has light, a black pixel is compared with the whole picture, unless the pixel is
-    /// known to be empty. With a single threshold for both, intervals would hold in 97.5 % of
-    /// pixels for even noise, or in 83 % for rare light. The variance of a sample is compared, not
-    /// that of a mean, because neighbours may have other sample counts.
+    /// known to be empty. With a single quantile for comparison and replacement, intervals would
+    /// hold in 97.5 % of pixels for even noise, or in 83 % for rare light. The variance of a sample
+    /// is compared, not the variance of a mean, because neighbours may have other sample counts.
     ///
     /// m ± t·error contains the true mean m in 95 % of pixels, with the quantile t of Student's
     /// distribution for R − 1 degrees of freedom ([`student_95`](crate::metrics::student_95)): 3.18
@@ -155,7 +155,8 @@ impl<'a> ReplicateStats<'a> {
         means.iter().enumerate().map(error).collect()
     }
 
-    /// Whether a pixel is black although it may show a surface, as far as hits are counted.
+    /// Whether a channel of a pixel is black in all replicates although camera rays may have hit a
+    /// surface. Without counts of hits, every black pixel may be lit.
     fn may_be_lit(&self, pixel: usize, channel: usize) -> bool {
         let is_empty = |buffer: &ReplicateBuffer| {
             buffer
@@ -169,7 +170,7 @@ impl<'a> ReplicateStats<'a> {
             && !self.buffers.iter().all(|buffer| is_empty(buffer))
     }
 
-    /// Returns the deviations of a pixel's replicates from its mean.
+    /// Computes the deviations of a pixel's replicates from the mean of the pixel.
     pub fn means(&self, pixel: usize) -> ReplicateMeans {
         let (mean, samples) = self.mean(pixel);
         let there = || {
@@ -201,9 +202,10 @@ impl<'a> ReplicateStats<'a> {
 pub(crate) type MeanVariance = [[f64; 3]; 2];
 
 impl Film {
-    /// Returns the means of a tile's pixels with the unbiased variances from their replicates,
-    /// without the correction for luck. `None` where fewer than two replicates of the tile are
-    /// complete.
+    /// Returns for each pixel of a tile the mean radiance with its unbiased variance, from the
+    /// complete replicates, without a correction for chance. `None` if fewer than two replicates of
+    /// the tile are complete. Without random sampling, one replicate suffices, and the variance is
+    /// zero.
     pub(crate) fn means_of(&self, tile: u32) -> Option<Vec<MeanVariance>> {
         let part = self.whole_part();
         let is_done = |replicate: &u32| {
@@ -239,15 +241,16 @@ impl Film {
         })
     }
 
-    /// Returns the edge of all tiles in pixels.
+    /// Returns the edge of a tile in pixels.
     pub(crate) fn tile_size(&self) -> u32 {
         self.plan().tile_size()
     }
 }
 
-/// Returns the 0.1 % and 5 % quantiles of an estimated variance relative to the true one: quantiles
-/// of χ² over its mean, by degrees of freedom. Tabulated up to three; beyond by Wilson and Hilferty
-/// ("The Distribution of Chi-Square", 1931), which is accurate to a hundredth there.
+/// Returns the 0.1 % and the 5 % quantile of an estimated variance relative to the true variance:
+/// quantiles of χ²/`freedom` for `freedom` degrees of freedom. Values up to three degrees are
+/// tabulated. Beyond three, the approximation of Wilson and Hilferty ("The Distribution of
+/// Chi-Square", 1931) is accurate to a hundredth.
 fn least(freedom: u32) -> [f64; 2] {
     const FEW: [[f64; 2]; 4] = [
         [0.0, 0.0],
@@ -261,10 +264,11 @@ fn least(freedom: u32) -> [f64; 2] {
     })
 }
 
-/// Deviations of a pixel's replicates from its mean.
+/// Deviations of a pixel's replicates from the mean of the pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct ReplicateMeans {
-    /// Sum of the squared deviations, weighted by the samples of each replicate, or equally.
+    /// Sum of the squared deviations over replicates, each weighted by its number of samples, or
+    /// all equally.
     pub between: [f64; 3],
     /// Number of replicates with samples.
     pub replicates: u32,

@@ -1,6 +1,6 @@
 //! Identity of a picture: the scene and every setting that affects a sample, as text for comparison
-//! alone. Films with equal identities are parts of one picture, which can be checked in a file
-//! without the scene.
+//! alone. Films with equal identities are parts of one picture. The comparison of film files needs
+//! no scene.
 
 use core::fmt::Debug;
 
@@ -8,8 +8,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::settings::Settings;
 
-/// Scene and settings that decide the samples of a picture. The manner of computation (threads,
-/// accelerator, memory) is not included; the number of samples belongs to the plan.
+/// Identity of a picture: the scene, and the settings that decide its samples. Settings of the
+/// computation (threads, accelerator, memory) are not included; the number of samples belongs to
+/// the film's plan.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct FilmIdentity {
     /// Text that identifies the scene.
@@ -20,8 +21,8 @@ pub(crate) struct FilmIdentity {
 
 impl FilmIdentity {
     pub fn new(scene: &str, settings: &Settings) -> Self {
-        // Every setting is listed, so that the compiler reports a new one. Crop, tiles, replicates
-        // and denoising belong to the plan.
+        // Every setting is listed here, so that the compiler reports a new setting. Crop, tiles,
+        // replicates and denoising belong to the film's plan.
         let Settings {
             size,
             camera,
@@ -85,7 +86,8 @@ impl FilmIdentity {
         }
     }
 
-    /// Returns the name of a difference between the two pictures, or `None`.
+    /// Returns the name of the first setting that differs between two pictures, or "scene"; `None`
+    /// for equal identities.
     pub fn difference(&self, other: &Self) -> Option<String> {
         let named = |(name, value): &(String, String)| {
             other.settings.iter().any(|(n, v)| n == name && v == value)

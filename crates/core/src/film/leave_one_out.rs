@@ -1,26 +1,28 @@
-//! Light that a single replicate of a pixel found: a test whether such light is confirmed
-//! elsewhere, and the reference value of its relative error.
+//! Test for light that a single replicate of a pixel found: whether other pixels confirm such
+//! light, and the denominator of its relative error.
 //!
-//! Such a pixel may be as bright as its mean, as at the edge of a lamp smaller than the pixel. Or
-//! it may be far darker, as where a path hit a lamp that hardly any path hits. The relative error
-//! is a few in the first case and millions in the second, and the pixel's own samples cannot decide
-//! between the two. Other pixels can. Hold out one of a pixel's four replicates: where, of the
-//! other three, one alone found light, the held-out replicate is independent of this selection. Its
-//! expected brightness is the true mean of such pixels. If it equals the mean of the other three,
-//! lamps are small; if it is zero, light is rare.
+//! A pixel that is lit in one replicate alone may truly be as bright as its mean, as at the edge of
+//! a lamp smaller than the pixel. Or the pixel is far darker, as where a path hit a lamp that
+//! hardly any path hits. The relative error is a few in the first case and millions in the second,
+//! and the pixel's own samples cannot decide between both cases. Other pixels can, if one of their
+//! four replicates is held out. Select the pixels where a single replicate of the remaining three
+//! found light: the held-out replicate is independent of this selection, so its expected brightness
+//! is the true mean of such pixels. If the held-out brightness equals the mean of the three
+//! replicates, lamps are small; if it is zero, light is rare.
 //!
 //! Where lamps are small, the brightness of a pixel that was lit once is as uncertain as a Poisson
-//! mean after one event; the posterior depends on the prior. Under Jeffreys' prior ("An Invariant
-//! Form for the Prior Probability in Estimation Problems", 1946) the brightness has a gamma
-//! distribution of shape 3/2, with the pixel's mean m as its scale. Then 1/(T² + δ²) has a mean of
-//! √(2πm/δ)/m² and a mean square of √(2π)/4 · (m/δ)^(5/2)/m⁴, where m is far above δ. Under a
-//! uniform prior the shape is 2, and the mean is ½ ln(1 + m/δ + (m/δ)² e^(−2γ))/m², within a sixth.
-//! Scenes of small lamps lie between the two, which differ by a factor of three or four: the first
-//! takes pixels that are lit once for too dark, the second for too bright. The geometric mean
-//! bounds the weight of a pixel's error. The interval includes the uncertainty of a single event,
-//! and that between the two priors: a twelfth of their squared distance, as for a uniform
-//! distribution. Nothing is fitted to a scene. Products of replicates, which have no light in
-//! common there, would give 1/δ², as if the pixel were black.
+//! mean after one event, and its posterior depends on the prior. Under Jeffreys' prior ("An
+//! Invariant Form for the Prior Probability in Estimation Problems", 1946) the brightness has a
+//! gamma distribution of shape 3/2, with the pixel's mean m as its scale. Then 1/(T² + δ²) has a
+//! mean of √(2πm/δ)/m² and a mean square of √(2π)/4 · (m/δ)^(5/2)/m⁴, where m is far above δ. Under
+//! a uniform prior the shape is 2, and the mean is ½ ln(1 + m/δ + (m/δ)² e^(−2γ))/m², within a
+//! sixth. Scenes of small lamps lie between the two priors, whose means differ by a factor of three
+//! or four: Jeffreys' prior takes pixels that are lit once for too dark, the uniform prior for too
+//! bright. The geometric mean of both bounds the weight of a pixel's error. The interval includes
+//! the uncertainty of a single event and the uncertainty of the prior: a twelfth of the squared
+//! distance between both, as for a uniform distribution. Nothing is fitted to a scene. Products of
+//! replicates, which have no light in common in such a pixel, would give 1/δ², as if the pixel were
+//! black.
 
 use core::f64::consts::TAU;
 use core::ops::AddAssign;
@@ -30,18 +32,19 @@ use super::relative::FLOOR;
 /// Euler's constant γ.
 const EULER: f64 = 0.577_215_664_901_532_9;
 
-/// Share of the light of three replicates above which a single replicate counts as having found it
-/// alone.
+/// Share of the light of three replicates above which the brightest replicate counts as the only
+/// lit replicate.
 const ALONE: f64 = 0.8;
 
-/// Bound on the confirmed light, in multiples of the expected light: one brighter replicate gives
-/// no information about the others.
+/// Bound on the light of a held-out replicate, in multiples of the expected light: a single very
+/// bright replicate must not confirm the light of other pixels.
 const MOST: f64 = 4.0;
 
 /// Share of the light that must be confirmed.
 const ENOUGH: f64 = 0.5;
 
-/// Fewest pixels with such light, which determine the confirmed share within about a sixth.
+/// Fewest pixels lit in a single replicate for which the confirmed share is determined, within
+/// about a sixth.
 const FEWEST: f64 = 40.0;
 
 /// Bound on the weight of a pixel's squared error, where a single replicate found light.
@@ -49,8 +52,8 @@ const FEWEST: f64 = 40.0;
 pub(super) struct SingleReplicateBound {
     /// Largest weight of a squared error.
     pub most: [f64; 3],
-    /// Relative uncertainty of the weight because light was found only once; independent between
-    /// pixels.
+    /// Relative uncertainty of the weight because a single replicate found light; independent
+    /// between pixels.
     pub deviation: [f64; 3],
     /// Relative uncertainty of the weight due to the prior, common to all pixels.
     pub prior: [f64; 3],
@@ -68,7 +71,7 @@ impl Default for SingleReplicateBound {
 }
 
 impl SingleReplicateBound {
-    /// Returns the bound for the means of four replicates.
+    /// Returns the bound for a pixel with these means of its four replicates.
     pub fn of(four: [[f64; 3]; 4]) -> Self {
         let mean: [f64; 3] =
             core::array::from_fn(|i| four.iter().map(|mean| mean[i]).sum::<f64>().max(0.0) / 4.0);
@@ -94,7 +97,8 @@ impl SingleReplicateBound {
     }
 }
 
-/// Statistics of held-out replicates, over light that a single replicate found.
+/// Statistics of held-out replicates, over pixels where a single one of the other replicates found
+/// light.
 #[derive(Clone, Copy, Default)]
 pub(super) struct LeaveOneOut {
     /// Number of held-out replicates.
@@ -115,9 +119,10 @@ impl AddAssign for LeaveOneOut {
 }
 
 impl LeaveOneOut {
-    /// Adds the means of four replicates, each held out in turn. Brighter light has a more
-    /// uncertain error and a larger weight: √m, as in [`SingleReplicateBound`]. Pixels too dark for
-    /// a relative error of their own are skipped.
+    /// Adds the means of a pixel's four replicates, each held out in turn. The weight of a held-out
+    /// replicate is √m for the mean m of the other three replicates, as in
+    /// [`SingleReplicateBound`]: brighter light has a more uncertain error. Pixels too dark for a
+    /// relative error are skipped.
     pub fn add(&mut self, four: [[f64; 3]; 4]) {
         let bright = four.map(|mean| (mean[0] + mean[1] + mean[2]) / 3.0);
         for held in 0..4 {

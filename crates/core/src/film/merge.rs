@@ -42,16 +42,17 @@ pub enum PartError {
 }
 
 impl Film {
-    /// Returns the name of a difference between the pictures of two films; `None` where they are
-    /// parts of one picture.
+    /// Returns the name of the first difference between the pictures of two films; `None` if both
+    /// are parts of one picture.
     pub(crate) fn difference(&self, other: &Film) -> Option<String> {
         self.identity
             .difference(&other.identity)
             .or_else(|| self.plan.difference(&other.plan).map(str::to_owned))
     }
 
-    /// Continues an earlier film of this picture with at most as many samples. The result equals an
-    /// uninterrupted render to the bit.
+    /// Takes over the samples of an earlier film of this picture, whose replicates may have at most
+    /// as many samples as this picture's. A render then continues from these samples, and the
+    /// result equals an uninterrupted render to the bit.
     ///
     /// # Errors
     /// [`PartError::Foreign`] for the film of another picture, [`PartError::Samples`] where its
@@ -92,8 +93,9 @@ impl Film {
         Ok(())
     }
 
-    /// Prepares to repeat the sample counts of another film of this picture, tile by tile. The
-    /// result equals to the bit a render that ended by a time limit or was stopped.
+    /// Empties the film, and sets the sample counts of another film of this picture, `map`, as
+    /// goals of its tiles. A render then repeats, to the bit, a picture that was stopped or ended
+    /// by a time limit.
     ///
     /// # Errors
     /// [`PartError::Foreign`] for the film of another picture.
@@ -112,8 +114,8 @@ impl Film {
         Ok(())
     }
 
-    /// Returns the union of parts of one picture, given in any order. Complete parts equal a single
-    /// render to the bit.
+    /// Returns the union of parts of one picture, given in any order. If the parts are complete,
+    /// the union equals a single render to the bit.
     ///
     /// # Errors
     /// See [`PartError`].
@@ -135,7 +137,8 @@ impl Film {
         Ok(film)
     }
 
-    /// Records the samples of a part.
+    /// Adds the sample counts of a part. Fails if the film already holds samples of the same tile
+    /// and replicate.
     fn mark(&mut self, part: &Film, index: usize) -> Result<(), PartError> {
         let tiles = self.plan.tiles() as usize;
         for (unit, (drawn, &held)) in self.drawn.iter_mut().zip(&part.drawn).enumerate() {
@@ -152,7 +155,7 @@ impl Film {
         Ok(())
     }
 
-    /// Copies the samples of a part.
+    /// Copies the sums and layers of a part, and adds its counters.
     fn take(&mut self, part: &Film) {
         for tile in 0..self.plan.tiles() {
             let area = Rect::within(self.plan.tile(tile), self.plan.crop.width);

@@ -3,17 +3,18 @@
 //! A picture with random sampling takes its samples in a few *replicates* (their number:
 //! [`replicates`](crate::settings::replicates)), each with independent random numbers. Points
 //! within a replicate are correlated, so their spread overestimates the error of their mean. The
-//! means of replicates are independent, and their spread estimates it. The film therefore keeps the
-//! sums of each replicate separate, and adds them last, in ascending order.
+//! means of replicates are independent, and the spread of these means estimates the error of the
+//! picture. The film therefore keeps the sums of each replicate separate, and adds them last, in
+//! ascending order.
 //!
-//! A unit of work is some samples of one tile in one replicate, continuing from those in the film.
-//! A film holds any tiles and replicates, each with its first samples. The union of films is the
-//! film of a single render: its picture has the same bits for any division of the work, in any
-//! order of the parts and any number of steps.
+//! A unit of work is a range of samples of one tile in one replicate, which continues the samples
+//! in the film. A film may hold any tiles and replicates, each with its first samples. The union of
+//! such films is the film of a single render: its picture has the same bits for any division of the
+//! work, in any order of the parts and any number of steps.
 //!
 //! A pixel takes 128 bytes in four replicates without layers, the finished picture included, and 24
-//! more for each replicate whose last block of samples is not full. Without random sampling it
-//! takes 38, because there is a single replicate and no spread. A picture to be denoised always
+//! more for each replicate whose last block of samples is not full. Without random sampling a pixel
+//! takes 38 bytes, because it has a single replicate and no spread. A picture to be denoised always
 //! keeps four replicates and four layers. [`Memory`](crate::Memory) estimates the bytes before the
 //! render.
 
@@ -70,15 +71,16 @@ pub struct Film {
     centre: Vec<Vec<f32>>,
     /// Samples per pixel so far, by replicate and tile.
     drawn: Vec<u16>,
-    /// Samples per pixel at the end of the round, where they are adaptive or repeat another film's;
-    /// else empty.
+    /// Samples per pixel at the end of the round, by replicate and tile, if the counts are adaptive
+    /// or repeat another film's counts; else empty.
     goals: Vec<u16>,
-    /// Whether the goals are those of another film; then no samples are added to them.
+    /// Whether the goals repeat another film's sample counts. Adaptive sampling then adds no
+    /// samples.
     is_replayed: bool,
     /// Expected number of samples of all pixels at the end; zero where unknown.
     expected: u64,
-    /// Record of the first time that the requested error seemed to be reached but was doubted. Not
-    /// stored in files.
+    /// Record of the first time that the estimated error reached the requested error but was
+    /// doubtful. Not stored in files.
     doubted: Option<DoubtedProgress>,
     counters: Counters,
     /// Light usage counted by the renders of this film. It is no part of the picture and not stored
@@ -86,7 +88,8 @@ pub struct Film {
     usage: LightUsage,
 }
 
-/// Some tiles in some replicates of a picture.
+/// A part of a picture: a selection of tiles in a range of replicates, for example one machine's
+/// share of a render.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FilmPart {
     /// Range of tiles, numbered row by row.
@@ -95,7 +98,7 @@ pub struct FilmPart {
     pub step: u32,
     /// Range of replicates.
     pub replicates: Range<u32>,
-    /// Restriction to these tiles, in ascending order; `None`: all.
+    /// Restriction to these tiles, in ascending order; `None` for all tiles.
     pub among: Option<Vec<u32>>,
 }
 
@@ -112,8 +115,9 @@ impl FilmPart {
             .filter(is_among)
     }
 
-    /// Returns share `index` of `of` shares with about equal work, counted from zero: every `of`th
-    /// tile, so that hard regions are divided as well. The union of the shares is the part.
+    /// Returns one of `total` shares of about equal work; `index` counts them from zero. A share
+    /// takes every `total`-th tile of the part, so that slow regions are divided as well. The union
+    /// of the shares is the part.
     #[must_use]
     pub fn share(self, index: u32, total: u32) -> Self {
         Self {
@@ -124,7 +128,8 @@ impl FilmPart {
     }
 }
 
-/// Some samples of one tile in one replicate, with all earlier ones.
+/// Result of a unit of work: the sums of one tile in one replicate, which include all earlier
+/// samples.
 #[derive(Clone, Debug)]
 pub(crate) struct TileUpdate {
     pub tile: u32,
@@ -132,14 +137,14 @@ pub(crate) struct TileUpdate {
     /// Samples per pixel after the update.
     pub drawn: u32,
     pub buffer: ReplicateBuffer,
-    /// Spread of the added samples.
+    /// Spread of the added samples about their mean.
     pub spread: Vec<[f32; 3]>,
     pub centre: Vec<Vec<f32>>,
     pub counters: Counters,
 }
 
 impl Film {
-    /// Returns an empty film. `scene` identifies the scene among others.
+    /// Returns an empty film; `scene` is a text that identifies the scene.
     pub(crate) fn new(scene: &str, settings: &Settings, plan: FilmPlan) -> Self {
         Self::empty(FilmIdentity::new(scene, settings), plan)
     }
@@ -177,7 +182,7 @@ impl Film {
         &self.identity.scene
     }
 
-    /// Returns width and height in pixels, of the crop where the picture has one.
+    /// Returns width and height in pixels: those of the crop, if the picture is cropped.
     pub fn size(&self) -> [u32; 2] {
         [self.plan.crop.width, self.plan.crop.height]
     }
@@ -198,14 +203,15 @@ impl Film {
         unit.flatten().map_or(0, |&drawn| u32::from(drawn))
     }
 
-    /// Returns the samples per pixel that a tile is to have in a replicate, as decided so far.
+    /// Returns the samples per pixel that a tile has in a replicate at the end of the present
+    /// round.
     pub(crate) fn sample_goal(&self, tile: u32, replicate: u32) -> u32 {
         self.goals
             .get(self.unit(tile, replicate))
             .map_or(self.plan.samples_of(replicate), |&goal| u32::from(goal))
     }
 
-    /// Returns the samples of all pixels so far, and their expected final number.
+    /// Returns the samples of all pixels of a part so far, and their expected final number.
     pub(crate) fn progress(&self, part: &FilmPart) -> (u64, u64) {
         let (mut done, mut total) = (0, 0);
         for tile in part.each_tile(&self.plan) {
@@ -271,7 +277,8 @@ impl Film {
             .count()
     }
 
-    /// Returns the sums of a tile in a replicate, to be continued.
+    /// Returns the sums of a tile in a replicate, from which sampling continues; empty before the
+    /// first samples.
     pub(crate) fn state(&self, tile: u32, replicate: u32) -> ReplicateBuffer {
         let area = Rect::within(self.plan.tile(tile), self.plan.crop.width);
         let buffer = self.buffers[replicate as usize]
@@ -280,7 +287,7 @@ impl Film {
         buffer.map(|buffer| buffer.cut(area)).unwrap_or_default()
     }
 
-    /// Returns the counters of all renders so far.
+    /// Returns the counters of rays and samples, summed over all renders of the film.
     pub fn counters(&self) -> Counters {
         self.counters
     }
@@ -307,7 +314,8 @@ impl Film {
         (planes + self.spread.len() * 12 + centre) as u64
     }
 
-    /// Stores a tile with its additional samples.
+    /// Stores the result of a unit of work: replaces the sums of the tile in its replicate, and
+    /// adds spread and counters.
     pub(crate) fn put(&mut self, tile_update: &TileUpdate) {
         let tile = self.plan.tile(tile_update.tile);
         let (from, to) = (
@@ -323,9 +331,9 @@ impl Film {
         self.drawn[index] = u16::try_from(tile_update.drawn).unwrap_or(u16::MAX);
     }
 
-    /// Returns the deviations of added samples from their replicate's mean: deviations from their
-    /// own mean, joined with its distance from the mean of the earlier samples (Chan, Golub and
-    /// LeVeque 1983).
+    /// Returns the spread of a tile's added samples about the mean of their replicate: their spread
+    /// about their own mean, combined with the distance of that mean from the mean of the earlier
+    /// samples (Chan, Golub and LeVeque 1983).
     fn deviations(&self, tile_update: &TileUpdate, from: Rect, to: Rect) -> Vec<[f32; 3]> {
         let before = self.buffers[tile_update.replicate as usize]
             .as_ref()
@@ -374,9 +382,9 @@ impl Film {
         }
     }
 
-    /// Joins further deviations to the stored ones. Each step rounds in f32, so parts joined in
-    /// another order than that of the replicates may differ by an ulp; no picture depends on these
-    /// values.
+    /// Adds a spread to the stored spread: the root of the sum of squares. Each addition rounds in
+    /// f32, so parts merged in another order than that of the replicates may differ by an ulp; no
+    /// picture depends on the spread.
     fn widen(&mut self, spread: &[[f32; 3]], from: Rect, to: Rect) {
         if spread.is_empty() {
             return;
@@ -417,8 +425,8 @@ impl Film {
         Some((self.pixel_errors(), freedom))
     }
 
-    /// Returns the standard errors of the pixels; unknown (−1) for a picture in which no sample
-    /// found the light.
+    /// Returns the standard errors of all pixels; −1, for unknown, in a picture in which no sample
+    /// found light.
     fn pixel_errors(&self) -> Vec<[f32; 3]> {
         if self.is_unlit() {
             return vec![[-1.0; 3]; self.plan.pixels()];
@@ -431,8 +439,8 @@ impl Film {
         ReplicateStats::new(self.buffers.iter().flatten(), self.plan.adaptive)
     }
 
-    /// Returns the means of all pixels, including the backdrop behind a ground, without coverage
-    /// and layers.
+    /// Returns a picture of the means of all pixels, without coverage and layers. The backdrop
+    /// behind a ground is included.
     pub(crate) fn colours(&self) -> Picture {
         let (plan, planes) = (&self.plan, self.replicate_stats());
         let mut picture = Picture {
@@ -513,7 +521,7 @@ impl Film {
 
     /// Adds the coverage to a picture of the film's colours, and subtracts the backdrop behind a
     /// ground. A pixel of ground alone has no colour; its shadow is computed from the picture's
-    /// colour, so that noise removed by a filter stays out.
+    /// colour, so that denoising applies to the shadow too.
     pub(crate) fn take_off_backdrop(&self, picture: &mut Picture) {
         if !self.plan.alpha {
             return;

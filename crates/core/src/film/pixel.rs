@@ -1,4 +1,4 @@
-//! Contribution of a pixel's replicates to the picture's error estimate: the variance under four
+//! Contribution of a pixel's replicates to the picture's error estimate: the variance in four
 //! weightings, and squared products of differences.
 
 use glam::DVec3;
@@ -6,30 +6,33 @@ use glam::DVec3;
 use super::leave_one_out::SingleReplicateBound;
 use super::relative::{across, among, within};
 
-/// Pairings of four replicates.
+/// The three pairings of four replicates: indices of the first pair, then of the second pair.
 const PAIRINGS: [[usize; 4]; 3] = [[0, 1, 2, 3], [0, 2, 1, 3], [0, 3, 1, 2]];
 
 /// Contribution of a pixel to the picture's error estimate.
 #[derive(Clone, Copy, Default)]
 pub(super) struct PixelVariance {
-    /// Variance of the mean, weighted by the other pair of replicates, and by all four.
+    /// Variance of the pixel's mean, relative to an estimate of its squared true colour from the
+    /// pair of replicates that is not in the difference, or from all four replicates.
     pub variance: f64,
     pub among: f64,
-    /// Variance weighted by the mean of all four, and by the mean of the pair itself.
+    /// The same variance, relative to the square of the mean of all four replicates, or of the mean
+    /// of the pair in the difference.
     pub own: f64,
     pub seen: f64,
     /// Squared products of two independent differences between replicates.
     pub product: f64,
-    /// Uncertainty of the weight where light was found once: independent between pixels, and common
-    /// to all.
+    /// Uncertainty of the weight where a single replicate found light: the part that is independent
+    /// between pixels, and the part common to all pixels.
     pub unsure: f64,
     pub prior: f64,
 }
 
 impl PixelVariance {
-    /// Adds the means of four replicates, in radiance. The difference of two has twice the variance
-    /// of a replicate, and an eighth of its square estimates the variance of the mean of four. All
-    /// weights are one.
+    /// Adds the absolute variance from the means of four replicates, in radiance. The difference of
+    /// two replicates has twice the variance of one, so an eighth of the squared difference
+    /// estimates the variance of the mean of four. All weightings are equal to one. `shares`:
+    /// weights of one pairing in the variance and in the products.
     pub fn add(&mut self, at: [DVec3; 4], shares: [f64; 2]) {
         for [a, b, c, d] in PAIRINGS.map(|pairing| pairing.map(|r| at[r])) {
             let (one, two) = (a - b, c - d);
@@ -43,9 +46,11 @@ impl PixelVariance {
         }
     }
 
-    /// Adds them relative to the true colour. A difference is weighted by the other two replicates,
-    /// by the pair itself, by the mean of all four and by their products. The first and the last
-    /// weight are bounded by `once` where light was found once.
+    /// Adds the variance from the means of four replicates, relative to the squared true colour. A
+    /// difference between two replicates is weighted by the other two replicates, by the two
+    /// themselves, by the mean of all four, and by the products of all four. The first and the last
+    /// weight are bounded by `once` where a single replicate found light. `shares`: weights of one
+    /// pairing in the variance and in the products.
     pub fn add_relative(
         &mut self,
         at: [DVec3; 4],
@@ -75,14 +80,16 @@ impl PixelVariance {
             self.among += squares(among, among);
             self.unsure += squares(unsure, unsure);
             self.prior += squares(prior, prior);
-            // Both weights of a product are the same, and so is the root of theirs.
+            // Both differences of a product have the same weight, so the root of the product of
+            // weights is that weight.
             let dot = (among * one * two).element_sum();
             self.product += shares[1] * (dot * dot);
         }
     }
 }
 
-/// Returns the squared, weighted product of two differences.
+/// Returns the square of the weighted dot product of two differences `one` and `two`, with their
+/// weights per channel.
 pub(super) fn product(one: [f64; 3], two: [f64; 3], of_one: [f64; 3], of_two: [f64; 3]) -> f64 {
     let dot: f64 = (0..3)
         .map(|i| (of_one[i] * of_two[i]).sqrt() * one[i] * two[i])

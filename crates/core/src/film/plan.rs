@@ -10,24 +10,26 @@ use crate::denoise::demand;
 use crate::picture::DataWindow;
 use crate::settings::{Aov, Background, Crop, Settings, replicates};
 
-/// Most samples of a pixel in one replicate: a 16-bit count, and points of one sequence of 2¹⁶.
+/// Most samples of a pixel in one replicate: the limit of a 16-bit count, and of a sequence of 2¹⁶
+/// points.
 const MOST: u32 = u16::MAX as u32;
 
-/// Samples of a replicate at the ends of the passes: the listed numbers, then every [`PASS`]. Few
-/// at first, so that every pixel soon has samples; then whole blocks of sums. Pictures do not
-/// depend on the passes.
+/// Samples of a replicate at the end of each pass: the listed numbers, then multiples of [`PASS`].
+/// The first passes are short, so that every pixel soon has samples; the later passes are whole
+/// blocks of sums. Pictures do not depend on the passes.
 const FIRST_PASSES: [u32; 3] = [4, 16, 32];
 const PASS: u32 = 64;
 
-/// Replicates under adaptive sampling: each half decides the sample counts of the other.
+/// Number of replicates under adaptive sampling: two halves, each of which decides the sample
+/// counts of the other half.
 const ADAPTIVE_REPLICATES: u32 = 4;
 
-/// Edge of the tiles of adaptive sampling in pixels, independent of the tile size setting, because
-/// such a picture depends on it. Smaller tiles estimate their noise less well, larger ones resolve
-/// it less well.
+/// Edge of the tiles of adaptive sampling in pixels. Independent of the setting for tiles, because
+/// an adaptive picture depends on the tile size. Smaller tiles estimate their noise less well,
+/// larger tiles follow its changes less well.
 const ADAPTIVE_TILE: u32 = 16;
 
-/// Layers by the source of their values, with their names in files.
+/// Layers of a film by the source of their values, with their channel names in files.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(from = "Vec<Aov>", into = "Vec<Aov>")]
 pub(crate) struct Layers {
@@ -74,7 +76,8 @@ impl From<Vec<Aov>> for Layers {
     }
 }
 
-/// Division of a picture, and the content of its film.
+/// Plan of a film: the division of the picture into tiles and replicates, and the data kept for
+/// each pixel.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct FilmPlan {
@@ -93,8 +96,8 @@ pub(crate) struct FilmPlan {
     pub random: bool,
     /// Whether the coverage of pixels is kept.
     pub alpha: bool,
-    /// Radiance of the backdrop behind a studio's ground, included in the sums; the ground's
-    /// shadows are kept beside the coverage. `None` without a ground. Errors are those of the
+    /// Radiance of the backdrop behind a studio's ground; `None` without a ground. The sums include
+    /// the backdrop, and the ground's shadow is kept beside the coverage. Errors are those of the
     /// picture in front of this backdrop, so that a noisy shadow counts.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub backdrop: Option<f64>,
@@ -110,10 +113,11 @@ pub(crate) struct FilmPlan {
     pub denoise: Option<Vec<Aov>>,
 }
 
-/// Returns the number of replicates for a number of samples.
+/// Returns the number of replicates for a number of samples per pixel; `requested` is the number
+/// that the settings request.
 fn division(samples: u32, requested: Option<u32>, is_fixed: bool) -> u32 {
     match is_fixed {
-        // The samples of a pattern are different places, not repetitions.
+        // The samples of a fixed pattern are different positions, not repetitions.
         true => 1,
         false => requested
             .unwrap_or(replicates(samples))
@@ -124,8 +128,8 @@ fn division(samples: u32, requested: Option<u32>, is_fixed: bool) -> u32 {
 }
 
 impl FilmPlan {
-    /// Plans a picture. `random`: whether samples lie at random places, or sample lights or lenses;
-    /// `grounded`: whether the scene has a ground with shadows.
+    /// Plans a film for settings. `random`: whether samples lie at random positions or sample
+    /// lights or lenses; `grounded`: whether the scene has a ground with shadows.
     pub fn new(settings: &Settings, random: bool, grounded: bool) -> Self {
         let [width, height] = settings.size;
         let by_replicates = random && !settings.sampling.is_fixed();
@@ -214,7 +218,8 @@ impl FilmPlan {
             width,
             height,
         } = self.crop;
-        // Both are far below 2³¹: a picture has at most 2³² pixels and no edge of that length.
+        // Both coordinates are far below 2³¹: a picture has at most 2³² pixels, and no edge of that
+        // length.
         let origin = [x, y].map(|index| i32::try_from(index).unwrap_or(i32::MAX));
         ([width, height] != self.size).then_some(DataWindow {
             origin,
@@ -232,7 +237,7 @@ impl FilmPlan {
         self.samples
     }
 
-    /// Returns the plan for another number of samples.
+    /// Returns the same plan with another number of samples per pixel.
     pub fn with_samples(&self, samples: u32) -> Self {
         Self {
             samples,
@@ -241,7 +246,8 @@ impl FilmPlan {
         }
     }
 
-    /// Returns the name of a difference between two divisions, samples apart.
+    /// Returns the name of the first difference between two plans, apart from the number of
+    /// samples; `None` without a difference.
     pub fn other_division(&self, other: &Self) -> Option<&'static str> {
         let differs = [
             (self.crop != other.crop, "crop"),
@@ -263,23 +269,25 @@ impl FilmPlan {
             .map(|(_, label)| label)
     }
 
-    /// Returns the name of a difference between two divisions.
+    /// Returns the name of the first difference between two plans; `None` without a difference.
     pub fn difference(&self, other: &Self) -> Option<&'static str> {
         let samples = (self.samples != other.samples).then_some("number of samples");
         samples.or_else(|| self.other_division(other))
     }
 
-    /// Whether each replicate has at least the samples of the other plan's replicate.
+    /// Whether this plan can continue a film of the plan `fewer`: each replicate has at least as
+    /// many samples in this plan.
     pub fn continues(&self, fewer: &Self) -> bool {
         fewer.replicates <= self.replicates
             && (0..fewer.replicates).all(|r| fewer.samples_of(r) <= self.samples_of(r))
     }
 
-    /// Returns the least number of samples, at or above its own, with which this plan continues
-    /// another one of the same division; `None` where none does.
+    /// Returns the least number of samples per pixel, at or above that of this plan, with which the
+    /// plan can continue a film of the plan `fewer`; `None` if no number suffices. Both plans have
+    /// the same division.
     pub fn least_continuing(&self, fewer: &Self) -> Option<u32> {
-        // The last replicate has the fewest samples and must have as many here: this many in each
-        // replicate, and one more up to that one.
+        // The last replicate of `fewer` has the fewest samples, `before` + 1. This plan needs as
+        // many in its first `last` replicates, and at least `before` in each further replicate.
         let (before, last) = (
             u64::from(fewer.samples / fewer.replicates - 1),
             u64::from(fewer.replicates),
@@ -290,15 +298,16 @@ impl FilmPlan {
             if plan.continues(fewer) {
                 return Some(samples);
             }
-            // The number of replicates never decreases; fewer samples than this do not suffice for
-            // each of them.
+            // The number of replicates never decreases, and a smaller sum than this does not
+            // suffice for the replicates of `plan`.
             let next = (u64::from(plan.replicates) * before + last).max(u64::from(samples) + 1);
             samples = u32::try_from(next).ok()?;
         }
     }
 
-    /// Returns the next pass of a tile, counted from zero, with its range of samples; `drawn` of
-    /// `all` samples of a replicate are finished. `None` where all are.
+    /// Returns the next pass of a tile in a replicate, numbered from zero, and the range of its
+    /// samples. `all` is the number of samples per pixel in the replicate, and `drawn` of them are
+    /// finished. `None` if all are finished.
     pub fn pass(&self, all: u32, drawn: u32) -> Option<(u32, Range<u32>)> {
         if drawn >= all {
             return None;
@@ -317,8 +326,8 @@ impl FilmPlan {
         Some((pass, drawn..end.min(all)))
     }
 
-    /// Returns the samples of a pixel in one replicate: spread evenly, with one more in the first
-    /// replicates where the division leaves a rest.
+    /// Returns the samples of a pixel in one replicate: an even share of all samples, and one more
+    /// in the first replicates if the division leaves a remainder.
     pub fn samples_of(&self, replicate: u32) -> u32 {
         self.samples / self.replicates + u32::from(replicate < self.samples % self.replicates)
     }
@@ -335,7 +344,7 @@ impl FilmPlan {
         self.crop.width.div_ceil(self.tile_size)
     }
 
-    /// Returns a tile, numbered row by row, relative to the crop.
+    /// Returns the rectangle of a tile, relative to the crop. Tiles are numbered row by row.
     pub fn tile(&self, index: u32) -> Crop {
         let (x, y) = (
             index % self.columns() * self.tile_size,
@@ -359,7 +368,7 @@ impl FilmPlan {
         u64::from(tile.width) * u64::from(tile.height)
     }
 
-    /// Returns the tile of a pixel of the film.
+    /// Returns the number of the tile that contains a pixel, given by its index in the film.
     pub fn tile_of(&self, pixel: usize) -> u32 {
         let (x, y) = (
             pixel as u32 % self.crop.width,
@@ -373,9 +382,9 @@ impl FilmPlan {
         (self.pixels() as u64).saturating_mul(self.bytes_a_pixel())
     }
 
-    /// Returns the bytes of both per pixel: 128 with four replicates and no layers. Each replicate
-    /// has three sums in f64 and a count; the spread of the samples and the picture's colour exist
-    /// once.
+    /// Returns the bytes per pixel of the film and of its picture: 128 with four replicates and no
+    /// layers. Each replicate has three sums in f64 and a count; the spread of the samples and the
+    /// picture's colour exist once.
     fn bytes_a_pixel(&self) -> u64 {
         let (mean, centre) = (
             self.layers.mean.len() as u64,
@@ -418,7 +427,7 @@ impl FilmPlan {
             + 3 * u64::from(*standard_error)
     }
 
-    /// Whether the picture shows a layer; other layers are kept for the denoiser alone.
+    /// Whether the picture shows a layer; hidden layers are kept for the denoiser alone.
     pub fn shows(&self, aov: Aov) -> bool {
         !self
             .denoise
@@ -426,7 +435,8 @@ impl FilmPlan {
             .is_some_and(|unasked| unasked.contains(&aov))
     }
 
-    /// Whether a layer is a mean over the samples that hit a surface.
+    /// Whether the film counts the samples that hit a surface, because a layer is a mean over these
+    /// samples.
     pub fn counts_first_hits(&self) -> bool {
         self.layers
             .mean

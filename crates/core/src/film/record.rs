@@ -1,5 +1,5 @@
-//! A film as a header and numbers, for storage in a file. Reading and writing use the same
-//! function, so that the two always agree.
+//! Storage of a film in a file: a header, then numbers. Reading and writing call the same function,
+//! so that both always agree on the order.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,7 +8,7 @@ use super::sums::has_open;
 use super::{Film, FilmPlan, Rect, ReplicateBuffer};
 use crate::counters::Counters;
 
-/// Identity, plan and progress of a film; its numbers follow in the file.
+/// Header of a stored film: its identity, plan and progress. The film's numbers follow in the file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FilmHeader {
@@ -17,13 +17,13 @@ pub struct FilmHeader {
     counters: Counters,
     /// Samples per pixel so far, by replicate and tile.
     drawn: Vec<u16>,
-    /// Samples per pixel to be reached, where they are adaptive or repeat another film's; else
-    /// empty.
+    /// Samples per pixel at the end of the round, if the counts are adaptive or repeat another
+    /// film's counts; else empty.
     goals: Vec<u16>,
     is_replayed: bool,
 }
 
-/// Reason why a header is invalid.
+/// Reason why a film's header is invalid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("its {0} makes no sense")]
 pub struct HeaderError(&'static str);
@@ -32,19 +32,19 @@ pub struct HeaderError(&'static str);
 pub trait FilmNumbers {
     /// Error of reading or writing.
     type Error;
-    /// Passes f64 numbers.
+    /// Reads or writes f64 numbers.
     fn doubles(&mut self, numbers: &mut [f64]) -> Result<(), Self::Error>;
-    /// Passes f32 numbers.
+    /// Reads or writes f32 numbers.
     fn singles(&mut self, numbers: &mut [f32]) -> Result<(), Self::Error>;
-    /// Passes counts.
+    /// Reads or writes 16-bit counts.
     fn counts(&mut self, counts: &mut [u16]) -> Result<(), Self::Error>;
-    /// Passes larger whole numbers.
+    /// Reads or writes 32-bit whole numbers.
     fn wholes(&mut self, numbers: &mut [u32]) -> Result<(), Self::Error>;
 }
 
 impl FilmHeader {
-    /// Returns the bytes of the film and its picture, after checking the header. Every other use of
-    /// a header follows this check.
+    /// Checks the header, and returns the bytes of the film and its picture. Every other use of a
+    /// header follows this check.
     ///
     /// # Errors
     /// [`HeaderError`] names the invalid part.
@@ -77,7 +77,7 @@ impl FilmHeader {
 }
 
 impl Film {
-    /// Returns the header, which precedes the numbers in a file.
+    /// Returns the header, which precedes the film's numbers in a file.
     pub fn header(&self) -> FilmHeader {
         FilmHeader {
             identity: self.identity.clone(),
@@ -89,7 +89,7 @@ impl Film {
         }
     }
 
-    /// Returns a film of zeros, to be filled by [`Self::pass`].
+    /// Returns a film of zeros for a header, to be filled by [`Self::pass`].
     ///
     /// # Errors
     /// See [`FilmHeader::bytes`].
@@ -112,8 +112,8 @@ impl Film {
         })
     }
 
-    /// Passes all numbers to a reader or writer, in the order of the file: by replicate and tile,
-    /// then the data that exist once per tile.
+    /// Reads or writes all numbers of the film, in the order of the file: the sums by replicate and
+    /// tile, then the data that exist once per tile.
     ///
     /// # Errors
     /// The first error of the reader or writer.
@@ -152,7 +152,7 @@ impl Film {
         Ok(())
     }
 
-    /// Passes one tile in one replicate.
+    /// Reads or writes the sums of one tile in one replicate.
     fn pass_unit<N: FilmNumbers>(
         &mut self,
         tile: u32,

@@ -1,22 +1,22 @@
 //! Denominators of relative squared errors: the square of a pixel's true colour, estimated from
 //! noisy samples.
 //!
-//! The product of two replicates' means is unbiased, whatever their noise. But where light is
-//! rarely found, the product is zero in one pixel and ten times the truth in the next, and a
-//! relative error of it means nothing. So the more two replicates differ, the more the mean product
-//! of the neighbouring pixels counts, which is right where the colour changes slowly. A bright
-//! sample raises the product together with the error. An error is therefore weighted by replicates
-//! that are not part of it, or the bias is accounted for.
+//! The product of two replicates' means is an unbiased estimate of that square, whatever their
+//! noise. But where light is rarely found, the product is zero in one pixel and ten times the truth
+//! in the next, and a relative error by this denominator means nothing. So the more two replicates
+//! differ, the more the mean product of the neighbouring pixels counts, which is accurate where the
+//! colour changes slowly. A bright sample raises the product together with the error. An error is
+//! therefore weighted by replicates that are not part of the error, or the bias is accounted for.
 
 use glam::DVec3;
 
 pub(super) use crate::metrics::RELATIVE_FLOOR as FLOOR;
 
-/// Neighbouring pixels on each side.
+/// Number of neighbouring pixels on each side that are averaged.
 pub(super) const REACH: usize = 2;
 
-/// Returns the weights that make squared errors relative, per pixel and channel, for rows of
-/// `width` pixels, from the means of two replicates.
+/// Returns the weights that make squared errors relative, per pixel and channel, from the means `a`
+/// and `b` of two replicates in rows of `width` pixels.
 pub(super) fn weights(a: &[[f64; 3]], b: &[[f64; 3]], width: usize) -> Vec<[f64; 3]> {
     let own: Vec<[f64; 3]> = a
         .iter()
@@ -30,7 +30,7 @@ pub(super) fn weights(a: &[[f64; 3]], b: &[[f64; 3]], width: usize) -> Vec<[f64;
         width,
     );
     let weight = |a: f64, b: f64, near: f64| {
-        // One less the variance of the two together over their squared mean.
+        // One minus the ratio of the squared difference of both replicates to their squared sum.
         let (square, difference) = ((a + b) * (a + b), (a - b) * (a - b));
         let sure = if square > difference {
             1.0 - difference / square
@@ -45,28 +45,30 @@ pub(super) fn weights(a: &[[f64; 3]], b: &[[f64; 3]], width: usize) -> Vec<[f64;
         .collect()
 }
 
-/// Returns the weights per channel from the means of two replicates that are not part of the error:
-/// near 1/(T² + 0.01) on average for a true colour T. The mean of 1/(ab + 0.01) is too large
-/// because ab is noisy; the excess is the variance of ab, estimated by (a² − b²)²/4, over the
-/// square of ab + 0.01. Neighbours would bias the weights where colours change.
+/// Returns the weights per channel from the means a and b of two replicates that are not part of
+/// the error: near 1/(T² + 0.01) on average for a true colour T. The mean of 1/(ab + 0.01) is too
+/// large because ab is noisy; the excess is the variance of ab, estimated by (a² − b²)²/4, over the
+/// square of ab + 0.01. Neighbouring pixels are not used: they would bias the weights where colours
+/// change.
 pub(super) fn across(a: DVec3, b: DVec3) -> DVec3 {
     let (relative_to, noise) = ((a * b).max(DVec3::ZERO) + FLOOR, (a * a - b * b) / 2.0);
     relative_to / (relative_to * relative_to + noise * noise)
 }
 
-/// Returns the weights from the means of the two replicates in the error.
+/// Returns the weights per channel from the means of the two replicates in the error: 1/(m² + 0.01)
+/// for their mean m.
 pub(super) fn within(a: DVec3, b: DVec3) -> DVec3 {
     1.0 / ((a + b) * (a + b) / 4.0 + FLOOR)
 }
 
-/// Returns the weights from the means of four replicates: the mean of their pairwise products
-/// estimates the square of the true colour.
+/// Returns the weights per channel from the means of four replicates: the mean of their pairwise
+/// products estimates the square of the true colour.
 pub(super) fn among([a, b, c, d]: [DVec3; 4]) -> DVec3 {
     1.0 / (((a * b + c * d + (a + b) * (c + d)) / 6.0).max(DVec3::ZERO) + FLOOR)
 }
 
-/// Returns the means over `reach` neighbours on both sides along one axis of `length` pixels,
-/// `step` apart.
+/// Returns for each pixel the mean of the pixel and up to `reach` neighbours on both sides along
+/// one axis. The axis has `length` pixels, which are `step` entries apart in the list.
 pub(super) fn around(of: &[[f64; 3]], reach: usize, length: usize, step: usize) -> Vec<[f64; 3]> {
     let mean = |position: usize| {
         let index = position / step % length;

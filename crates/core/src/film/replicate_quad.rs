@@ -7,17 +7,17 @@ use crate::settings::Aov;
 /// Largest radiance of a usable picture; its square is finite in f32.
 pub(crate) const BRIGHTEST: f64 = 1e15;
 
-/// Missing part of a film.
+/// Part that a film lacks for denoising.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum QuadError {
-    /// A layer.
+    /// A layer is missing.
     Layer(Aov),
-    /// Replicates of some pixels.
+    /// Some tiles have fewer than four replicates with samples.
     Replicates,
 }
 
-/// Four replicates of each pixel. Where a film has more, every fourth replicate is merged into the
-/// same one.
+/// Four replicates of each pixel. Further replicates of a film are merged into these four:
+/// replicate r into r mod 4.
 pub(crate) struct ReplicateQuad<'a> {
     film: &'a Film,
     buffers: Vec<&'a ReplicateBuffer>,
@@ -27,7 +27,7 @@ pub(crate) struct ReplicateQuad<'a> {
     depth: usize,
 }
 
-/// Returns a finite number within the range of a usable picture.
+/// Clamps a number to ±[`BRIGHTEST`]; returns zero for NaN.
 fn clamp_to_picture(number: f64) -> f64 {
     if number.is_nan() {
         0.0
@@ -37,7 +37,9 @@ fn clamp_to_picture(number: f64) -> f64 {
 }
 
 impl Film {
-    /// Returns the replicates as four, if the film has enough and all layers.
+    /// Returns the film's replicates, grouped into four. Fails if the film has fewer than four
+    /// replicates, if a tile has no samples in a replicate, or if a layer that the denoiser reads
+    /// is missing.
     pub(crate) fn replicate_quad(&self) -> Result<ReplicateQuad<'_>, QuadError> {
         let layers = &self.plan.layers;
         let mean = |aov| {
@@ -76,8 +78,8 @@ impl Film {
 }
 
 impl ReplicateQuad<'_> {
-    /// Returns the means of a pixel in each of the four, from sums and counts. A replicate without
-    /// samples gets the mean of the others.
+    /// Returns a pixel's mean in each of the four replicates; `sums` returns the pixel's sum and
+    /// count in a buffer. A replicate without samples gets the mean of the other replicates.
     #[inline]
     fn means(&self, sums: impl Fn(usize, &ReplicateBuffer) -> ([f64; 3], f64)) -> [[f64; 3]; FOUR] {
         let (mut total, mut count) = ([[0.0; 3]; FOUR], [0.0; FOUR]);
@@ -103,12 +105,12 @@ impl ReplicateQuad<'_> {
         })
     }
 
-    /// Returns the radiance.
+    /// Returns a pixel's mean radiance in each of the four replicates.
     pub fn radiance(&self, pixel: usize) -> [[f64; 3]; FOUR] {
         self.means(|_, buffer| (buffer.total(pixel), f64::from(buffer.samples[pixel])))
     }
 
-    /// Returns the radiance of camera rays without scattered light.
+    /// Returns a pixel's mean radiance without scattered light, in each of the four replicates.
     pub fn emission(&self, pixel: usize) -> [[f64; 3]; FOUR] {
         self.means(|_, buffer| {
             (
@@ -118,7 +120,8 @@ impl ReplicateQuad<'_> {
         })
     }
 
-    /// Returns the base colour and normal of the first hit.
+    /// Returns a pixel's mean base colour and mean normal at first hits, in each of the four
+    /// replicates.
     pub fn surface(&self, pixel: usize) -> [[[f64; 3]; FOUR]; 2] {
         let tile = self.film.plan.tile_of(pixel);
         let drawn = |replicate: usize| f64::from(self.film.samples_drawn(tile, replicate as u32));
@@ -127,7 +130,7 @@ impl ReplicateQuad<'_> {
         })
     }
 
-    /// Returns the distance of the first hit; negative without one.
+    /// Returns the distance of the first hit of the pixel-centre ray; negative without a hit.
     pub fn depth(&self, pixel: usize) -> f32 {
         self.film.centre[self.depth][pixel]
     }

@@ -1,13 +1,13 @@
-//! Sums of one pixel's samples in one replicate: blocks of 16 in ascending order, each added in
-//! f64. Blocks are counted from the replicate's first sample, and a block that is not full is kept
-//! separate. So adding samples later gives the same bits as taking all at once.
+//! Sums of one pixel's samples in one replicate, in blocks of 16 samples in ascending order, which
+//! are added in f64. Blocks are counted from the replicate's first sample, and a partial block is
+//! kept separate. Adding samples later therefore gives the same bits as taking all samples at once.
 
 use core::marker::PhantomData;
 
 use glam::DVec3;
 use raywright_bvh::{Real, Vector};
 
-/// Samples of a block.
+/// Number of samples in a block.
 pub(crate) const BLOCK: usize = 16;
 
 /// Whether this number of samples ends with a partial block after full ones.
@@ -15,7 +15,7 @@ pub(crate) fn has_open(drawn: u32) -> bool {
     drawn > BLOCK as u32 && !drawn.is_multiple_of(BLOCK as u32)
 }
 
-/// Units of a sample's coverage, as fine as the sum over the most samples permits.
+/// Number of units in full coverage: as many as allow the sum over the most samples in 32 bits.
 pub(crate) const WHOLE: u32 = 1 << 16;
 
 /// Converts a coverage from 0 to 1 to units of 1/[`WHOLE`].
@@ -32,7 +32,7 @@ pub(crate) struct PixelSums {
     pub sum: [f64; 3],
     /// Sum of the partial block.
     pub open: [f64; 3],
-    /// Square root of the sum of squared deviations of the samples added last, from their mean. The
+    /// Square root of the sum of squared deviations of the samples added last, about their mean. A
     /// square root has the range of the samples themselves.
     pub spread: [f32; 3],
     /// Number of finite samples.
@@ -59,7 +59,7 @@ pub(crate) struct SampleAccumulator<R: Real, B: BlockAccumulator<R>> {
     block: B,
     /// Samples of the block, dropped ones included.
     in_block: usize,
-    /// Finite samples of all pixels with any coverage.
+    /// Number of finite samples with any coverage, over all pixels.
     pub hits: u64,
     scalar: PhantomData<R>,
 }
@@ -70,9 +70,10 @@ pub(crate) trait BlockAccumulator<R: Real>: Default {
     fn resume(&mut self, open: [f64; 3]);
     /// Adds a finite sample.
     fn put(&mut self, radiance: R::Vec3);
-    /// Returns the sum of the partial block and starts the next one.
+    /// Returns the sum of the block's samples, and starts the next block.
     fn close_block(&mut self) -> [f64; 3];
-    /// Ends a pixel; returns the square root of the sum of squared deviations, where it is kept.
+    /// Ends a pixel. Returns the square root of the pixel's sum of squared deviations; zero for an
+    /// accumulator that keeps none.
     fn close_pixel(&mut self) -> [f32; 3];
 }
 
@@ -123,13 +124,13 @@ impl<R: Real, B: BlockAccumulator<R>> SampleAccumulator<R, B> {
     }
 }
 
-/// Sums alone, each block in the precision of the samples, for pictures without random sampling,
-/// whose error is not estimated.
+/// Accumulates sums alone, each block in the precision of the samples: for pictures without random
+/// sampling, whose error is not estimated.
 #[derive(Default)]
 pub(crate) struct PlainSums<R: Real>(R::Vec3);
 
 impl<R: Real> BlockAccumulator<R> for PlainSums<R> {
-    /// The sum of such samples is representable in their scalar, so it is restored exactly.
+    /// Restores the sum exactly: a sum of samples in this precision is representable in it.
     #[inline(always)]
     fn resume(&mut self, sum: [f64; 3]) {
         self.0 = R::Vec3::from_f64(DVec3::from_array(sum));
@@ -152,13 +153,13 @@ impl<R: Real> BlockAccumulator<R> for PlainSums<R> {
     }
 }
 
-/// Sums with their second central moment, with blocks in f64: where samples of 10⁴ differ by 10⁻²,
-/// an f32 sum of sixteen has lost the digits from which the error is estimated.
+/// Accumulates sums and second central moments, in f64: where samples of 10⁴ differ by 10⁻², an f32
+/// sum of sixteen has lost the digits from which the error is estimated.
 ///
 /// Deviations are taken from the pixel's first sample in one pass (Chan, Golub and LeVeque,
 /// "Algorithms for Computing the Sample Variance: Analysis and Recommendations", 1983). A sample is
-/// at most √n standard deviations from the mean of n, so the subtrahend at the end is at most n
-/// times the result, and f64 keeps more digits than f32 holds.
+/// at most √n standard deviations from the mean of n samples. The number subtracted at the end is
+/// therefore at most n times the result, and f64 keeps more digits than the f32 result holds.
 #[derive(Default)]
 pub(crate) struct MomentSums {
     /// First sample of the pixel, and number of finite samples.

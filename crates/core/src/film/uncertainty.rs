@@ -7,20 +7,22 @@
 //! v, and the rest are products of independent numbers. Their variance is 2 tr(C²)/(R(R − 1)) for
 //! channels of covariance C. It has an unbiased estimate, too, because the differences of two pairs
 //! of replicates are independent: (d·d′)²/4 has the mean tr(C²). Pixels are independent, because
-//! each has its own scrambles. So both sum over the picture, and the sum is nearly normal if many
-//! pixels contribute.
+//! each has its own scrambles. So both estimates are summed over the picture, and the sum is nearly
+//! normal if many pixels contribute.
 //!
-//! The denominator of relative errors is itself estimated, in three variants. With the mean of the
-//! replicates themselves, the relative error is wrong by about the inverse of their number: a
-//! bright sample is in both, and noise makes other pixels dark. So the means of pairs and of all
-//! four are extrapolated to very many (Quenouille, "Notes on Bias in Estimation", 1956). This is
-//! the value: accurate to a hundredth for even noise. The other two variants are the product of the
-//! pair of replicates that is not part of the error, and the products of all four. Where light is
-//! rarely found the first is too large, because the pair seldom found it, and the second too small.
-//! Half of their distance, or half of the distance of their geometric mean from the value,
-//! whichever is more, is a standard error of the value. The first variant is also noisy, by an
-//! amount taken to be the difference of the two in each pixel. With fewer than four replicates no
-//! other pair exists; then the value is a guess without an interval.
+//! The denominator of relative errors is itself estimated, in three variants. If it is the mean of
+//! the replicates themselves, the relative error is wrong by about the inverse of their number: a
+//! bright sample is part of error and denominator, and noise makes other pixels dark. So the
+//! results with the means of pairs and of all four replicates are extrapolated to very many
+//! replicates (Quenouille, "Notes on Bias in Estimation", 1956). This extrapolation is the
+//! estimated value, accurate to a hundredth for even noise. The other two variants are the product
+//! of the pair of replicates that is not part of the error, and the products of all four. Where
+//! light is rarely found, the product of the pair gives too large an error, because the pair seldom
+//! found light, and the products of all four too small an error. The standard error of the value is
+//! half of the distance between both variants, or half of the distance of their geometric mean from
+//! the value, whichever is more. The variant by the pair is also noisy; its noise is taken to be
+//! the difference of both variants in each pixel. With fewer than four replicates no other pair
+//! exists; then the value is a guess without an interval.
 //!
 //! The variance is a sum that few pixels may dominate, as at a lamp's ends. Then it is as uncertain
 //! as a variance of fewer normal numbers, 2(Σq)²/Σq² for sums of q (Satterthwaite, "An Approximate
@@ -28,16 +30,17 @@
 //! normal one. `benches/calibration.rs` measures how often the intervals hold, and from how many
 //! pixels on they are reliable.
 //!
-//! Where lamps are small and many, a pixel that a single replicate found lit is not black; treated
-//! as black, a few such pixels would dominate the error. `film::again` tests whether other pixels
-//! confirm such light, and gives its denominator; then the value is the geometric mean. Where light
-//! is not rare it needs no confirmation: the means of replicates are accurate to a hundredth in a
-//! room lit through a window, where the geometric mean is a tenth too small.
+//! Where lamps are small and many, a pixel that is lit in a single replicate is not black; treated
+//! as black, a few such pixels would dominate the error. The leave-one-out test
+//! (`film::leave_one_out`) decides whether other pixels confirm such light, and gives the
+//! denominator of its error; then the value is the geometric mean. Where light is not rare it needs
+//! no confirmation: the means of replicates are accurate to a hundredth in a room lit through a
+//! window, where the geometric mean is a tenth too small.
 //!
 //! Light that no sample found is in none of these estimates. But its possibility can be detected:
-//! paths that scattered and then continued by a mirror or through glass hit lamps and suns by
-//! chance alone. Where many such paths ran and few hit a lamp, more light is to be expected than
-//! was found. The number of hits is a Poisson number, known within a sixth at forty.
+//! paths that scatter diffusely and then continue by a mirror or through glass hit lamps and suns
+//! by chance alone. If many such paths were traced and few hit a lamp, most of that light is
+//! missing. The number of hits is a Poisson number, known within a sixth at forty.
 
 use core::ops::{AddAssign, Range};
 
@@ -52,32 +55,34 @@ use super::relative::{REACH, weights};
 use super::{Film, ReplicateBuffer};
 use crate::metrics::student_95;
 
-/// Largest ratio of squared errors relative to other replicates and relative to the error's own
-/// pair. Beyond it light is so rare that no denominator is right, unless the light is confirmed
-/// elsewhere.
+/// Largest ratio between the squared error relative to the other pair of replicates and the squared
+/// error relative to its own pair. Above this ratio light is so rare that no denominator is
+/// accurate, unless other pixels confirm the light.
 const APART: f64 = 4.0;
 
-/// Fewest pixels that must carry the error. Fewer are too few if [`SHARE`] times as many have
-/// noise, or if light is hardly confirmed: [`SEEN_AGAIN`] then takes the place of [`APART`].
+/// Fewest pixels that must carry the error. An error carried by fewer pixels is doubtful in two
+/// cases: if [`SHARE`] times as many pixels are noisy, or if other pixels hardly confirm the light,
+/// as given by the ratio [`SEEN_AGAIN`] in place of [`APART`].
 const FEWEST: f64 = 40.0;
 const SHARE: f64 = 4.0;
 const SEEN_AGAIN: f64 = 2.0;
 
-/// Bound on the error of an estimate from few pixels. In 1,600 pictures of 20 scenes, black ones
-/// excepted, the error was never more than three times the upper end of the interval.
+/// Factor by which an estimate carried by few pixels must be below the requested error. In 1,600
+/// pictures of 20 scenes, black ones excepted, the error was never more than three times the upper
+/// end of the interval.
 const FAR: f64 = 10.0;
 
-/// Fewest lamps hit by chance alone that determine their light.
+/// Fewest hits of lamps by chance alone from which the light of such lamps is determined.
 const FEWEST_FOUND: u64 = 40;
 
-/// Fewest paths in search of such lamps, as one in this number of samples; with fewer, their light
-/// is negligible.
+/// Least number of paths that may hit lamps by chance alone, as one in this number of samples. With
+/// fewer such paths, the light of such lamps is negligible.
 const ONE_IN: u64 = 500;
 
-/// Replicates that an interval needs.
+/// Least number of replicates for an interval.
 const ENOUGH: u32 = 4;
 
-/// Rows per work item.
+/// Number of pixel rows in a parallel work item.
 const BAND: usize = 32;
 
 /// An estimate with the interval that contains the estimated value in 95 of 100 renders.
@@ -110,8 +115,8 @@ pub struct Uncertainty {
 }
 
 impl Uncertainty {
-    /// Whether the relative error is below another, by the upper end of the interval; where few
-    /// pixels carry the error, whether it is far below.
+    /// Whether the relative error is below `error`, by the upper end of the interval. If few pixels
+    /// carry the error, the upper end has to be far below.
     pub fn reaches(&self, error: f64) -> bool {
         let high = self.root_relmse.high;
         match self.doubt {
@@ -122,40 +127,42 @@ impl Uncertainty {
     }
 }
 
-/// Reason to doubt an interval.
+/// Reason to doubt the interval of an error estimate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Doubt {
     /// Fewer than four replicates.
     FewSamples,
-    /// Lamps or small bright parts of the sky are hit through mirrors or glass, by chance alone,
-    /// and few were hit: most of such light may be missing.
+    /// Lamps or small bright parts of the sky are hit through mirrors or glass by chance alone,
+    /// with few hits so far: most of their light may be missing.
     LightByChance,
-    /// A few pixels have most of the error, or a few samples in each of many; or rays searched for
-    /// lamps and the picture is black.
+    /// A few pixels have most of the error, or a few samples in each of many pixels; or shadow rays
+    /// were traced to lamps and the picture is black.
     FewPixels,
-    /// The interval is too wide to be useful, as where few blocks of a denoised picture have most
-    /// of its error.
+    /// The interval is too wide to be useful: for example, a few blocks of a denoised picture have
+    /// most of its error.
     WideInterval,
 }
 
-/// Contribution of a pixel, or the sum over some pixels.
+/// Sums of the picture's error estimate, over one pixel or over some pixels.
 #[derive(Clone, Copy, Default)]
 struct VarianceSum {
-    /// Variance of the mean, weighted by the other pair of replicates, and by all four.
+    /// Variance of the pixels' means, relative to the pair of replicates that is not in the
+    /// difference, or to all four replicates.
     variance: f64,
     among: f64,
-    /// Variance weighted by the mean of all, and by the mean of the pair itself.
+    /// The same variance, relative to the mean of all replicates, or to the mean of the pair in the
+    /// difference.
     own: f64,
     seen: f64,
     /// Squared products of two independent differences between replicates.
     product: f64,
-    /// Uncertainty of the denominator where light was found once: squares of the part independent
-    /// between pixels, and the part common to all.
+    /// Uncertainty of the denominator where a single replicate found light: sum of squares of the
+    /// part that is independent between pixels, and sum of the part common to all pixels.
     unsure: f64,
     prior: f64,
-    /// Squares and square roots of the variance, squared differences of its two weightings, and
-    /// squares of the products.
+    /// Sums over pixels of the squared variance, of the square root of the variance, of the squared
+    /// difference between the first two weightings, and of the squared products.
     square: f64,
     root: f64,
     apart: f64,
@@ -179,7 +186,7 @@ impl AddAssign for VarianceSum {
 }
 
 impl VarianceSum {
-    /// Returns the contribution of one pixel.
+    /// Returns the sums for one pixel.
     fn of(
         PixelVariance {
             variance,
@@ -213,8 +220,8 @@ impl VarianceSum {
         }
     }
 
-    /// Whether too few pixels carry the error, compared with the number of noisy pixels. That
-    /// number is (Σ√v)²/Σv, in which pixels with little noise count, too.
+    /// Whether too few pixels carry the error, compared with the number of noisy pixels: (Σ√v)²/Σv
+    /// for the pixels' variances v, which also counts pixels of little noise.
     fn is_carried_by_few(&self) -> bool {
         let (carriers, noisy) = (
             self.square_of_sum() / self.square,
@@ -223,24 +230,24 @@ impl VarianceSum {
         carriers < FEWEST && (carriers < noisy / SHARE || self.variance > SEEN_AGAIN * self.seen)
     }
 
-    /// Whether two replicates rarely find the same light.
+    /// Whether light is so rare that two replicates seldom find the same light.
     fn is_rare(&self) -> bool {
         self.variance > APART * self.seen
     }
 
-    /// Returns the geometric mean of the two weightings by products.
+    /// Returns the geometric mean of the variances in the two weightings by products of replicates.
     fn middle(&self) -> f64 {
         (self.variance * self.among).sqrt()
     }
 
-    /// Extrapolates the weightings by means of two and four replicates to very many: the bias is
-    /// nearly inverse to the number.
+    /// Extrapolates the variances weighted by the mean of two and of four replicates to very many
+    /// replicates: the bias is nearly inverse to the number of replicates.
     fn of_means(&self) -> f64 {
         (2.0 * self.own - self.seen).max(self.own / 2.0)
     }
 
-    /// Estimates the root of the mean over `pixels` pixels and three channels, from the sum over
-    /// them.
+    /// Estimates the root of the mean squared error over `pixels` pixels and three channels, with
+    /// its interval; `sum` is the variance summed over all of them.
     fn estimate(&self, sum: f64, pixels: f64, replicates: f64) -> ErrorEstimate {
         if self.variance <= 0.0 {
             return ErrorEstimate {
@@ -251,7 +258,7 @@ impl VarianceSum {
             };
         }
         let mean_square = sum / (3.0 * pixels);
-        // At least the variance that equal variances of all channels would give.
+        // At least the variance of the sum if all channels had equal variances.
         let minimum = 2.0 * replicates / (3.0 * (replicates - 1.0) * pixels);
         let products =
             (self.product / (2.0 * replicates * (replicates - 1.0)) / (self.among * self.among))
@@ -268,7 +275,7 @@ impl VarianceSum {
         // add as squares.
         let alike = relative_to + prior;
         let spread = products + weights + chance + alike * alike;
-        // Degrees of freedom, rounded down; infinite without any contribution.
+        // Degrees of freedom of the sum, rounded down; infinite without any contribution.
         let freedom = 2.0 * self.product * self.product / self.product_square;
         let factor = student_95(if freedom.is_finite() {
             freedom as u32
@@ -291,7 +298,8 @@ impl VarianceSum {
     }
 }
 
-/// A few rows of pixels with their contributions, in radiance and relative.
+/// Contributions of the pixels in a few rows to the error estimate, absolute in radiance and
+/// relative.
 struct RowBand {
     absolute: Vec<PixelVariance>,
     relative: Vec<PixelVariance>,
@@ -305,8 +313,9 @@ impl Film {
             .map(|(uncertainty, _)| uncertainty)
     }
 
-    /// Estimates the error, and tells whether light is rare: the two weightings are far apart, even
-    /// if other pixels confirm the light. A filter that spreads such light hides its error.
+    /// Estimates the error, and returns whether light is rare: the two weightings are far apart,
+    /// even if other pixels confirm the light. A filter that spreads such light would hide its
+    /// error.
     pub(crate) fn uncertainty_and_rarity(&self) -> Option<(Uncertainty, bool)> {
         if !self.plan.random {
             return None;
@@ -321,7 +330,7 @@ impl Film {
         let height = self.plan.crop.height as usize;
         let bands = || (0..height.div_ceil(BAND)).into_par_iter();
         let rows = |band: usize| band * BAND..((band + 1) * BAND).min(height);
-        // In order, so that the sums do not depend on the order of completion.
+        // Collected in order, so that the sums do not depend on the order of completion.
         let of_bands: Vec<([VarianceSum; 2], LeaveOneOut)> = bands()
             .map(|band| self.band(&planes, rows(band), fewest))
             .collect();
@@ -375,14 +384,14 @@ impl Film {
         ))
     }
 
-    /// Whether lamps or suns are hit through mirrors or glass alone, and too few hits determine
-    /// their light.
+    /// Whether many paths can hit lamps or suns only by chance, through mirrors or glass, with too
+    /// few hits to determine their light.
     pub(crate) fn is_lit_by_chance(&self) -> bool {
         let is_common = self.counters.unaided.saturating_mul(ONE_IN) > self.counters.samples;
         is_common && self.counters.found < FEWEST_FOUND
     }
 
-    /// Whether rays were cast towards lamps or the sky, and no sample found any light.
+    /// Whether shadow rays were traced to lamps or the sky, and no sample found any light.
     pub(super) fn is_unlit(&self) -> bool {
         let is_black = |buffer: &ReplicateBuffer| {
             (0..self.plan.pixels()).all(|pixel| buffer.total(pixel) == [0.0; 3])
@@ -390,7 +399,7 @@ impl Film {
         self.counters.shadow > 0 && self.buffers.iter().flatten().all(is_black)
     }
 
-    /// Means of the replicates in some rows, one list for each replicate.
+    /// Returns the means of the pixels in some rows, one list for each replicate.
     fn means_of_rows(
         &self,
         planes: &ReplicateStats<'_>,
@@ -410,8 +419,8 @@ impl Film {
         means
     }
 
-    /// Returns the sums over some rows, in radiance and relative, and the statistics of confirmed
-    /// light.
+    /// Returns the sums over the pixels of some rows, absolute in radiance and relative, and the
+    /// statistics of the leave-one-out test.
     fn band(
         &self,
         planes: &ReplicateStats<'_>,
@@ -443,8 +452,8 @@ impl Film {
         (sums, again)
     }
 
-    /// Returns the relative sum over some rows where light found by a single replicate is
-    /// confirmed; zero for fewer than four replicates.
+    /// Returns the relative sum over the pixels of some rows, with the weights of confirmed light
+    /// where a single replicate found light; zero for fewer than four replicates.
     fn vouched(
         &self,
         planes: &ReplicateStats<'_>,
@@ -467,15 +476,15 @@ impl Film {
     }
 }
 
-/// Weights of one pairing of four replicates, in the variance of the mean and in the mean of
-/// products; none for fewer than four replicates.
+/// Returns the weights of one pairing of four replicates, in the variance of the mean and in the
+/// mean of products; `None` for fewer than four replicates.
 fn shares(replicates: u32) -> Option<[f64; 2]> {
     let fours = replicates / 4;
     (fours > 0)
         .then(|| [4.0 / f64::from(replicates), 1.0].map(|share| share / f64::from(3 * fours)))
 }
 
-/// The sum over some pixels.
+/// Returns the sums over some pixels.
 fn sum(pixels: &[PixelVariance]) -> VarianceSum {
     let mut sum = VarianceSum::default();
     pixels
@@ -485,7 +494,8 @@ fn sum(pixels: &[PixelVariance]) -> VarianceSum {
 }
 
 impl RowBand {
-    /// Adds the means of four replicates of a pixel; equal means contribute nothing.
+    /// Adds the variance of a pixel from the means of four replicates; equal means contribute
+    /// nothing.
     fn add(&mut self, pixel: usize, four: [[f64; 3]; 4], shares: [f64; 2]) {
         if four[1..].iter().any(|other| *other != four[0]) {
             let at = four.map(DVec3::from);
@@ -494,8 +504,9 @@ impl RowBand {
         }
     }
 
-    /// Adds a guess from two or three replicates, weighted by themselves: differences of the first
-    /// two, with those of the next pixel as the independent ones.
+    /// Estimates the variances of pixels from two or three replicates, by the differences of the
+    /// first two, weighted by these replicates themselves. The differences of the next pixel serve
+    /// as independent differences in products.
     fn guess(&mut self, means: &[Vec<[f64; 3]>], width: usize) {
         let (a, b) = (&means[0], &means[1]);
         let weights = weights(a, b, width);
