@@ -1,16 +1,16 @@
 //! Random numbers by address. A number is a function of seed, frame, pixel, replicate, sample, path
-//! vertex and purpose, and is never drawn from a stream. So threads, tiles, absent effects and
-//! additional draws can't change a picture.
+//! vertex and purpose; it is never drawn from a stream. So threads, tiles, absent effects and
+//! additional numbers cannot change a picture.
 //!
-//! Owen-scrambled Sobol points (crate `sobol_burley`; Burley, "Practical Hash-based Owen
-//! Scrambling", 2020). The samples of one replicate of a pixel are points of one sequence for each
-//! vertex and purpose, with separate scrambles. They are correlated, which lowers the error of
-//! their mean. Replicates have different scrambles and are independent; the error is estimated from
-//! them. The sequence has 2¹⁶ points; later samples continue with the next scramble.
+//! The default numbers are Owen-scrambled Sobol points (crate `sobol_burley`; Burley, "Practical
+//! Hash-based Owen Scrambling", 2020). For each vertex and purpose, the samples of a replicate of a
+//! pixel are points of one sequence, with a scramble of its own. They are correlated, which lowers
+//! the error of their mean. Replicates have different scrambles and are independent; the error is
+//! estimated from them. A sequence has 2¹⁶ points; later samples continue with the next scramble.
 //!
 //! The numbers are `f32` in every precision, on purpose: a sample has the same position in its
 //! pixel, on the lens and on a light, so that pictures of two precisions differ by arithmetic and
-//! not by noise. Where the 23 bits of one number are too few, as for choosing one of a million
+//! not by noise. Where the 23 bits of one number are too few, as for choosing among a million
 //! emitters, both numbers of a pair are used.
 //!
 //! The first two of a point's four numbers are the best stratified. The most important decision
@@ -24,14 +24,14 @@ mod sobol;
 use crate::hash::mix;
 use crate::settings::SamplerKind;
 
-/// Purpose of a pair of numbers. Each purpose has its own dimensions.
+/// Purpose of random numbers. Each purpose has its own sequence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Purpose {
     /// Position in the pixel.
     Pixel = 0,
     /// Position on the lens.
     Lens = 1,
-    /// Choice of an emitter for a hit.
+    /// Choice of an emitter for a hit in Whitted's integrator.
     Emitter = 2,
     /// Point on that emitter.
     EmitterPoint = 3,
@@ -49,32 +49,33 @@ pub enum Purpose {
     Ground = 9,
 }
 
-/// Points of the sequence for one scramble.
+/// Number of points of a sequence for one scramble.
 const SEQUENCE: u32 = 1 << 16;
 
-/// Address of a number: nothing else determines the value. Additional draws never shift other
-/// numbers, because no counter is involved.
+/// Address of random numbers: with a purpose, it alone determines their values. Additional numbers
+/// never shift other numbers, because no counter is involved.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SampleAddress {
     /// Seed of the picture.
     pub seed: u64,
     /// Index of the frame in its sequence.
     pub frame: u32,
-    /// Column and row.
+    /// Column and row of the pixel.
     pub pixel: [u32; 2],
     /// Replicate of the pixel.
     pub replicate: u32,
-    /// Sample of the replicate: index of the point in its sequences.
+    /// Index of the sample in its replicate, and of the point in each of its sequences.
     pub index: u32,
     /// Path vertices before this one, including passed surfaces.
     pub bounce: u32,
-    /// Hash of the branch of a divided path: zero for the main path.
+    /// Hash that identifies the side branch of a path in Whitted's integrator; zero for the main
+    /// path.
     pub branch: u64,
     /// Sampler that maps the address to numbers.
     pub sampler: SamplerKind,
 }
 
-/// Side branch of a divided path, beside the main path.
+/// Kind of a path's side branch, beside the main path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Branch {
     /// The reflection of a surface that also refracts.
@@ -83,12 +84,14 @@ pub enum Branch {
     Behind = 2,
 }
 
-/// Hash of the part of an address that all vertices of a sample share.
+/// Hash of the seed, frame, pixel and replicate of an address, which all vertices of a sample
+/// share.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SampleHash(u64);
 
 impl SampleAddress {
-    /// The hash that all vertices of the sample share.
+    /// Returns the hash of the seed, frame, pixel and replicate, which all vertices of a sample
+    /// share.
     #[inline]
     pub(crate) fn sample_hash(&self) -> SampleHash {
         let words = [
@@ -102,10 +105,11 @@ impl SampleAddress {
         )
     }
 
-    /// The address of the first vertex on a side branch from here.
+    /// Returns the address of the first vertex on a side branch that starts at this vertex.
     ///
-    /// A branch is identified by a hash of all vertices where it left the main path, in one word at
-    /// any depth. For n vertices of one sample, two share an address with a probability of n²/2⁶⁵.
+    /// A branch is identified by a hash of all vertices at which it left the main path, in one word
+    /// at any depth. Among n vertices of one sample, two share an address with a probability of
+    /// n²/2⁶⁵.
     #[must_use]
     pub fn aside(self, branch: Branch) -> Self {
         let branch = mix(self.branch ^ mix(u64::from(self.bounce) << 8 | branch as u64));
@@ -117,7 +121,7 @@ impl SampleAddress {
     }
 }
 
-/// The sequence of points for the samples of one replicate, one vertex and one purpose.
+/// Sequence of points for the samples of one replicate at one vertex and for one purpose.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sequence {
     scramble: u32,
@@ -125,14 +129,14 @@ pub(crate) struct Sequence {
 }
 
 impl Sequence {
-    /// The sequence of an address. All samples of a pixel in one replicate share a sequence until
-    /// it is used up, so bulk callers compute it once.
+    /// Returns the sequence of an address and a purpose. All samples of a pixel in one replicate
+    /// share a sequence until its points are used up, so bulk callers compute it once.
     #[inline]
     pub fn of(address: SampleAddress, purpose: Purpose) -> Self {
         Self::on(address.sample_hash(), address, purpose)
     }
 
-    /// [`Self::of`] with a known [`SampleAddress::sample_hash`].
+    /// Returns the sequence as [`Self::of`] does, with a known [`SampleAddress::sample_hash`].
     #[inline(always)]
     pub fn on(SampleHash(hash): SampleHash, address: SampleAddress, purpose: Purpose) -> Self {
         let vertex = u64::from(address.bounce)
@@ -144,7 +148,8 @@ impl Sequence {
         }
     }
 
-    /// Four numbers in [0, 1), stratified together, at little more than the cost of one.
+    /// Returns four numbers in [0, 1) that are stratified together, at little more than the cost of
+    /// one: the point `index` of the sequence.
     #[inline]
     fn four(self, index: u32) -> [f32; 4] {
         let (index, scramble) = (index % SEQUENCE, self.scramble);
@@ -156,7 +161,7 @@ impl Sequence {
     }
 }
 
-/// Four numbers in [0, 1) for each of many sequences and indices, one after the other; faster than
+/// Appends four numbers in [0, 1) for each of many sequences and indices, in order; faster than
 /// [`Sequence::four`] for each.
 pub(crate) fn fours(
     requested: impl Iterator<Item = (Sequence, u32)> + Clone,
@@ -176,8 +181,8 @@ pub(crate) fn fours(
     }
 }
 
-/// Two numbers in [0, 1) for one purpose at one vertex of a sample's path: the first of four that
-/// are stratified together.
+/// Returns two numbers in [0, 1) for one purpose at one vertex of a sample's path: the first two of
+/// four that are stratified together.
 pub fn pair(address: SampleAddress, purpose: Purpose) -> [f32; 2] {
     let [x, y, ..] = Sequence::of(address, purpose).four(address.index);
     [x, y]

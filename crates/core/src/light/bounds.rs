@@ -6,21 +6,21 @@ use core::f64::consts::PI;
 use glam::DVec3;
 use raywright_bvh::Aabb;
 
-/// Bounding box of a light and bounding cone of its emission.
+/// Bounds of a light: a box around its positions and a cone around its directions of emission.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightBounds {
-    /// Bounding box.
+    /// Bounding box of the light's points.
     pub space: Aabb,
     /// Axis of the cone of normals, unit.
     pub axis: DVec3,
     /// Greatest angle in radians between the axis and a normal; π for all directions.
     pub normals: f64,
-    /// Greatest angle in radians between a normal and a direction of emission there.
+    /// Greatest angle in radians between a normal and a direction of emission from the same point.
     pub emission: f64,
 }
 
 impl LightBounds {
-    /// Bounds of a surface with unknown normals.
+    /// Returns the bounds of a curved surface, whose normals may have any direction.
     pub fn round(space: Aabb) -> Self {
         Self {
             space,
@@ -30,7 +30,7 @@ impl LightBounds {
         }
     }
 
-    /// Bounds of a flat surface that emits on the side of its normal.
+    /// Returns the bounds of a flat surface that emits on the side of its normal.
     pub fn flat(space: Aabb, normal: DVec3) -> Self {
         Self {
             space,
@@ -40,8 +40,9 @@ impl LightBounds {
         }
     }
 
-    /// Bounds of a point light that emits within an angle of a direction. Each of those directions
-    /// counts as a normal, since the light does not weaken towards the edge as a surface's does.
+    /// Returns the bounds of a point or spot light that emits within `angle` radians of `axis`.
+    /// Each of these directions counts as a normal, because the light does not weaken towards the
+    /// edge of the cone as a surface's light does.
     pub fn point(point: DVec3, axis: DVec3, angle: f64) -> Self {
         Self {
             space: Aabb {

@@ -1,8 +1,9 @@
 //! Discrete sampling by weight: a cumulative distribution that ends at exactly 1 and never selects
 //! an entry of zero weight.
 
-/// Appends the cumulative shares of the weights and returns their total. Weights that are not above
-/// zero count as zero. If all are zero, only the last entry is 1, so that searches end there.
+/// Appends the cumulative distribution of the weights, from the first share up to 1, and returns
+/// the sum of the weights. Weights that are not above zero count as zero. If all are zero, only the
+/// last entry is 1, so that searches end there.
 pub(super) fn push_shares(cumulative: &mut Vec<f64>, weights: &[f64]) -> f64 {
     let total: f64 = weights.iter().filter(|&&w| w > 0.0).sum();
     let last = weights
@@ -14,15 +15,15 @@ pub(super) fn push_shares(cumulative: &mut Vec<f64>, weights: &[f64]) -> f64 {
         if weight > 0.0 {
             sum += weight / total;
         }
-        // Rounding may take the sum past one, and must not leave a rest beyond the last weight to
-        // entries of zero weight.
+        // Rounding may take the sum past one, or leave a remainder beyond the last positive weight,
+        // which must not go to entries of zero weight.
         let share: f64 = if i < last { sum } else { 1.0 };
         cumulative.push(share.min(1.0));
     }
     total
 }
 
-/// The probability of an entry.
+/// Returns the probability of the entry `index` in a cumulative distribution.
 pub(super) fn probability_of<T: Copy + Into<f64>>(cumulative: &[T], index: usize) -> f64 {
     let before = if index == 0 {
         0.0
@@ -32,8 +33,8 @@ pub(super) fn probability_of<T: Copy + Into<f64>>(cumulative: &[T], index: usize
     cumulative[index].into() - before
 }
 
-/// The entry at a number in [0, 1), its probability, and the position of the number within the
-/// entry, in [0, 1).
+/// Samples an entry of a cumulative distribution for a uniform number in [0, 1). Returns the entry,
+/// its probability, and the position of the number within the entry, in [0, 1).
 pub(super) fn sample_index<T: Copy + Into<f64>>(cumulative: &[T], at: f64) -> (usize, f64, f64) {
     let at = at.min(1.0_f64.next_down());
     taken(
@@ -43,23 +44,23 @@ pub(super) fn sample_index<T: Copy + Into<f64>>(cumulative: &[T], at: f64) -> (u
     )
 }
 
-/// Number of equal parts of [0, 1) in the guide table for `entries` entries: a power of two, so
-/// that a number's part is exact, and two to four parts an entry, so that most searches end at the
-/// first entry.
+/// Returns the number of equal intervals of [0, 1) in the guide table for `entries` entries: a
+/// power of two, so that the interval of a number is exact, and two to four intervals for each
+/// entry, so that most searches end at the first entry.
 pub(super) fn guide_len(entries: usize) -> usize {
     2 * entries.next_power_of_two()
 }
 
-/// Appends a guide table: for each of equal parts of [0, 1) the entry at its beginning, where a
-/// search for a number in that part starts ("An Algorithm for Generating Random Variates from
-/// Empirical Distributions", Chen, Asau 1974). For up to 256 entries.
+/// Appends a guide table, which speeds up [`sample_index`]: for each of equal intervals of [0, 1)
+/// the entry at the interval's beginning, where a search starts ("An Algorithm for Generating
+/// Random Variates from Empirical Distributions", Chen, Asau 1974). For at most 256 entries.
 pub(super) fn push_guide<T: Copy + Into<f64>>(guide: &mut Vec<u8>, cumulative: &[T]) {
     let parts = guide_len(cumulative.len());
     let entry = |part| cumulative.partition_point(|&c| c.into() <= part as f64 / parts as f64);
     guide.extend((0..parts).map(|part| entry(part) as u8));
 }
 
-/// [`sample_index`] with a guide table: the same entry.
+/// Samples the same entry as [`sample_index`], with the help of a guide table.
 pub(super) fn pick_guided<T: Copy + Into<f64>>(
     cumulative: &[T],
     guide: &[u8],

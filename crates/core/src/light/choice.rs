@@ -1,6 +1,6 @@
-//! Choice of a light for a point: an infinitely distant light by its share of their power, or
-//! another light by a tree over positions and directions. One light and a hundred thousand take
-//! about the same time and noise.
+//! Choice of a light for a surface point: an infinitely distant light by its share of the distant
+//! lights' power, or another light by a tree over positions and directions. Time and noise hardly
+//! depend on the number of lights, up to a hundred thousand.
 
 use raywright_bvh::{Real, Vector};
 
@@ -8,33 +8,34 @@ use super::cdf::{probability_of, push_shares, sample_index};
 use super::tree::{LightLeaf, LightTree, Receiver};
 use super::{LightId, Lights};
 
-/// A point of a surface for which a light is chosen.
+/// Query for the choice of a light: a surface point, and the uniform numbers for the choice.
 #[derive(Clone, Copy, Debug)]
 pub struct ChoiceQuery<R: Real> {
     /// The point.
     pub from: R::Vec3,
     /// Unit normal on the receiving side; zero if both sides receive light.
     pub normal: R::Vec3,
-    /// Numbers in [0, 1): a coarse and a fine one, because one `f32` number has steps of 2⁻²³.
+    /// Uniform numbers in [0, 1): a coarse and a fine number, because a single `f32` number has
+    /// steps of 2⁻²³.
     pub numbers: [f32; 2],
 }
 
-/// Samples a light by its estimated contribution at a point of a surface.
+/// Sampler of lights by their estimated contribution at a surface point.
 #[derive(Clone, Debug, Default)]
 pub struct LightChoice {
-    /// Infinitely distant lights, and their cumulative probabilities.
+    /// Infinitely distant lights, and their cumulative distribution.
     far: Vec<LightId>,
     far_shares: Vec<f64>,
-    /// Probability of choosing a distant light: one, zero, or one half if there are nearby lights
-    /// too.
+    /// Probability of choosing a distant light: one, zero, or one half if the scene has nearby
+    /// lights too.
     far_share: f64,
     tree: LightTree,
-    /// Leaves of the tree by emitter; [`LightTree::NONE`] for an emitter without power.
+    /// Slot in the tree of each emitter; [`LightTree::NONE`] for an emitter without power.
     leaves: Vec<u32>,
 }
 
 impl LightChoice {
-    /// The choice among all lights of positive power.
+    /// Builds the sampler over all lights of positive power.
     pub(super) fn new<R: Real>(lights: &Lights<R>) -> Self {
         let (mut far, mut powers, mut near) = (Vec::new(), Vec::new(), Vec::new());
         for id in lights.ids() {
@@ -54,8 +55,8 @@ impl LightChoice {
                 _ => {}
             }
         }
-        // A scene of zero extent receives no power but still radiance from distant lights; they
-        // count equally then.
+        // A scene of zero extent receives no power from distant lights, but still receives
+        // radiance; distant lights then count equally.
         if !powers.iter().any(|&power| power > 0.0 && power.is_finite()) {
             powers.fill(1.0);
         }
@@ -81,14 +82,14 @@ impl LightChoice {
         }
     }
 
-    /// Whether there are no lights to choose from.
+    /// Whether no light can be chosen.
     pub fn is_empty(&self) -> bool {
         self.far.is_empty() && self.tree.is_empty()
     }
 
-    /// Samples a light by a pair of numbers in [0, 1) and returns its probability, for a point of a
-    /// surface. `normal` is the unit normal on the receiving side, or zero if both sides receive
-    /// light. Returns `None` if the sampled light cannot contribute there.
+    /// Samples a light for a surface point, by two uniform numbers in [0, 1), and returns the light
+    /// with its probability. `normal` is the unit normal on the receiving side, or zero if both
+    /// sides receive light. Returns `None` if the sampled light cannot contribute at the point.
     #[inline]
     pub fn draw<R: Real>(
         &self,
@@ -104,7 +105,8 @@ impl LightChoice {
         drawn
     }
 
-    /// [`Self::draw`] for several points at once, in less time; `None` for a missing point.
+    /// Samples a light for each of several points as [`Self::draw`] does, in less time; `None` for
+    /// a missing point.
     #[inline]
     pub fn draw_each<R: Real, const N: usize>(
         &self,
@@ -142,7 +144,7 @@ impl LightChoice {
         })
     }
 
-    /// Probability of [`LightChoice::draw`] choosing a light for this point.
+    /// Returns the probability with which [`LightChoice::draw`] chooses a light for a point.
     #[inline]
     pub fn probability<R: Real>(&self, light: LightId, from: R::Vec3, normal: R::Vec3) -> f64 {
         match light {
@@ -158,7 +160,8 @@ impl LightChoice {
                     .unwrap_or(LightTree::NONE);
                 (1.0 - self.far_share) * self.tree.probability(leaf, &receiver)
             }
-            // The sky comes last; a delta light is never hit.
+            // The sky is the last distant light. No path hits a delta light, so its probability is
+            // never read.
             LightId::Sky if self.far.last() == Some(&LightId::Sky) => {
                 probability_of(&self.far_shares, self.far.len() - 1) * self.far_share
             }
@@ -171,7 +174,7 @@ impl LightChoice {
         self.tree.bytes() + size_of_val(self.leaves.as_slice()) as u64
     }
 
-    /// Bytes of the tables for numbers of lights and of emitters among them.
+    /// Returns the bytes of the tables for numbers of lights and of emitters among the lights.
     pub(crate) fn bytes_of(lights: u64, emitters: u64) -> u64 {
         LightTree::bytes_of(lights).saturating_add(emitters.saturating_mul(size_of::<u32>() as u64))
     }

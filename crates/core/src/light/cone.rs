@@ -1,11 +1,11 @@
-//! The cone of directions to a sphere, sampled uniformly by solid angle ("Monte Carlo Techniques
-//! for Direct Lighting Calculations", Shirley, Wang, Zimmerman 1996).
+//! The cone of directions from a point to a sphere, sampled uniformly by solid angle ("Monte Carlo
+//! Techniques for Direct Lighting Calculations", Shirley, Wang, Zimmerman 1996).
 
 use core::f64::consts::TAU;
 
 use glam::DVec3;
 
-/// The directions from a point outside a sphere that hit it.
+/// The cone of directions that hit a sphere from a point outside the sphere.
 #[derive(Clone, Copy, Debug)]
 pub struct DirectionCone {
     axis: DVec3,
@@ -17,8 +17,8 @@ pub struct DirectionCone {
 }
 
 impl DirectionCone {
-    /// The cone of a sphere seen from `from`. Returns `None` from inside or on the sphere, where
-    /// all or half of the directions hit it.
+    /// Returns the cone of a sphere seen from `from`; `None` from inside or on the sphere, where
+    /// all or half of the directions hit the sphere.
     pub fn new(centre: DVec3, radius: f64, from: DVec3) -> Option<Self> {
         let across = centre - from;
         let distance = across.length();
@@ -41,14 +41,14 @@ impl DirectionCone {
         TAU * self.height
     }
 
-    /// Samples a direction uniformly by solid angle for two numbers in [0, 1), and returns the
-    /// sphere's outward unit normal at its first hit.
+    /// Samples a direction of the cone uniformly by solid angle for two uniform numbers in [0, 1).
+    /// Returns the outward unit normal at the direction's first hit of the sphere.
     pub fn normal(&self, [u, v]: [f64; 2]) -> DVec3 {
         let (height, turn) = (u * self.height, v * TAU);
         let sine2 = height * (2.0 - height);
         // In units of the radius: the distance of the ray from the centre, and the distance from
-        // its closest approach back to the entry. The normal's digits then do not depend on the
-        // distance.
+        // the ray's closest approach back to its entry. The digits of the normal then do not depend
+        // on the sphere's distance.
         let ratio = self.distance / self.radius;
         let past2 = (ratio * ratio * sine2).min(1.0);
         let (past, entry) = (past2.sqrt(), (1.0 - past2).sqrt());

@@ -8,17 +8,18 @@ use super::{Density, LightBounds, LightSample, LightTarget};
 use crate::scene::{Falloff, Light as LightData, LightKind};
 use crate::validate::GREATEST;
 
-/// A light of zero size, which no ray can hit.
+/// A directional, point or spot light: a light of zero size, which no ray can hit.
 #[derive(Clone, Copy, Debug)]
 pub struct DeltaLight<R: Real> {
     kind: DeltaKind<R>,
     /// Irradiance of a directional light, intensity of a point or spot light.
     colour: R::Vec3,
-    /// Whether the scene lets the light cast shadows; a material's own shadow rule then applies.
+    /// Whether the light casts shadows by the scene's description; a material's own shadow rule
+    /// then applies.
     pub dimmed: bool,
     /// Whether the light needs shadow rays.
     pub shadows: bool,
-    /// Whether it makes highlights.
+    /// Whether the light makes highlights.
     pub specular: bool,
 }
 
@@ -44,7 +45,7 @@ enum DeltaKind<R: Real> {
 /// that `f32` can hold.
 const NARROWEST_EDGE: f64 = 1e-12;
 
-/// Falloff of a light with distance.
+/// Falloff of a point or spot light with distance.
 #[derive(Clone, Copy, Debug)]
 struct Fade<R> {
     inverse_square: bool,
@@ -66,8 +67,8 @@ impl<R: Real> Fade<R> {
         let window = match self.inverse_range_2 {
             None => R::ONE,
             Some(inverse) => {
-                // (d/range)² before squaring: the fourth power of a distance of 4.3e9 m overflows
-                // `f32`.
+                // The quotient (distance/range)² is squared, not the fourth power divided: the
+                // fourth power of 4.3e9 m overflows `f32`.
                 let share = squared * inverse;
                 Real::clamp(R::ONE - share * share, R::ZERO, R::ONE)
             }
@@ -81,8 +82,8 @@ impl<R: Real> Fade<R> {
 }
 
 impl<R: Real> DeltaLight<R> {
-    /// `casters`: whether anything in the scene casts shadows; without casters no shadow rays are
-    /// traced.
+    /// Prepares a light of a scene. `casters`: whether any object of the scene casts shadows;
+    /// without casters no shadow rays are traced.
     pub fn new(light: &LightData, casters: bool) -> Self {
         let v = |t: [f64; 3]| R::Vec3::from_f64(t.into());
         let unit = |t: [f64; 3]| R::Vec3::from_f64(glam::DVec3::from(t).normalize());
@@ -106,7 +107,8 @@ impl<R: Real> DeltaLight<R> {
                 falloff,
                 range,
             } => {
-                // The smooth edge of KHR_lights_punctual; a hard edge for equal angles.
+                // The smooth edge of KHR_lights_punctual between both angles; a hard edge for equal
+                // angles.
                 let (inner, outer) = (
                     libm::cos(inner_angle.to_radians()),
                     libm::cos(outer_angle.to_radians()),
@@ -131,7 +133,7 @@ impl<R: Real> DeltaLight<R> {
         }
     }
 
-    /// Samples the light from a point; `None` if no light arrives.
+    /// Samples the light from the receiving point `from`; `None` if no light arrives.
     #[inline(always)]
     pub fn sample(&self, from: R::Vec3) -> Option<LightSample<R>> {
         match &self.kind {
@@ -170,16 +172,16 @@ impl<R: Real> DeltaLight<R> {
         // False for NaN too, at the light itself.
         (strength > R::ZERO && strength.is_finite()).then(|| LightSample {
             direction,
-            // Close to a strong light the product may overflow `f32`, and infinity times a black
-            // channel is NaN.
+            // Close to a strong light the product may overflow `f32` to infinity, and infinity
+            // times a black channel is NaN.
             arriving: (self.colour * strength).min(R::Vec3::splat(R::from_f64(GREATEST))),
             density: Density::Delta,
             target: LightTarget::Point(position),
         })
     }
 
-    /// Flux, summed over the channels. A light without falloff counts with its flux through a
-    /// sphere of radius `reach`.
+    /// Returns the flux of the light, summed over the three channels. Of a light without falloff it
+    /// is the flux through a sphere of radius `reach`.
     pub fn power(&self, reach: f64) -> f64 {
         let colour = self.colour.to_f64();
         let across = |fade: &Fade<R>| {
@@ -192,8 +194,8 @@ impl<R: Real> DeltaLight<R> {
         let share = match &self.kind {
             DeltaKind::Directional { .. } => PI * reach * reach,
             DeltaKind::Point { fade, .. } => 2.0 * TAU * across(fade),
-            // Full strength within the inner angle; the integral of the squared edge to the outer
-            // angle is a third.
+            // Full strength within the inner angle; the squared falloff of the edge up to the outer
+            // angle integrates to a third.
             DeltaKind::Spot {
                 fade,
                 scale,
@@ -207,7 +209,7 @@ impl<R: Real> DeltaLight<R> {
         (colour.x + colour.y + colour.z) * share
     }
 
-    /// Bounds in space and direction; `None` for a directional light.
+    /// Returns the bounds in position and direction; `None` for a directional light.
     pub fn bounds(&self) -> Option<LightBounds> {
         match &self.kind {
             DeltaKind::Directional { .. } => None,

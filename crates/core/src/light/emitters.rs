@@ -1,4 +1,5 @@
-//! Area lights: emissive objects, sampled by points on their surfaces and looked up at hits.
+//! Area lights: emissive objects, sampled by points on their surfaces. A hit of a path finds its
+//! emitter here.
 
 mod cells;
 mod lanes;
@@ -23,15 +24,15 @@ use list::{Emitter, EmitterShape};
 /// Strategy for sampling points of an emitter.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum EmitterStrategy {
-    /// By area, for any surface and receiver.
+    /// Uniform by area, for any surface and receiver.
     #[default]
     Area,
-    /// By solid angle where possible (spheres from outside, triangles, quads), by area elsewhere.
-    /// Solid-angle sampling removes the noise of varying distances and cosines.
+    /// Uniform by solid angle where possible (spheres from outside, triangles, quads), by area
+    /// elsewhere. Solid-angle sampling removes the noise of varying distances and cosines.
     SolidAngle,
 }
 
-/// A point of emission, and the ray that hit it.
+/// A point of an emissive surface, and the direction of the ray that hit it.
 #[derive(Clone, Copy, Debug)]
 pub struct EmissionPoint<R: Real> {
     /// The point.
@@ -45,11 +46,11 @@ pub struct EmissionPoint<R: Real> {
 /// All emitters of a scene, sampled in proportion to their power.
 #[derive(Clone, Debug)]
 pub struct Emitters<R: Real> {
-    /// All emitters in order of object and primitive, so that a hit finds its emitter; those
-    /// without power included.
+    /// All emitters in order of object and primitive, by which a hit finds its emitter; emitters
+    /// without power are included.
     list: EmitterList<R>,
-    /// Cumulative probabilities, 1 from the last emitter of positive power on; empty if no emitter
-    /// has power.
+    /// Cumulative distribution of the emitters' power, 1 from the last emitter of positive power
+    /// on; empty if no emitter has power.
     cumulative: Vec<f64>,
     /// Number of emitters of positive power.
     lit: usize,
@@ -83,12 +84,12 @@ impl<R: Real> Emitters<R> {
         }
     }
 
-    /// Number of emissive shapes and triangles, those without power included.
+    /// Returns the number of emissive shapes and triangles, those without power included.
     pub fn len(&self) -> usize {
         self.list.emitters.len()
     }
 
-    /// Number of emissive shapes and triangles of positive power.
+    /// Returns the number of emissive shapes and triangles of positive power.
     pub fn lit(&self) -> usize {
         self.lit
     }
@@ -98,8 +99,8 @@ impl<R: Real> Emitters<R> {
         self.cumulative.is_empty()
     }
 
-    /// The emitter of an object's primitive: a triangle of its mesh, alone or as half of a quad, or
-    /// 0 for a shape. `None` if the object is no light.
+    /// Returns the emitter of an object's primitive, by the primitive's index: a triangle of its
+    /// mesh, alone or as half of a quad, or 0 for a shape. `None` if the object is not a light.
     pub fn index_of(&self, object: u32, primitive: u32) -> Option<u32> {
         let start = *self.list.first.get(object as usize)?;
         let end = self
@@ -111,7 +112,7 @@ impl<R: Real> Emitters<R> {
         Some(index - u32::from(self.list.emitters[index as usize].is_second))
     }
 
-    /// The emitters of each emissive object.
+    /// Iterates over the emissive objects, each with the range of its emitters.
     pub fn objects(&self) -> impl Iterator<Item = (usize, Range<u32>)> {
         let starts = self.list.first.iter().copied();
         let ends = starts.clone().skip(1).chain([self.len() as u32]);
@@ -122,9 +123,10 @@ impl<R: Real> Emitters<R> {
             .filter(|(_, emitters)| !emitters.is_empty())
     }
 
-    /// Samples an emitter by a pair of numbers in [0, 1) and returns its probability; `None` if
-    /// there are no emitters. Two numbers are needed, because one `f32` number has steps of 2⁻²³:
-    /// of a million emitters the faint ones would be sampled always or never.
+    /// Samples an emitter in proportion to power, by two uniform numbers in [0, 1), and returns its
+    /// probability; `None` if no emitter has power. Two numbers are needed, because a single `f32`
+    /// number has steps of 2⁻²³: of a million emitters, the faint ones would be sampled always or
+    /// never.
     pub fn choose(&self, [coarse, fine]: [f32; 2]) -> Option<(u32, f64)> {
         const STEP: f64 = 1.0 / (1 << 23) as f64;
         if self.is_empty() {
@@ -135,7 +137,7 @@ impl<R: Real> Emitters<R> {
         Some((index as u32, probability))
     }
 
-    /// Probability of [`Emitters::choose`] returning an emitter.
+    /// Returns the probability with which [`Emitters::choose`] returns an emitter.
     pub fn probability(&self, index: u32) -> f64 {
         probability_of(&self.cumulative, index as usize)
     }
@@ -157,8 +159,8 @@ impl<R: Real> Emitters<R> {
         self.list.transformed_shapes.len()
     }
 
-    /// Whether emission varies over an emitter. [`Emitters::sample`] then assumes a radiance of
-    /// one.
+    /// Whether the emission of an emitter varies over its surface. [`Emitters::sample`] then
+    /// assumes a radiance of one, and the caller evaluates the emission.
     pub fn varies(&self, index: u32) -> bool {
         self.list.emitters[index as usize].varies
     }
@@ -171,7 +173,8 @@ impl<R: Real> Emitters<R> {
         })
     }
 
-    /// Emitted radiance of an emitter at a hit; zero on a side that does not emit.
+    /// Returns the radiance that an emitter emits at a hit against the ray's direction; zero on a
+    /// side that does not emit.
     pub fn radiance(&self, index: u32, exit: &EmissionPoint<R>) -> R::Vec3 {
         let emitter = &self.list.emitters[index as usize];
         let from_outside = exit.direction.dot(exit.surface.normal) < R::ZERO;
@@ -182,13 +185,13 @@ impl<R: Real> Emitters<R> {
         }
     }
 
-    /// Flux of an emitter, summed over the three channels.
+    /// Returns the flux of an emitter, summed over the three channels.
     pub fn power(&self, index: u32) -> f64 {
         PI * self.list.emitters[index as usize].power()
     }
 
-    /// Bounds of an emitter in space and direction; `None` for an infinite surface, which is no
-    /// light.
+    /// Returns the bounds of an emitter in position and direction; `None` for an infinite surface,
+    /// which is not sampled.
     pub fn bounds(&self, index: u32) -> Option<LightBounds> {
         let emitter = &self.list.emitters[index as usize];
         let half = R::from_f64(0.5);

@@ -1,11 +1,11 @@
 //! Importance sampling of directions by a table over the sphere: rows of equal polar angle, columns
-//! of equal azimuth, by the inverse of their cumulative distributions ("Physically Based
+//! of equal azimuth, sampled by the inverse of their cumulative distributions ("Physically Based
 //! Rendering", 4th edition, A.5.2 and 12.5). Directions are uniform by solid angle within a cell.
 //!
-//! Tables of all cells of a large image fit in no cache, and reading them took a path longer than
-//! its rays. So cells are sampled in blocks: first the block, by a table that fits in the cache,
-//! and then, unless the block is nearly uniform, the cell in it. A sun of one cell is still sampled
-//! as that cell.
+//! A table of all cells of a large image exceeds every cache, and reading it took longer than
+//! tracing the rays of a path. So directions are sampled in two steps: first a block of cells, by a
+//! table that fits in the cache, and then, unless the block is nearly uniform, a cell in the block.
+//! A sun of a single cell is still sampled as that cell.
 
 use core::f64::consts::{PI, TAU};
 
@@ -15,13 +15,13 @@ use raywright_bvh::{Real, SimdTask, prefetch, run_widest};
 use super::cdf::{guide_len, pick_guided, probability_of, push_guide, push_shares, sample_index};
 use crate::number::sines_and_cosines;
 
-/// Most blocks along azimuth and polar angle; guide tables index up to 256.
+/// Greatest numbers of blocks along azimuth and polar angle; guide tables index up to 256 entries.
 const BLOCKS: [usize; 2] = [128, 64];
-/// Ratio of brightest to darkest radiance up to which a block counts as uniform.
+/// Greatest ratio of the brightest to the darkest radiance in a block that counts as uniform.
 const EVEN: f64 = 1.25;
-/// Directions drawn together.
+/// Number of directions sampled together.
 const LANES: usize = 8;
-/// Marks a uniform block, in place of its cells' index.
+/// Marker of a uniform block, in place of the start of its cells.
 const WHOLE: u32 = u32::MAX;
 
 /// A density over the sphere, constant in each cell of an equirectangular grid.
@@ -43,7 +43,8 @@ pub struct SphereGrid {
     /// For each non-uniform block the cumulative distribution of its rows, and of the cells of each
     /// row.
     cells: Vec<f32>,
-    /// 1 − cos θ of the rows' edges as 2·sin²(θ/2): near the poles a cosine loses its digits.
+    /// 1 − cos θ of the rows' edges, computed as 2·sin²(θ/2): near the poles a cosine would lose
+    /// its digits.
     edges: Vec<f64>,
     /// Solid angle of a cell by row, and of a column of a block by row of blocks.
     angles: Vec<f64>,
@@ -52,8 +53,8 @@ pub struct SphereGrid {
 }
 
 impl SphereGrid {
-    /// Builds the table from the mean radiance of each cell by column and row, the top row first;
-    /// `None` if all of it is zero.
+    /// Builds the table from the mean radiance of each cell, by column and row, the top row first;
+    /// `turn` is the rotation about +y in turns. `None` if all radiance is zero.
     pub fn new(
         width: usize,
         height: usize,
@@ -100,7 +101,8 @@ impl SphereGrid {
         (grid.flux > 0.0 && grid.flux.is_finite()).then_some(grid)
     }
 
-    /// Appends a row of blocks from its rows of cells and returns their flux.
+    /// Appends a row of blocks from the radiance of its rows of cells, and returns the flux of the
+    /// row.
     fn push_blocks(&mut self, weights: &[f64], first: usize) -> f64 {
         let (width, angles) = (self.width, &self.angles[first..]);
         let mut fluxes = Vec::with_capacity(BLOCKS[0]);
@@ -120,7 +122,8 @@ impl SphereGrid {
                 cells().fold(f64::INFINITY, |a, &b| a.min(b)),
                 cells().fold(0.0_f64, |a, &b| a.max(b)),
             ];
-            // Cells beyond 32-bit indices are sampled by blocks.
+            // Cells beyond the range of 32-bit indices are not stored: their block counts as
+            // uniform.
             let index = if brightest <= darkest * EVEN {
                 WHOLE
             } else {
@@ -138,12 +141,12 @@ impl SphereGrid {
         push(&mut self.columns, &fluxes)
     }
 
-    /// Integral of the radiance over the sphere.
+    /// Returns the integral of the radiance over the sphere.
     pub fn flux(&self) -> f64 {
         self.flux
     }
 
-    /// Samples a unit direction for two numbers in [0, 1).
+    /// Samples a unit direction for two uniform numbers in [0, 1).
     pub fn direction(&self, numbers: [f64; 2]) -> DVec3 {
         let mut lanes = DirectionLanes::<1>::default();
         lanes.set(0, self.polar_direction(self.block_point(numbers)));
@@ -151,8 +154,8 @@ impl SphereGrid {
         DVec3::new(x, y, z)
     }
 
-    /// [`Self::direction`] of many, in order. Faster than one by one, with prefetched tables and
-    /// vectorised trigonometry.
+    /// Samples many directions in order, as [`Self::direction`] does, and calls `visit` with each.
+    /// Faster than one by one, by prefetched tables and vectorised trigonometry.
     pub fn directions(
         &self,
         mut numbers: impl Iterator<Item = [f64; 2]>,
@@ -177,7 +180,8 @@ impl SphereGrid {
         }
     }
 
-    /// The block of two numbers, and the place in it.
+    /// Samples a block for two uniform numbers in [0, 1); returns it with the numbers rescaled to
+    /// the block.
     #[inline(always)]
     fn block_point(&self, [u, v]: [f64; 2]) -> BlockPoint {
         let (guide, guides) = self.guides.split_at(guide_len(self.rows.len()));
@@ -194,7 +198,7 @@ impl SphereGrid {
         }
     }
 
-    /// The direction at a place in a block.
+    /// Returns the direction at a sampled point of a block.
     #[inline(always)]
     fn polar_direction(&self, place: BlockPoint) -> PolarDirection {
         let BlockPoint {
@@ -211,7 +215,7 @@ impl SphereGrid {
             let (column, _, along) = sample_index(&cells[rows + row * columns..][..columns], along);
             ((left + column) as f64 + along, top + row, down, 1)
         };
-        // Counted from the nearer pole.
+        // Distance along the axis, counted from the nearer pole.
         let height = self.angles.len();
         let upper = 2 * row < height;
         let edge = |row: usize| self.edges[if upper { row } else { height - row }];
@@ -227,8 +231,8 @@ impl SphereGrid {
         }
     }
 
-    /// Density by solid angle of a direction, given by its coordinates in the equirectangular
-    /// image, each from 0 to 1.
+    /// Returns the density by solid angle of a direction, given by its coordinates in the
+    /// equirectangular image, each from 0 to 1.
     pub fn density(&self, [u, v]: [f64; 2]) -> f64 {
         let (height, u) = (self.angles.len(), u - self.turn);
         let column = (((u - Real::floor(u)) * self.width as f64) as usize).min(self.width - 1);
@@ -247,7 +251,7 @@ impl SphereGrid {
         probability * within / self.angles[row]
     }
 
-    /// First column and row of a block, and its numbers of columns and rows.
+    /// Returns the first column and row of cells in a block, and its numbers of columns and rows.
     fn extent(&self, x: usize, y: usize) -> ([usize; 2], [usize; 2]) {
         let [width, height] = self.block;
         let (left, top) = (x * width, y * height);
@@ -266,7 +270,8 @@ impl SphereGrid {
     }
 }
 
-/// A block by column and row, the place of its cells, and two numbers in [0, 1) within it.
+/// A sampled block by column and row, the start of its cells, and two uniform numbers in [0, 1)
+/// within the block.
 #[derive(Clone, Copy, Default)]
 struct BlockPoint {
     at: [usize; 2],
@@ -274,14 +279,15 @@ struct BlockPoint {
     numbers: [f64; 2],
 }
 
-/// A direction by its height, its distance from the nearer pole along the axis, and its azimuth.
+/// A direction by its height y, its distance 1 − |y| from the nearer pole along the axis, and its
+/// azimuth in radians.
 struct PolarDirection {
     height: f64,
     from_pole: f64,
     angle: f64,
 }
 
-/// Directions before the sines and cosines of their azimuths.
+/// Directions in columns, before the sines and cosines of their azimuths are computed.
 struct DirectionLanes<const N: usize> {
     height: [f64; N],
     from_pole: [f64; N],
@@ -339,8 +345,8 @@ fn positive(x: f64) -> f64 {
     if x > 0.0 && x.is_finite() { x } else { 0.0 }
 }
 
-/// [`push_shares`] rounded to `f32`. Sampling and density use the same rounded shares, so densities
-/// stay exact.
+/// Appends a cumulative distribution as [`push_shares`] does, rounded to `f32`. Sampling and
+/// density read the same rounded distribution, so densities are exact.
 fn push(cumulative: &mut Vec<f32>, weights: &[f64]) -> f64 {
     let mut shares = Vec::with_capacity(weights.len());
     let total = push_shares(&mut shares, weights);
@@ -348,8 +354,8 @@ fn push(cumulative: &mut Vec<f32>, weights: &[f64]) -> f64 {
     total
 }
 
-/// Solid angle of a cell in a row: the difference of its edges' cosines as a product of sines, in
-/// which nothing cancels.
+/// Returns the solid angle of a cell in a row, in steradians: the difference of the cosines of both
+/// edges, as a product of sines without cancellation.
 fn solid_angle(width: usize, height: usize, row: usize) -> f64 {
     let (step, middle) = (PI / height as f64, PI * (row as f64 + 0.5) / height as f64);
     TAU / width as f64 * 2.0 * libm::sin(middle) * libm::sin(0.5 * step)

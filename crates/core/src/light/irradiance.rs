@@ -1,4 +1,4 @@
-//! The sky's cosine-weighted mean radiance by normal, as nine spherical harmonics ("An Efficient
+//! Cosine-weighted mean radiance of the sky by normal, as nine spherical harmonics ("An Efficient
 //! Representation for Irradiance Environment Maps", Ramamoorthi, Hanrahan 2001). Lights matte
 //! physical materials in Whitted's integrator.
 
@@ -9,13 +9,14 @@ use raywright_bvh::{Real, Vector};
 
 use super::sky::{Gradient, SkyKind, SkyRadiance};
 
-/// Coefficients, convolved with the cosine lobe and divided by π.
+/// Cosine-weighted mean radiance of the sky for any normal: coefficients of spherical harmonics,
+/// convolved with the cosine lobe and divided by π.
 #[derive(Clone, Debug)]
 pub struct Irradiance<R: Real> {
     coefficients: [R::Vec3; 9],
 }
 
-/// Real spherical harmonics up to band 2 of a unit direction.
+/// Returns the nine real spherical harmonics up to band 2 for a unit direction.
 fn harmonics(d: DVec3) -> [f64; 9] {
     let DVec3 { x, y, z } = d;
     [
@@ -31,21 +32,23 @@ fn harmonics(d: DVec3) -> [f64; 9] {
     ]
 }
 
-/// Integrals of radiance times each harmonic over all directions.
+/// Integral over all directions of radiance times each of the nine harmonics.
 type Integrals = [DVec3; 9];
 
-/// Integrals of a constant sky.
+/// Returns the integrals of a constant sky.
 fn even(radiance: DVec3) -> Integrals {
     let mut integrals = [DVec3::ZERO; 9];
     integrals[0] = radiance * (4.0 * PI * harmonics(DVec3::Y)[0]);
     integrals
 }
 
-/// Integrals of radiance · max(0, d·direction)^exponent. Convolution with a lobe around an axis
-/// gives each harmonic's value at the axis times an integral over the cosine t that depends on the
-/// band alone (Funk, Hecke): 2π ∫ tⁿ P(t) dt from 0 to 1, with Legendre's polynomials P.
+/// Returns the integrals of the lobe radiance · max(0, d·direction)^exponent. The convolution with
+/// a lobe around an axis is the value of each harmonic at the axis, times an integral over the
+/// cosine t that depends on the band alone (Funk, Hecke): 2π ∫ tⁿ P(t) dt from 0 to 1, with
+/// Legendre's polynomials P.
 fn lobe(radiance: DVec3, direction: DVec3, exponent: u32) -> Integrals {
-    // As in [`SkyRadiance`]: directions behind have 0⁰ = 1.
+    // As in [`SkyRadiance`]: a lobe of exponent 0 is constant, because 0⁰ = 1 for directions behind
+    // it.
     if exponent == 0 {
         return even(radiance);
     }
@@ -63,13 +66,13 @@ fn lobe(radiance: DVec3, direction: DVec3, exponent: u32) -> Integrals {
     core::array::from_fn(|i| radiance * (bands[i] * at_axis[i]))
 }
 
-/// Integrals by the midpoint rule in equal steps of height and azimuth, so that every cell has the
-/// same solid angle.
+/// Returns the integrals of any sky by the midpoint rule, in equal steps of height and azimuth, so
+/// that every cell has the same solid angle.
 fn summed<R: Real>(sky: &SkyRadiance<R>) -> Integrals {
     const ROWS: usize = 128;
     const COLUMNS: usize = 256;
     let mut sums = [DVec3::ZERO; 9];
-    // The azimuths are the same in every row; computing them there would double the time.
+    // The azimuths are equal in every row; computing them in each row would double the time.
     let around: [[f64; 2]; COLUMNS] = core::array::from_fn(|column| {
         let a = (column as f64 + 0.5) * 2.0 * PI / COLUMNS as f64;
         [libm::cos(a), libm::sin(a)]
@@ -89,8 +92,8 @@ fn summed<R: Real>(sky: &SkyRadiance<R>) -> Integrals {
 }
 
 impl<R: Real> Irradiance<R> {
-    /// Integrates the sky over the sphere: in closed form where one exists, which misses no sun
-    /// however small and costs little beside the preparation of a model; else by a sum.
+    /// Integrates the sky over the sphere: in closed form if one exists, which misses no sun,
+    /// however small, and costs little beside the preparation of a model; else numerically.
     pub fn new(sky: &SkyRadiance<R>) -> Self {
         let integrals = match &sky.kind {
             SkyKind::None => [DVec3::ZERO; 9],
@@ -125,7 +128,8 @@ impl<R: Real> Irradiance<R> {
         }
     }
 
-    /// Cosine-weighted mean radiance over the hemisphere about the unit normal `n`; never negative.
+    /// Returns the cosine-weighted mean radiance over the hemisphere about the unit normal `n`;
+    /// never negative.
     pub fn eval(&self, n: R::Vec3) -> R::Vec3 {
         let h = harmonics(n.to_f64());
         let sum = self

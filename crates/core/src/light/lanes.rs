@@ -1,30 +1,30 @@
-//! Light samples of several points in columns (structure of arrays).
+//! Light samples for several receiving points, in columns (structure of arrays).
 
 use raywright_bvh::{Real, Surface, Vector};
 
 use super::{Density, LightSample, LightTarget};
 
-/// Points lit together.
+/// Number of points whose lights are sampled together.
 pub(crate) const LANES: usize = 8;
 
-/// A scalar of each point.
+/// A scalar for each lane.
 pub(crate) type Column<T> = [T; LANES];
-/// A vector of each point.
+/// A vector for each lane, by component.
 pub(crate) type Vec3Column<R> = [Column<R>; 3];
 
-/// A vector of one point.
+/// Returns the vector in a lane.
 #[inline(always)]
 pub(crate) fn lane_vector<R: Real>(column: &Vec3Column<R>, lane: usize) -> R::Vec3 {
     Vector::new(column[0][lane], column[1][lane], column[2][lane])
 }
 
-/// Sets the vector of one point.
+/// Sets the vector in a lane.
 #[inline(always)]
 pub(crate) fn set_lane<R: Real>(column: &mut Vec3Column<R>, lane: usize, v: R::Vec3) {
     (column[0][lane], column[1][lane], column[2][lane]) = (v.x(), v.y(), v.z());
 }
 
-/// Surfaces of several points.
+/// Surface geometry of several points, in columns.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SurfaceLanes<R: Real> {
     point: Vec3Column<R>,
@@ -67,25 +67,25 @@ impl<R: Real> SurfaceLanes<R> {
     }
 }
 
-/// Kind of a shadow ray's target.
+/// Kind of a shadow ray's target, by the column that holds the target.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum LightTargetKind {
     /// No light.
     Nothing,
-    /// The surface in its column.
+    /// The surface point in the column of surfaces.
     Surface,
     /// Infinity.
     Infinity,
-    /// The target in its column.
+    /// The target in the column of other targets.
     Target,
 }
 
-/// A [`LightSample`] of each point.
+/// A [`LightSample`] for each lane, in columns.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LightLanes<R: Real> {
     pub direction: Vec3Column<R>,
     pub arriving: Vec3Column<R>,
-    /// Zero for a delta light.
+    /// Density by solid angle; zero for a delta light.
     pub density: Column<f64>,
     pub target_kinds: Column<LightTargetKind>,
     pub surface: SurfaceLanes<R>,
@@ -105,7 +105,7 @@ impl<R: Real> LightLanes<R> {
         }
     }
 
-    /// Sets the sample of one point.
+    /// Sets the light sample in a lane.
     #[inline(always)]
     pub fn set_lane(&mut self, lane: usize, sample: &LightSample<R>) {
         set_lane::<R>(&mut self.direction, lane, sample.direction);
@@ -127,13 +127,13 @@ impl<R: Real> LightLanes<R> {
         };
     }
 
-    /// Whether one point's sample is of a delta light.
+    /// Whether the sample in a lane is that of a delta light.
     #[inline(always)]
     pub fn is_sizeless(&self, lane: usize) -> bool {
         self.density[lane] == 0.0
     }
 
-    /// Sampling density of one point's light.
+    /// Returns the sampling density of the light in a lane.
     #[inline(always)]
     pub fn density_of(&self, lane: usize) -> Density {
         if self.is_sizeless(lane) {
@@ -143,7 +143,7 @@ impl<R: Real> LightLanes<R> {
         }
     }
 
-    /// The sample of one point that has a light.
+    /// Returns the light sample in a lane that has a light.
     #[inline(always)]
     pub fn lane(&self, lane: usize) -> LightSample<R> {
         LightSample {

@@ -1,17 +1,18 @@
 //! All lights of a scene behind one interface. Delta lights, area lights and the sky are sampled
 //! and weighted alike, so that callers (the choice among lights, multiple importance sampling) need
-//! not know their kind.
+//! not know the kind of a light.
 //!
-//! [`Lights::sample`] samples a light from a point: a direction, the radiance from there over the
-//! sampling density, that density by solid angle, and the target of a shadow ray.
-//! [`Lights::density`] is the same density for a point of a light that a ray hit, and
-//! [`Emitters::index_of`] leads from that hit to the light. [`Lights::power`] and
-//! [`Lights::bounds`] serve the choice among lights. A delta light has no density
-//! ([`Density::Delta`]): no ray can hit it.
+//! [`Lights::sample`] samples a light from a point. The sample holds a direction, the radiance from
+//! that direction over its sampling density, the density by solid angle, and the target of a shadow
+//! ray. [`Lights::density`] returns the same density for a point of a light that a ray hit, and
+//! [`Emitters::index_of`] finds the light of such a hit. [`Lights::power`] and [`Lights::bounds`]
+//! serve the choice among lights. A delta light has no density ([`Density::Delta`]): no ray can hit
+//! it.
 //!
 //! Whitted's integrator samples every delta light in scene order, and one emitter chosen by power.
-//! It never samples the sky, so no sky sampler is built. The path tracer chooses one light at each
-//! vertex, the sky among them: it calls [`Lights::prepare_sky`] and [`Lights::prepare_choice`].
+//! It never samples the sky, so no sky sampler is built for it. The path tracer chooses one light
+//! at each vertex, the sky among them: it calls [`Lights::prepare_sky`] and
+//! [`Lights::prepare_choice`].
 //!
 //! The tables are flat arrays of plain data, built by preparation and read-only while rendering.
 
@@ -62,16 +63,16 @@ pub enum LightId {
     Sky,
 }
 
-/// A sampled or hit point of a light: the target of a shadow ray.
+/// Target of a shadow ray: a sampled or hit point of a light.
 #[derive(Clone, Copy, Debug)]
 pub enum LightTarget<R: Real> {
     /// Infinity.
     Infinity,
     /// A point that no ray can hit.
     Point(R::Vec3),
-    /// A point of a surface, which must not shadow itself.
+    /// A point of a lamp's surface; the lamp must not shadow itself.
     Surface(Surface<R>),
-    /// The centre of an emitter, which does not shadow itself either, although rays to the centre
+    /// The centre of an emitter. The emitter does not shadow itself, although rays to its centre
     /// hit it.
     Middle {
         /// The centre.
@@ -81,7 +82,7 @@ pub enum LightTarget<R: Real> {
     },
 }
 
-/// Sampling density of a direction.
+/// Sampling density of a light sample's direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Density {
     /// A delta light: a single direction.
@@ -90,7 +91,7 @@ pub enum Density {
     SolidAngle(f64),
 }
 
-/// A light sample at a point.
+/// A light sample for a receiving point.
 #[derive(Clone, Copy, Debug)]
 pub struct LightSample<R: Real> {
     /// Unit direction to the light.
@@ -104,8 +105,8 @@ pub struct LightSample<R: Real> {
     pub target: LightTarget<R>,
 }
 
-/// A light chosen with a probability, the receiving point, and two numbers in [0, 1) for sampling
-/// the light.
+/// A light chosen for a receiving point with a probability, and two uniform numbers in [0, 1) for
+/// sampling the light.
 #[derive(Clone, Copy, Debug)]
 pub struct ChosenLight<R: Real> {
     /// The light.
@@ -114,7 +115,7 @@ pub struct ChosenLight<R: Real> {
     pub probability: f64,
     /// The receiving point.
     pub from: R::Vec3,
-    /// The numbers for sampling the light.
+    /// Uniform numbers in [0, 1) for sampling the light.
     pub position: [f32; 2],
 }
 
@@ -128,14 +129,15 @@ pub struct Lights<R: Real> {
     /// Radiance of rays that hit nothing.
     pub sky: SkyRadiance<R>,
     sky_sampler: Option<SkySampler>,
-    /// Choice among lights; empty until prepared.
+    /// Sampler of lights; empty until prepared.
     choice: LightChoice,
-    /// Half the diagonal of the bounded part of the scene: its radius for light from far away.
+    /// Half the diagonal of the bounded part of the scene: the radius of the scene for infinitely
+    /// distant lights.
     reach: f64,
 }
 
 impl<R: Real> Lights<R> {
-    /// Lights from their tables, for a scene with a bounded part within `scene`.
+    /// Collects the lights of a scene whose bounded part lies within `scene`.
     pub fn new(
         delta: Vec<DeltaLight<R>>,
         emitters: Emitters<R>,
@@ -162,7 +164,8 @@ impl<R: Real> Lights<R> {
         self.sky_sampler = SkySampler::new(&self.sky);
     }
 
-    /// Samples only the excess of the sky over its uniform part: see [`SkySampler::of_excess`].
+    /// Restricts sky sampling to the excess of the sky over its uniform part: see
+    /// [`SkySampler::of_excess`].
     pub fn draw_excess_of_sky(&mut self) {
         self.sky_sampler = self
             .sky_sampler
@@ -170,17 +173,18 @@ impl<R: Real> Lights<R> {
             .map(|sampler| sampler.of_excess(&self.sky));
     }
 
-    /// Builds the choice among all lights, the sky among them if its sampler is built.
+    /// Builds the sampler of all lights; the sky is included if its sampler is built.
     pub fn prepare_choice(&mut self) {
         self.choice = LightChoice::new(self);
     }
 
-    /// The choice among lights, if prepared.
+    /// Returns the sampler of lights; empty if not prepared.
     pub fn choice(&self) -> &LightChoice {
         &self.choice
     }
 
-    /// Every light, in the order of the tables.
+    /// Iterates over all lights, in the order of the tables: delta lights, emitters, then the sky
+    /// if it is sampled.
     pub fn ids(&self) -> impl Iterator<Item = LightId> {
         let deltas = (0..self.delta.len()).map(|i| LightId::Delta(i as u32));
         let emitters = (0..self.emitters.len()).map(|i| LightId::Emitter(i as u32));
@@ -194,8 +198,9 @@ impl<R: Real> Lights<R> {
         matches!(light, LightId::Delta(_))
     }
 
-    /// Flux of a light into the scene, summed over its three channels. For lights without falloff
-    /// and infinitely distant lights: the flux through the sphere around the scene.
+    /// Returns the flux of a light into the scene, summed over its three channels. Of lights
+    /// without falloff and of infinitely distant lights, the flux through the sphere around the
+    /// scene.
     pub fn power(&self, light: LightId) -> f64 {
         match light {
             LightId::Delta(i) => self.delta[i as usize].power(self.reach),
@@ -209,7 +214,8 @@ impl<R: Real> Lights<R> {
         }
     }
 
-    /// Bounds of a light in space and direction; `None` for an infinitely distant light.
+    /// Returns the bounds of a light in position and direction; `None` for an infinitely distant
+    /// light.
     pub fn bounds(&self, light: LightId) -> Option<LightBounds> {
         match light {
             LightId::Delta(i) => self.delta[i as usize].bounds(),
@@ -218,13 +224,13 @@ impl<R: Real> Lights<R> {
         }
     }
 
-    /// The sky sampler, if prepared.
+    /// Returns the sky sampler, if prepared.
     pub fn sky_sampler(&self) -> Option<&SkySampler> {
         self.sky_sampler.as_ref()
     }
 
-    /// Samples a light chosen with a `probability`, from the point `from`, for two numbers in [0,
-    /// 1); `None` if no light arrives.
+    /// Samples a light that was chosen with `probability`, for the receiving point `from` and two
+    /// uniform numbers in [0, 1); `None` if no light arrives.
     pub fn sample(
         &self,
         light: LightId,
@@ -249,8 +255,8 @@ impl<R: Real> Lights<R> {
         }
     }
 
-    /// [`Lights::sample`] of many lights, one lane of `samples` for each, overwriting their
-    /// contents. Lights of one kind are sampled together.
+    /// Samples many chosen lights as [`Lights::sample`] does, one lane of `samples` for each, and
+    /// overwrites their contents. Lights of the same kind are sampled together.
     pub(crate) fn sample_each(
         &self,
         chosen_lights: &[Option<ChosenLight<R>>],
@@ -325,8 +331,9 @@ impl<R: Real> Lights<R> {
         }
     }
 
-    /// Density by solid angle with which [`Lights::sample`] returns the hit `light_target` of a ray
-    /// from `from` in a unit `direction`: a point of an emitter, or the sky. Zero if never.
+    /// Returns the density by solid angle with which [`Lights::sample`] returns `light_target`,
+    /// which a ray from `from` in a unit `direction` hit: a point of an emitter, or the sky. Zero
+    /// if it is never sampled.
     pub fn density(
         &self,
         light: LightId,
@@ -346,7 +353,8 @@ impl<R: Real> Lights<R> {
         }
     }
 
-    /// [`Lights::density`] of the sky, for a direction with this [`SkyRadiance::place`].
+    /// Returns the density of the sky as [`Lights::density`] does, for a direction with the given
+    /// image coordinates ([`SkyRadiance::place`]).
     pub fn density_of_sky(&self, direction: R::Vec3, place: [R; 2], probability: f64) -> f64 {
         self.sky_sampler.as_ref().map_or(0.0, |sampler| {
             sampler.density::<R>(direction, place) * probability

@@ -1,7 +1,7 @@
 //! Uniform sampling of the solid angle of a triangle or quad ("Stratified Sampling of Spherical
 //! Triangles", Arvo 1995).
 //!
-//! Each step is a formula without branches, and is computed for all polygons together before the
+//! Each step is a formula without branches. It is computed for all polygons of a batch before the
 //! next step, in loops that the compiler vectorises. A single polygon runs the same code with one
 //! lane.
 
@@ -9,40 +9,40 @@ use glam::DVec3;
 
 use crate::number::{angle_above, sines_and_cosines};
 
-/// Solid angle in steradians below which points are sampled by area: distances and cosines then
-/// differ too little to matter, and the angles of so small a triangle lose their digits.
+/// Solid angle in steradians below which points are sampled by area: over so small a polygon,
+/// distances and cosines hardly differ, and its angles lose their digits.
 const LEAST: f64 = 1e-3;
 
-/// Least volume spanned by the directions to three corners: seen from the plane of a triangle they
-/// are dependent.
+/// Least volume spanned by the unit directions to three corners; below it the receiver lies in the
+/// plane of the triangle.
 const FLAT: f64 = 1e-12;
 
-/// A polygon of one or two triangles: its corners in order; a triangle repeats the last one.
+/// A triangle or quad by its corners in order; a triangle repeats its last corner.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Polygon([DVec3; 4]);
 
-/// A sampled point of a polygon.
+/// A point sampled on a polygon by solid angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct PolygonSample {
     /// Solid angle of the whole polygon in steradians.
     pub solid_angle: f64,
-    /// The point; `None` if rounding leaves none.
+    /// The point; `None` if rounding leaves no valid point.
     pub point: Option<DVec3>,
 }
 
 impl Polygon {
-    /// A triangle.
+    /// Returns a triangle as a polygon.
     pub fn triangle([a, b, c]: [DVec3; 3]) -> Self {
         Self([a, b, c, c])
     }
 
-    /// A quad.
+    /// Returns a quad as a polygon.
     pub fn quad(corners: [DVec3; 4]) -> Self {
         Self(corners)
     }
 
-    /// Solid angle of the polygon seen from `from`; `None` if it is small, and from the polygon's
-    /// plane.
+    /// Returns the solid angle of the polygon in steradians, seen from `from`; `None` below 10⁻³,
+    /// and for a point in the polygon's plane.
     #[inline]
     pub fn solid_angle(&self, from: DVec3) -> Option<f64> {
         let [first, second] = angles(&sides(self.row(from)));
@@ -50,8 +50,9 @@ impl Polygon {
         (solid_angle >= LEAST).then_some(solid_angle)
     }
 
-    /// Samples a point of the polygon uniformly by solid angle from `from`, for two numbers in [0,
-    /// 1). Returns `None` if the polygon looks so small or flat that sampling by area is better.
+    /// Samples a point of the polygon uniformly by the solid angle seen from `from`, for two
+    /// uniform numbers in [0, 1). Returns `None` if the polygon looks so small or flat that
+    /// sampling by area is better.
     pub(super) fn draw(&self, from: DVec3, [u, v]: [f64; 2]) -> Option<PolygonSample> {
         let drawn = PolygonLanes {
             corner_directions: self.row(from).map(|x| [x]),
@@ -64,7 +65,7 @@ impl Polygon {
         })
     }
 
-    /// The receiving point and the corners.
+    /// Returns the components of the receiving point and of the four corners.
     #[inline(always)]
     fn row(&self, from: DVec3) -> [f64; 15] {
         let Self([a, b, c, d]) = *self;
@@ -72,7 +73,7 @@ impl Polygon {
     }
 }
 
-/// Components of vectors one after the other.
+/// Returns the components of vectors, one vector after the other.
 #[inline(always)]
 fn row<const V: usize, const N: usize>(vectors: [DVec3; V]) -> [f64; N] {
     let mut row = [0.0; N];
@@ -82,19 +83,20 @@ fn row<const V: usize, const N: usize>(vectors: [DVec3; V]) -> [f64; N] {
     row
 }
 
-/// The vector at an index of a row.
+/// Returns the vector at an index of a list of components, three for each vector.
 #[inline(always)]
 fn vector<const N: usize>(row: &[f64; N], index: usize) -> DVec3 {
     DVec3::new(row[3 * index], row[3 * index + 1], row[3 * index + 2])
 }
 
-/// Directions from a point to four corners; and for both triangles the volume spanned by their
-/// three directions and its companion; their quotient is the tangent of half the solid angle ("The
-/// Solid Angle of a Plane Triangle", Van Oosterom, Strackee 1983).
+/// Computes the unit directions from a point to four corners (12 components), and for each of both
+/// triangles the numerator and the denominator of tan(Ω/2) for its solid angle Ω: the volume that
+/// its three directions span, and 1 plus their pairwise cosines ("The Solid Angle of a Plane
+/// Triangle", Van Oosterom, Strackee 1983).
 #[inline(always)]
 fn sides(corner_directions: [f64; 15]) -> [f64; 16] {
     let from = vector(&corner_directions, 0);
-    // One by one: `map` of an array is not always inlined.
+    // Vector by vector: `map` of an array is not always inlined.
     let (a, b) = (
         (vector(&corner_directions, 1) - from).normalize(),
         (vector(&corner_directions, 2) - from).normalize(),
@@ -114,7 +116,7 @@ fn sides(corner_directions: [f64; 15]) -> [f64; 16] {
     sides
 }
 
-/// The solid angles of both triangles; zero for a missing one.
+/// Returns the solid angles of both triangles in steradians; zero for a missing triangle.
 #[inline(always)]
 fn angles(sides: &[f64; 16]) -> [f64; 2] {
     // False for NaN too, from a corner.
@@ -128,9 +130,10 @@ fn angles(sides: &[f64; 16]) -> [f64; 2] {
     [value_of(12), value_of(14)]
 }
 
-/// Offset from the receiving point to the sampled point. An arc from the sampled side to the second
-/// corner cuts off an area, given by its sine and cosine; the point lies at the share `v` along
-/// that arc. Returns the offset and its length.
+/// Returns the offset from the receiving point to the sampled point, and its length. An arc from a
+/// point of the side between the first and the third corner to the second corner cuts off an area
+/// of the spherical triangle, given by its sine and cosine; the sampled point lies at the share `v`
+/// along that arc.
 #[inline(always)]
 fn offset(
     corner_directions: [f64; 15],
@@ -153,7 +156,7 @@ fn offset(
     let normal = (select(second, third) - first).cross(select(third, fourth) - first);
     let (b, c) = (select(b, c), select(c, d));
     let (across_b, across_c) = (a.cross(b), a.cross(c));
-    // The angle between both arcs enters by its sine and cosine alone.
+    // The angle at the first corner enters by its sine and cosine alone.
     let (sine, cosine) = (across_b.cross(across_c).length(), across_b.dot(across_c));
     let both = (sine * sine + cosine * cosine).sqrt();
     let (sine, cosine) = (sine / both, cosine / both);
@@ -163,7 +166,7 @@ fn offset(
     );
     let (x, y) = (t - cosine, s + sine * a.dot(b));
     let q = ((y * t - x * s) * cosine - y) / ((y * s + x * t) * sine);
-    // For an area of zero this is 0/0, and the arc is the side itself.
+    // For an area of zero this quotient is 0/0, and the arc is the side itself.
     let q = if q < -1.0 { -1.0 } else { q };
     let q = if q < 1.0 { q } else { 1.0 };
     let on_side = a * q + unit(c - a * c.dot(a)) * (1.0 - q * q).sqrt();
@@ -192,7 +195,7 @@ fn unit(v: DVec3) -> DVec3 {
     }
 }
 
-/// `K` numbers in each lane.
+/// `K` numbers for each of `N` lanes.
 type PolygonColumns<const K: usize, const N: usize> = [[f64; N]; K];
 
 #[inline(always)]
@@ -222,7 +225,7 @@ pub(super) struct PolygonLanes<const N: usize> {
     positions: PolygonColumns<2, N>,
 }
 
-/// Sampled points of polygons; meaningless for a polygon of too small a solid angle.
+/// Points sampled on polygons; meaningless for a polygon of too small a solid angle.
 #[derive(Clone, Copy)]
 pub(super) struct PolygonPoints<const N: usize> {
     pub solid_angle: [f64; N],
@@ -238,7 +241,7 @@ impl<const N: usize> PolygonLanes<N> {
         }
     }
 
-    /// Puts a polygon into a lane.
+    /// Sets the polygon, the receiving point and the uniform numbers of a lane.
     #[inline(always)]
     pub fn put(&mut self, lane: usize, polygon: &Polygon, from: DVec3, position: [f64; 2]) {
         let Polygon([a, b, c, d]) = *polygon;
@@ -254,7 +257,7 @@ impl<const N: usize> PolygonLanes<N> {
         put(&mut self.positions, lane, position);
     }
 
-    /// [`Polygon::draw`] of each lane.
+    /// Samples a point in each lane, as [`Polygon::draw`] does.
     #[inline(always)]
     pub fn draw(&self) -> PolygonPoints<N> {
         let (mut sides, mut areas, mut seconds, mut solid_angle) =
@@ -293,19 +296,20 @@ impl<const N: usize> PolygonLanes<N> {
 }
 
 impl<const N: usize> PolygonPoints<N> {
-    /// Whether a polygon's solid angle is large enough.
+    /// Whether the solid angle of the polygon in a lane is large enough for the method.
     #[inline(always)]
     pub fn is_wide(&self, lane: usize) -> bool {
         self.solid_angle[lane] >= LEAST
     }
 
-    /// Whether rounding leaves a point of a polygon that is wide enough.
+    /// Whether the sampled point in a lane is valid after rounding; for a polygon that is large
+    /// enough.
     #[inline(always)]
     pub fn is_some(&self, lane: usize) -> bool {
         (self.directions[3][lane] > 0.0) & (self.directions[3][lane] < f64::INFINITY)
     }
 
-    /// The sampled point, if [`Self::is_some`].
+    /// Returns the sampled point in a lane; valid if [`Self::is_some`].
     #[inline(always)]
     pub fn at(&self, lane: usize) -> DVec3 {
         let at = |axis: usize| self.from[axis][lane] + self.directions[axis][lane];

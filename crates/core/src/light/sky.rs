@@ -24,16 +24,17 @@ pub struct SkyRadiance<R: Real> {
 pub(super) use gradient::{Gradient, SunLobe};
 pub(super) use map::EquirectMap;
 
-/// Directions evaluated side by side.
+/// Number of directions evaluated side by side.
 const LANES: usize = 16;
 
-/// Components of these directions.
+/// Components of the directions in a batch.
 type DirectionColumns<R> = [[R; LANES]; 3];
 
 /// The sky's radiance along a ray.
 #[derive(Clone, Copy, Debug)]
 pub struct SkySample<R: Real> {
-    /// Coordinates in the sky's image: see [`SkyRadiance::place`].
+    /// Coordinates of the direction in the sky's image, each from 0 to 1; see
+    /// [`SkyRadiance::place`].
     pub place: [R; 2],
     /// Radiance.
     pub radiance: R::Vec3,
@@ -45,12 +46,13 @@ pub(super) enum SkyKind<R: Real> {
     None,
     Constant(R::Vec3),
     Gradient(Gradient<R>),
-    /// A program, and the offset of rays' origins to the scene's coordinates.
+    /// The program of an expression, and the offset from storage coordinates to those of the scene.
     Expression(Programs<R>, R::Vec3),
     Map(EquirectMap<R>),
 }
 
-/// The sky of a scene with coordinates relative to an origin; black without a sky.
+/// Prepares the sky of a scene; black without a sky. `seen_from` is the storage origin, relative to
+/// which rays start.
 pub(crate) fn prepare<R: Real>(
     (sky, seen_from): (Option<&SkyData>, DVec3),
     lookup: &SceneLookup<'_>,
@@ -87,7 +89,7 @@ pub(crate) fn prepare<R: Real>(
                 path: "sky.expression".to_owned(),
             });
         }
-        // Studio lights stand about a camera: preparation adds them in place of a sky.
+        // Studio lights stand around a camera: preparation replaces them by a gradient sky.
         Some(SkyData::Studio(_)) => SkyKind::None,
         Some(SkyData::Map(map)) => {
             let image = lookup.image(&map.image);
@@ -115,7 +117,7 @@ impl<R: Real> SkyRadiance<R> {
         matches!(self.kind, SkyKind::None)
     }
 
-    /// The image of the sky, if any.
+    /// Returns the image of the sky, if any.
     pub(crate) fn image(&self) -> Option<&Arc<ImageData>> {
         if let SkyKind::Map(map) = &self.kind {
             Some(&map.image)
@@ -133,8 +135,9 @@ impl<R: Real> SkyRadiance<R> {
         }
     }
 
-    /// Coordinates of a direction in the sky's image, each from 0 to 1; meaningless without an
-    /// image. Computed once for the radiance and the density of that direction.
+    /// Returns the coordinates of a unit direction in the sky's image, each from 0 to 1; zero
+    /// without an image. Radiance and density of a direction share one computation of these
+    /// coordinates.
     #[inline(always)]
     pub fn place(&self, d: R::Vec3) -> [R; 2] {
         if let SkyKind::Map(_) = &self.kind {
@@ -144,14 +147,14 @@ impl<R: Real> SkyRadiance<R> {
         }
     }
 
-    /// Radiance along a unit direction from an origin.
+    /// Returns the radiance along a unit direction from an origin.
     #[inline(always)]
     pub fn radiance(&self, origin: R::Vec3, d: R::Vec3) -> R::Vec3 {
         self.radiance_at(origin, d, self.place(d))
     }
 
-    /// Radiance of many rays, one after the other, with the [`Self::place`] of each; faster than
-    /// one by one.
+    /// Appends the radiance and image coordinates of many rays, given by origin and direction, in
+    /// order; faster than one by one.
     pub fn look(
         &self,
         rays: impl Iterator<Item = (R::Vec3, R::Vec3)>,
@@ -167,7 +170,8 @@ impl<R: Real> SkyRadiance<R> {
         }
     }
 
-    /// [`Self::radiance`] of a direction with this [`Self::place`].
+    /// Returns the radiance as [`Self::radiance`] does, for a direction with known image
+    /// coordinates.
     #[inline(always)]
     pub fn radiance_at(&self, origin: R::Vec3, d: R::Vec3, place: [R; 2]) -> R::Vec3 {
         match &self.kind {
@@ -187,8 +191,8 @@ impl<R: Real> SkyRadiance<R> {
     }
 }
 
-/// Calls `look` for batches of directions with the number of directions in each; the other lanes
-/// are meaningless.
+/// Calls `look` with batches of directions and the number of directions in each; the remaining
+/// lanes are meaningless.
 fn side_by_side<R: Real>(
     directions: impl Iterator<Item = R::Vec3>,
     mut look: impl FnMut(&DirectionColumns<R>, usize),
@@ -208,7 +212,7 @@ fn side_by_side<R: Real>(
     }
 }
 
-/// Most bytes of a sky's tables besides its image.
+/// Returns the greatest number of bytes of a sky's tables besides its image.
 pub(crate) fn packed_bytes(image: &Arc<ImageData>) -> u64 {
     if let Pixels::Linear(pixels) = &image.pixels {
         (pixels.len() * size_of::<u32>()) as u64

@@ -1,4 +1,4 @@
-//! Components of a sky with known integrals: importance sampling of directions, and densities.
+//! Lobes of a sky with integrals in closed form: importance sampling of directions, and densities.
 
 use core::f64::consts::TAU;
 
@@ -7,20 +7,20 @@ use raywright_bvh::{Real, SimdTask, run_widest};
 
 use crate::number::{exponential_beside_one, logarithm_beside_one, sines_and_cosines};
 
-/// Directions sampled together.
+/// Number of directions sampled together.
 const LANES: usize = 8;
 
-/// A component of a sky with a known integral.
+/// A lobe of a sky with an integral in closed form.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum SkyLobe {
-    /// Linear in the height of the direction, from nadir to zenith.
+    /// Radiance that is linear in the height of the direction, from nadir to zenith.
     Linear { bottom: f64, top: f64 },
-    /// A power of the cosine to an axis.
+    /// Radiance that is a power of the cosine to an axis.
     Power { axis: DVec3, exponent: u32 },
 }
 
 impl SkyLobe {
-    /// Samples a direction for two numbers in [0, 1).
+    /// Samples a unit direction in proportion to the lobe, for two uniform numbers in [0, 1).
     pub fn direction(&self, [u, v]: [f64; 2]) -> DVec3 {
         match *self {
             Self::Linear { bottom, top } => {
@@ -40,7 +40,7 @@ impl SkyLobe {
         }
     }
 
-    /// Density of a direction by solid angle.
+    /// Returns the density of a unit direction by solid angle.
     pub fn density(&self, direction: DVec3) -> f64 {
         match *self {
             Self::Linear { bottom, top } => {
@@ -55,8 +55,8 @@ impl SkyLobe {
     }
 }
 
-/// [`SkyLobe::direction`] of many, one after the other; faster, since powers are sampled several
-/// together.
+/// Samples a direction of each lobe as [`SkyLobe::direction`] does, and appends them in order;
+/// faster, because power lobes are sampled several together.
 pub(super) fn directions<'a>(
     drawn: impl Iterator<Item = (&'a SkyLobe, [f64; 2])>,
     out: &mut Vec<DVec3>,
@@ -87,7 +87,7 @@ pub(super) fn directions<'a>(
     }
 }
 
-/// Power lobes to be sampled, each with two numbers in [0, 1).
+/// Power lobes to be sampled together, each with two uniform numbers in [0, 1).
 #[derive(Clone, Copy)]
 struct PowerLanes<const N: usize> {
     len: usize,
@@ -144,7 +144,7 @@ impl<const N: usize> SimdTask for PowerLanes<N> {
     }
 }
 
-/// A direction of a height and an azimuth in turns.
+/// Returns the unit direction with the height `y` and an azimuth in turns.
 pub(super) fn at_height(y: f64, turn: f64) -> DVec3 {
     let ring = ((1.0 - y) * (1.0 + y)).max(0.0).sqrt();
     DVec3::new(

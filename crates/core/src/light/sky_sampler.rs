@@ -10,13 +10,14 @@ use super::sky::{EquirectMap, Gradient, SkyKind};
 use super::sky_lobe::{self, SkyLobe, at_height};
 use super::{Density, LightSample, LightTarget, SkyRadiance, SkySample, SphereGrid};
 
-/// Share of an image's mean that is left to BSDF sampling. The whole mean gives a seventh more
-/// noise under skies that are slightly brighter on one side, half of it three quarters more on
-/// surfaces lit by a small sun; 0.75 is within a twelfth of the better in seven skies.
+/// Share of an image's mean radiance that is left to BSDF sampling. The whole mean gives a seventh
+/// more noise under skies that are slightly brighter on one side; half of the mean gives three
+/// quarters more noise on surfaces lit by a small sun. In seven skies, 0.75 is within a twelfth of
+/// the better of both.
 const EVEN: f64 = 0.75;
 
-/// Mean sampling density from which on the bright part is small: a tenth of a steradian or less,
-/// below a hundredth of the sphere.
+/// Mean sampling density, by solid angle, from which on the bright part of a sky counts as small:
+/// it covers at most a tenth of a steradian, less than a hundredth of the sphere.
 const SMALL: f64 = 10.0;
 
 /// Sampler of a sky's directions.
@@ -30,14 +31,14 @@ pub struct SkySampler {
 
 #[derive(Clone, Debug)]
 enum SkyForm {
-    /// Uniform over the sphere: for an expression, about which nothing is known.
+    /// Uniform over the sphere: for an expression, whose bright directions are unknown.
     Even,
     /// A sum of lobes in closed form, chosen by their shares.
     Lobes {
         lobes: Vec<SkyLobe>,
         shares: Vec<f64>,
     },
-    /// An image, by cells.
+    /// An image, sampled by its cells.
     Grid(SphereGrid),
 }
 
@@ -47,7 +48,7 @@ fn sum<R: Real>(colour: R::Vec3) -> f64 {
 }
 
 impl SkySampler {
-    /// The sampler of a sky; `None` for a black sky.
+    /// Builds the sampler of a sky; `None` for a black sky.
     pub fn new<R: Real>(sky: &SkyRadiance<R>) -> Option<Self> {
         let linear = |bottom, top| (SkyLobe::Linear { bottom, top }, TAU * (bottom + top));
         let sampler = match &sky.kind {
@@ -80,11 +81,11 @@ impl SkySampler {
         sampler.map(|sampler| sampler.with_small(sky))
     }
 
-    /// Samples only the excess of the sky: suns without the gradient, texels above most of the
-    /// mean. Right if directions are also sampled by the BSDF and combined by multiple importance
-    /// sampling, since BSDF sampling is better for uniform light ("MIS Compensation: Optimizing
-    /// Sampling Techniques in Multiple Importance Sampling", Karlík et al. 2019). Without an excess
-    /// the sampler stays as it is.
+    /// Restricts the sampler to the excess of the sky: to suns without the gradient, or to the
+    /// radiance of texels above most of the mean. Valid if directions are also sampled by the BSDF
+    /// and combined by multiple importance sampling, because BSDF sampling is better for uniform
+    /// light ("MIS Compensation: Optimizing Sampling Techniques in Multiple Importance Sampling",
+    /// Karlík et al. 2019). Without an excess the sampler stays as it is.
     #[must_use]
     pub fn of_excess<R: Real>(self, sky: &SkyRadiance<R>) -> Self {
         let excess = match (&self.form, &sky.kind) {
@@ -127,8 +128,9 @@ impl SkySampler {
         })
     }
 
-    /// Detects small bright parts. The mean density of sampled directions is ∫p². It measures the
-    /// concentration of the light, and so the noise of paths that hit the bright part by chance.
+    /// Detects a small bright part of the sky. The mean density of sampled directions is ∫p² for
+    /// the density p. It measures the concentration of the light, and so the noise of paths that
+    /// hit the bright part by chance.
     fn with_small<R: Real>(self, sky: &SkyRadiance<R>) -> Self {
         const SIDE: u16 = 16;
         let middle = |i: u16| (f32::from(i) + 0.5) / f32::from(SIDE);
@@ -143,19 +145,21 @@ impl SkySampler {
         }
     }
 
-    /// Sampling density from which on a direction belongs to a small bright part of the sky; `None`
-    /// without such a part.
+    /// Returns the sampling density from which on a direction belongs to a small bright part of the
+    /// sky; `None` without such a part.
     #[inline(always)]
     pub fn small(&self) -> Option<f64> {
         self.small
     }
 
-    /// Integral of the radiance over the sphere, summed over the three channels.
+    /// Returns the integral of the radiance over the sphere, summed over the three channels; of the
+    /// whole sky, even if only its excess is sampled.
     pub fn flux(&self) -> f64 {
         self.flux
     }
 
-    /// Samples a direction for two numbers in [0, 1) from the point `from`; `None` if it is black.
+    /// Samples the sky for two uniform numbers in [0, 1) and the receiving point `from`; `None` if
+    /// the sampled direction is black.
     pub fn sample<R: Real>(
         &self,
         sky: &SkyRadiance<R>,
@@ -175,12 +179,13 @@ impl SkySampler {
         )
     }
 
-    /// The direction of [`Self::sample`].
+    /// Samples a unit direction for two uniform numbers in [0, 1): the first step of
+    /// [`Self::sample`].
     pub fn drawn<R: Real>(&self, position: [f32; 2]) -> R::Vec3 {
         R::Vec3::from_f64(self.direction(position.map(f64::from)))
     }
 
-    /// [`Self::drawn`] of many, one after the other; faster than one by one.
+    /// Samples many directions in order, as [`Self::drawn`] does; faster than one by one.
     pub fn drawn_each<R: Real>(&self, positions: impl Iterator<Item = [f32; 2]>) -> Vec<R::Vec3> {
         let (lobes, shares) = match &self.form {
             SkyForm::Even => return positions.map(|at| self.drawn::<R>(at)).collect(),
@@ -203,7 +208,8 @@ impl SkySampler {
         directions.into_iter().map(R::Vec3::from_f64).collect()
     }
 
-    /// The rest of [`Self::sample`], given the radiance of the direction.
+    /// Returns the light sample of a direction with known radiance: the second step of
+    /// [`Self::sample`].
     #[inline]
     pub fn sample_seen<R: Real>(
         &self,
@@ -211,7 +217,8 @@ impl SkySampler {
         sky_sample: &SkySample<R>,
         probability: f64,
     ) -> Option<LightSample<R>> {
-        // Density of the stored direction, so that a ray that hits the sky there computes the same.
+        // Density of the rounded direction, so that a ray that hits the sky in this direction
+        // computes the same density.
         let density = self.density::<R>(direction, sky_sample.place) * probability;
         let arriving = sky_sample.radiance * R::from_f64(1.0 / density);
         (density > 0.0 && arriving.is_finite() && arriving.max_element() > R::ZERO).then_some(
@@ -235,7 +242,8 @@ impl SkySampler {
         }
     }
 
-    /// Density by solid angle of a direction with this [`SkyRadiance::place`].
+    /// Returns the density by solid angle of a direction with the given image coordinates
+    /// ([`SkyRadiance::place`]).
     pub fn density<R: Real>(&self, direction: R::Vec3, place: [R; 2]) -> f64 {
         match &self.form {
             SkyForm::Even => 0.25 * FRAC_1_PI,
@@ -255,7 +263,8 @@ impl SkySampler {
     }
 }
 
-/// Flux by the midpoint rule in cells of equal solid angle.
+/// Integrates the radiance of a sky over the sphere, by the midpoint rule in cells of equal solid
+/// angle, summed over channels.
 fn flux_by_quadrature<R: Real>(sky: &SkyRadiance<R>) -> f64 {
     const ROWS: u32 = 32;
     const COLUMNS: u32 = 64;
@@ -270,9 +279,10 @@ fn flux_by_quadrature<R: Real>(sky: &SkyRadiance<R>) -> f64 {
     total * 4.0 * PI / f64::from(ROWS * COLUMNS)
 }
 
-/// Grid of an image, with its texels as cells. Radiance is interpolated between texel centres, so
-/// the mean of a cell has an eighth of each neighbour in both axes, and a black texel beside a
-/// bright one has a density above zero.
+/// Builds the sampling grid of an image, with its texels as cells; `drawn` maps a cell's mean
+/// radiance to its sampling weight. Radiance is interpolated between texel centres, so the mean of
+/// a cell contains an eighth of each neighbour in both axes, and a black texel beside a bright
+/// texel has a density above zero.
 fn grid<R: Real>(map: &EquirectMap<R>, drawn: impl Fn(f64) -> f64) -> Option<SphereGrid> {
     let (width, height) = (map.image.width as usize, map.image.height as usize);
     let texels: Vec<f64> = (0..width * height)

@@ -1,10 +1,10 @@
-//! A light tree over positioned lights. Each node bounds its lights in position, direction and
-//! power, and so the light that may arrive at a point ("Importance Sampling of Many Lights with
-//! Adaptive Tree Splitting", Conty Estevez, Kulla 2018; "Physically Based Rendering", 4th edition,
-//! 12.6.3).
+//! Light tree over lights with a position. Each node bounds the positions, directions and power of
+//! its lights, and so the light that may arrive at a point ("Importance Sampling of Many Lights
+//! with Adaptive Tree Splitting", Conty Estevez, Kulla 2018; "Physically Based Rendering", 4th
+//! edition, 12.6.3).
 //!
-//! A node has up to eight children. A binary tree has three times the levels; each level waits for
-//! the one before it and for memory, and mispredicts branches.
+//! A node has up to eight children. A binary tree would have three times the levels; each level
+//! waits for the level above and for memory, and mispredicts branches.
 
 mod build;
 mod node;
@@ -17,7 +17,7 @@ use node::{LightNode, WIDTH, running};
 
 use super::{LightBounds, LightId};
 
-/// A positioned light.
+/// A light with a position, as a leaf of the tree.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LightLeaf {
     pub light: LightId,
@@ -26,7 +26,7 @@ pub(super) struct LightLeaf {
     pub power: f64,
 }
 
-/// A receiving point.
+/// A receiving point: a surface point for which a light is sampled.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Receiver {
     pub point: DVec3,
@@ -34,14 +34,15 @@ pub(super) struct Receiver {
     pub normal: DVec3,
 }
 
-/// Content of a slot: the root slot, or one of the [`WIDTH`] slots of a node.
+/// Content of a slot of the tree: a node or a light. Slots are the root slot and the [`WIDTH`]
+/// slots of each node.
 #[derive(Clone, Copy, Debug)]
 enum LightTreeChild {
     Inner(u32),
     Light(LightId),
 }
 
-/// Tree over lights by position, direction and power.
+/// Tree of lights by position, direction and power.
 #[derive(Clone, Debug, Default)]
 pub(super) struct LightTree {
     top: Option<LightTreeChild>,
@@ -51,13 +52,15 @@ pub(super) struct LightTree {
 impl LightTree {
     /// Slot of a light outside the tree.
     pub const NONE: u32 = u32::MAX;
-    /// The root slot. Others are `WIDTH` times the node plus the child.
+    /// The root slot. The slot of a child is `WIDTH` times the index of its node plus the child's
+    /// number.
     const TOP: u32 = u32::MAX - 1;
 
-    /// Builds the tree over lights of positive power; calls `place` with the slot of each light.
+    /// Builds the tree over lights of positive power, and calls `place` with the slot of each
+    /// light.
     pub fn new(mut leaves: Vec<LightLeaf>, mut place: impl FnMut(LightId, u32)) -> Self {
         let mut tree = Self::default();
-        // Groups without a slot yet.
+        // Groups of lights whose nodes are not built yet, with their slots.
         let mut open: Vec<(LeafGroup, u32)> = LeafGroup::of_all(&leaves)
             .map(|all| (all, Self::TOP))
             .into_iter()
@@ -90,7 +93,7 @@ impl LightTree {
         self.top.is_none()
     }
 
-    /// Levels of nodes.
+    /// Returns the number of levels of nodes.
     #[cfg(test)]
     pub fn depth(&self) -> usize {
         let mut depths = vec![1; self.nodes.len()];
@@ -105,10 +108,10 @@ impl LightTree {
         size_of_val(self.nodes.as_slice()) as u64
     }
 
-    /// Estimate of the nodes' bytes for a number of lights. A node has eight children or at most as
-    /// many as lights. So nodes are most numerous if lights end up in pairs: half as many as
-    /// lights, and a seventh of that above them. (Only groups again and again far smaller than
-    /// their distances may need more, see [`divide`].)
+    /// Estimates the bytes of the nodes for a number of lights. A node has eight children, or as
+    /// many as lights if fewer. So nodes are most numerous if lights end up in pairs: half as many
+    /// nodes as lights, and a seventh of that above them. Only nested groups that are each far
+    /// smaller than their distances may need more nodes, see [`divide`].
     pub fn bytes_of(lights: u64) -> u64 {
         let nodes = if lights > 1 {
             lights.saturating_mul(4) / 7 + 1
@@ -118,8 +121,8 @@ impl LightTree {
         nodes.saturating_mul(size_of::<LightNode>() as u64)
     }
 
-    /// Samples a light and its probability for each point and its number in [0, 1); `None` if no
-    /// light can contribute.
+    /// Samples a light for each point by its uniform number in [0, 1), and returns the light with
+    /// its probability; `None` if no light can contribute.
     pub fn draw<const N: usize>(
         &self,
         points: &[Option<(Receiver, f64)>; N],
@@ -133,7 +136,7 @@ impl LightTree {
         }
     }
 
-    /// The node in a slot; `None` for a light or an empty slot.
+    /// Returns the node in a slot; `None` for a light or an empty slot.
     #[inline(always)]
     fn node(&self, content: LightTreeChild) -> Option<&LightNode> {
         match content {
@@ -142,8 +145,8 @@ impl LightTree {
         }
     }
 
-    /// Traverses level by level, each step for all points: the latencies of one point (roots,
-    /// quotients, its node) overlap with the others.
+    /// Traverses the tree level by level, each step for all points: the latencies of one point
+    /// (roots, quotients, loading its node) overlap with those of other points.
     #[inline(always)]
     fn drawn<const N: usize>(
         &self,
@@ -181,9 +184,9 @@ impl LightTree {
                     continue;
                 }
                 let at = u[i] * total;
-                // A number below one times the sum is below the sum, so this is a child of positive
-                // importance. It is counted, not searched, because the end of a search is
-                // mispredicted.
+                // A number below one times the sum is below the sum, so the selected child has a
+                // positive importance. The child is found by counting, not by a search, because the
+                // end of a search is mispredicted.
                 let mut lane = 0;
                 for &sum in &sums[1..WIDTH] {
                     lane += usize::from(sum <= at);
@@ -196,8 +199,8 @@ impl LightTree {
         }
     }
 
-    /// Probability of sampling the light of a slot. Multiplied from the root down as in
-    /// [`LightTree::draw`], for the same bits.
+    /// Returns the probability with which [`LightTree::draw`] samples the light in a slot.
+    /// Probabilities are multiplied from the root down in the same order, for the same bits.
     pub fn probability(&self, index: u32, receiver: &Receiver) -> f64 {
         if index == Self::TOP {
             return 1.0;
@@ -218,7 +221,7 @@ impl LightTree {
 /// Greatest number below one.
 const BELOW_ONE: f64 = 1.0 - f64::EPSILON / 2.0;
 
-/// Task: [`LightTree::draw`] with wide registers.
+/// SIMD task: the traversal of [`LightTree::draw`].
 struct LightDraw<'a, const N: usize> {
     tree: &'a LightTree,
     points: &'a [Option<(Receiver, f64)>; N],

@@ -1,18 +1,18 @@
-//! Counts of lights' contributions. A light enclosed from every path is missing both in the picture
-//! and in its error estimate, so only counting reveals it. A lamp in a closed box may be intended;
-//! its missing light is reported all the same.
+//! Usage of lights: counts of shadow rays that find no light. A light enclosed from every path is
+//! missing both in the picture and in its error estimate, so only counting reveals it. A lamp in a
+//! closed box may be intended; its missing light is reported all the same.
 
 use raywright_bvh::Real;
 
 use super::{LightId, Lights};
 
-/// Marks, in place of a number of rays, that light arrived.
+/// Marker of a light whose light has arrived, in place of a count of blocked rays.
 const LIT: u32 = u32::MAX;
 
-/// For each delta light and emitter the number of blocked shadow rays, until light arrives. Each
-/// worker of a render counts for itself, and a film adds the counts: a shared counter would move
-/// between the workers' caches at every such ray. The counts affect no pixel, and their sum does
-/// not depend on the order of rays.
+/// Usage of lights: for each delta light and emitter the number of blocked shadow rays, until light
+/// arrives. Each worker of a render has its own counts, and a film adds them: shared counters would
+/// move between the workers' caches at every shadow ray. The counts affect no pixel, and their sum
+/// does not depend on the order of rays.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct LightUsage {
     deltas: usize,
@@ -20,7 +20,7 @@ pub(crate) struct LightUsage {
 }
 
 impl LightUsage {
-    /// Zero counts for these lights.
+    /// Creates zero counts for all delta lights and emitters.
     pub fn new<R: Real>(lights: &Lights<R>) -> Self {
         let (deltas, emitters) = (lights.delta.len(), lights.emitters.len());
         Self {
@@ -37,7 +37,8 @@ impl LightUsage {
         }
     }
 
-    /// Counts a shadow ray to a light, or a path that hit the light.
+    /// Counts a shadow ray to a light, or a path that hit the light. `arrived`: whether light
+    /// arrived.
     #[inline(always)]
     pub fn count(&mut self, light: LightId, arrived: bool) {
         let Some(stopped) = self
@@ -61,7 +62,7 @@ impl LightUsage {
             .for_each(|(own, &other)| *own = sum(*own, other));
     }
 
-    /// Number of blocked shadow rays to a light; `None` if light arrived.
+    /// Returns the number of blocked shadow rays to a light; `None` if light arrived.
     pub fn in_vain(&self, light: LightId) -> Option<u32> {
         self.stopped
             .get(self.place(light)?)
@@ -69,14 +70,15 @@ impl LightUsage {
             .filter(|&stopped| stopped != LIT)
     }
 
-    /// Bytes of the tables for a number of lights, one for each worker of this pool and the sum.
+    /// Returns the bytes of all counts for a number of lights: a table for each worker of the
+    /// current thread pool, and one for their sum.
     pub fn bytes_of(lights: u64) -> u64 {
         let tables = rayon::current_num_threads() as u64 + 1;
         lights.saturating_mul(size_of::<u32>() as u64 * tables)
     }
 }
 
-/// Sum of blocked rays, saturating; [`LIT`] if light arrived.
+/// Adds two counts of blocked rays, saturating; [`LIT`] if light arrived in either.
 #[inline(always)]
 fn sum(a: u32, b: u32) -> u32 {
     if a == LIT || b == LIT {

@@ -1,20 +1,20 @@
-//! The rungs below Sobol points: independent numbers, and jittered grids.
+//! Samplers simpler than Sobol points, for comparison: independent numbers, and jittered grids.
 
 use crate::hash::mix;
 
 /// Bits of a number in [0, 1), as many as Sobol points have.
 const BITS: u32 = 23;
 
-/// Four independent numbers in [0, 1): point `index` of a scramble's sequence.
+/// Returns four independent numbers in [0, 1): the point `index` of a scramble's sequence.
 #[inline]
 pub(super) fn independent(index: u32, scramble: u32) -> [f32; 4] {
     bits(index, scramble).map(unit)
 }
 
-/// Four numbers in [0, 1) as two stratified pairs (Cook, "Stochastic Sampling in Computer
-/// Graphics", 1986). Of sixteen consecutive points from a multiple of sixteen on, each pair has one
-/// in every cell of a 4 × 4 grid, jittered within the cell. The order of the cells is random for
-/// each pair.
+/// Returns four numbers in [0, 1) as two stratified pairs (Cook, "Stochastic Sampling in Computer
+/// Graphics", 1986). In each run of sixteen points that starts at a multiple of sixteen, each pair
+/// has a point in every cell of a 4 × 4 grid, jittered within the cell. The order of the cells is
+/// random for each pair.
 #[inline]
 pub(super) fn stratified(index: u32, scramble: u32) -> [f32; 4] {
     let grid = mix(u64::from(scramble) << 32 | u64::from(index / 16) | 1 << 31);
@@ -27,7 +27,7 @@ pub(super) fn stratified(index: u32, scramble: u32) -> [f32; 4] {
     core::array::from_fn(|k| unit(places[k] << (BITS - 2) | jitter[k] >> 2))
 }
 
-/// Four numbers of 23 bits.
+/// Returns four independent hashes of 23 bits.
 #[inline]
 fn bits(index: u32, scramble: u32) -> [u32; 4] {
     let a = mix(u64::from(scramble) << 32 | u64::from(index));
@@ -40,7 +40,8 @@ fn unit(bits: u32) -> f32 {
     bits as f32 / (1 << BITS) as f32
 }
 
-/// A permutation of 0..16 by a key: each step is a permutation.
+/// Returns the image of `number` under a permutation of 0..16 chosen by a key. Each step is itself
+/// a permutation.
 #[inline]
 fn cell(number: u32, key: u32) -> u32 {
     (0..4).fold(number, |x, round| {

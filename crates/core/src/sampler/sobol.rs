@@ -1,21 +1,21 @@
 //! Owen-scrambled Sobol points in four dimensions, with the bits of `sobol_burley::sample_4d`, in
 //! less time.
 //!
-//! That function reads a point's index bit by bit; each step depends on the one before, and the
-//! last branch is mostly mispredicted. Here the sums of direction vectors for four bits at a time
-//! form a table of a kilobyte.
+//! That function reads a point's index bit by bit; each step depends on the step before, and the
+//! last branch is mostly mispredicted. Here a table of a kilobyte holds the sums of direction
+//! vectors for four bits at a time.
 
 use std::sync::LazyLock;
 
 use raywright_bvh::{SimdTask, run_widest};
 use sobol_burley::parts::{hash, owen_scramble_rev, sobol_rev, u32_to_f32_norm};
 
-/// Bits of a point's index looked up at once.
+/// Number of bits of a point's index that are looked up at once.
 const BITS: u32 = 4;
 
 /// Sums modulo two of the direction vectors in four dimensions, for each value of each group of
-/// four of the sixteen bits, lowest bits of the index first. Numbers are bit-reversed, lowest bit
-/// on the left, for the scrambling.
+/// four of the sixteen index bits, the lowest bits first. Numbers are bit-reversed, with the lowest
+/// bit on the left, as the scrambling requires.
 static SUMS: LazyLock<[[[u32; 4]; 16]; 4]> = LazyLock::new(|| {
     let sum = |k: usize, value: usize, dimension: u32| {
         sobol_rev(
@@ -28,24 +28,24 @@ static SUMS: LazyLock<[[[u32; 4]; 16]; 4]> = LazyLock::new(|| {
     })
 });
 
-/// A point of a sequence: an index below 2¹⁶, and a scramble.
+/// Identifies a point of a sequence: its index, below 2¹⁶, and a scramble.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct SobolPoint {
     pub index: u32,
     pub scramble: u32,
 }
 
-/// Four numbers in [0, 1): a point of a scramble's sequence.
+/// Returns the four numbers in [0, 1) of a point.
 #[inline]
 pub(super) fn point(sobol_point: SobolPoint) -> [f32; 4] {
     let [point] = side_by_side(&SUMS, &[sobol_point]);
     point
 }
 
-/// Points computed side by side.
+/// Number of points computed side by side.
 const LANES: usize = 16;
 
-/// [`point`] of many points, one after the other.
+/// Appends the four numbers of many points, in order, as [`point`] does.
 pub(super) fn points(which: impl Iterator<Item = SobolPoint>, out: &mut Vec<[f32; 4]>) {
     let mut which = which.fuse();
     loop {

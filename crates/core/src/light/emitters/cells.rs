@@ -1,6 +1,7 @@
-//! Importance sampling of triangles with varying emission. Points are sampled in cells of the
-//! square that [`sample_area`] folds onto the triangle, each by its share of the emission. Images
-//! of lamps are mostly dark, so most uniformly sampled points would contribute nothing.
+//! Importance sampling of triangles with varying emission. The square that [`sample_area`] folds
+//! onto the triangle is divided into cells, and points are sampled cell by cell in proportion to
+//! emission. Images of lamps are mostly dark, so most uniformly sampled points would contribute
+//! nothing.
 //!
 //! [`sample_area`]: raywright_bvh::shapes::SampleArea::sample_area
 
@@ -9,37 +10,40 @@ use raywright_bvh::allocate_fallibly;
 
 use crate::light::cdf::{probability_of, push_shares, sample_index};
 
-/// Ratio of brightest to darkest cell up to which a triangle is sampled uniformly.
+/// Greatest ratio of the brightest to the darkest cell at which a triangle is sampled uniformly.
 const EVEN: f64 = 1.25;
-/// Share of the mean emission added to every cell: one dark point does not prove a dark cell.
+/// Share of the mean emission that is added to every cell: a single dark point does not prove that
+/// its cell is dark.
 const LEAST: f64 = 0.1;
 
-/// The cells of one triangle: their start in the table, and their number along each side.
+/// Cells of a triangle: the index of their first entry in the table, and the number of cells along
+/// each side.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::light) struct Cells {
     start: u32,
     across: u32,
 }
 
-/// The cells of all triangles of varying emission: for each the cumulative distribution of rows,
-/// and of the cells of each row.
+/// Cells of all triangles of varying emission: for each triangle the cumulative distribution of
+/// rows, then that of the cells in each row.
 #[derive(Clone, Debug, Default)]
 pub(super) struct CellTable {
     sums: Vec<f32>,
 }
 
 impl CellTable {
-    /// Reserves memory for a number of triangles with `across` cells along each side: the estimate
-    /// that is reported before building, whether or not it is needed.
+    /// Reserves memory for a number of triangles with `across` cells along each side: as much as is
+    /// estimated before building, even if less is used.
     pub fn reserve(&mut self, triangles: u64, across: u64) {
         let sums =
             usize::try_from(triangles.saturating_mul(across * (across + 1))).unwrap_or(usize::MAX);
-        // If this allocation fails, the triangles' own allocation fails too and reports it.
+        // If this allocation fails, the allocation of the triangles fails too and reports the
+        // failure.
         let _ = allocate_fallibly(|| self.sums.try_reserve_exact(sums));
     }
 
-    /// Adds the cells of a triangle from the emission at the middle of each, row by row; `None` if
-    /// the emission is nearly uniform.
+    /// Adds the cells of a triangle from the emission in the middle of each cell, row by row.
+    /// Returns `None` if the emission is nearly uniform.
     pub fn push(&mut self, across: usize, found: &[f64]) -> Option<Cells> {
         let [darkest, brightest] = [
             found.iter().fold(f64::INFINITY, |a, &b| a.min(b)),
@@ -69,7 +73,7 @@ impl CellTable {
         self.sums.extend(shares.iter().map(|&share| share as f32));
     }
 
-    /// The cumulative distribution of rows, and of a row's cells.
+    /// Returns the cumulative distribution of a triangle's rows, and that of the cells in one row.
     fn row(&self, Cells { start, across }: Cells, row: usize) -> [&[f32]; 2] {
         let (start, across) = (start as usize, across as usize);
         [
@@ -78,7 +82,8 @@ impl CellTable {
         ]
     }
 
-    /// Samples a point in the square for two numbers in [0, 1), and returns its density.
+    /// Samples a point of the unit square for two uniform numbers in [0, 1), and returns it with
+    /// its density over the square.
     pub fn place(&self, cells: Cells, [u, v]: [f64; 2]) -> ([f64; 2], f64) {
         let across = f64::from(cells.across);
         let (y, of_row, down) = sample_index(self.row(cells, 0)[0], v);
@@ -89,7 +94,7 @@ impl CellTable {
         )
     }
 
-    /// Sampling density of a point in the square.
+    /// Returns the sampling density of a point over the unit square.
     pub fn density(&self, cells: Cells, [u, v]: [f64; 2]) -> f64 {
         let across = f64::from(cells.across);
         let at = |x: f64| ((x * across) as usize).min(cells.across as usize - 1);
@@ -107,8 +112,8 @@ pub(super) fn bytes_of(triangles: u64, across: u64) -> u64 {
     triangles.saturating_mul(across * (across + 1) * size_of::<f32>() as u64)
 }
 
-/// Weight of a cell: half of its own emission, and half of the greatest emission in and around it,
-/// because a bright neighbour may extend into the cell.
+/// Returns the weight of a cell: half of its own emission, plus half of the greatest emission among
+/// the cell and its neighbours, because a bright neighbour may extend into the cell.
 fn weight(found: &[f64], across: usize, cell: usize) -> f64 {
     let (x, y) = (cell % across, cell / across);
     let beside = |position: usize| position.saturating_sub(1)..=(position + 1).min(across - 1);
@@ -118,14 +123,15 @@ fn weight(found: &[f64], across: usize, cell: usize) -> f64 {
     0.5 * (found[cell] + maximum)
 }
 
-/// Coordinates of a triangle's point in the square: the inverse of `sample_area`.
+/// Returns the coordinates in the unit square of a point of a triangle: the inverse of
+/// `sample_area`.
 pub(super) fn unfolded([a, b, c]: [DVec3; 3], point: DVec3) -> [f64; 2] {
     let normal = (b - a).cross(c - a);
     let over = 1.0 / normal.length_squared();
     let of_b = (c - point).cross(a - point).dot(normal) * over;
     let of_c = (a - point).cross(b - point).dot(normal) * over;
     let root = (1.0 - of_b).clamp(0.0, 1.0);
-    // The second corner of the triangle is a whole side of the square.
+    // A whole side of the square is folded onto the second corner of the triangle.
     let along = if root > 0.0 {
         (of_c / root).clamp(0.0, 1.0)
     } else {

@@ -9,7 +9,7 @@ use crate::light::lanes::{
 };
 use crate::light::polygon::{Polygon, PolygonLanes};
 
-/// Emitters and the points that they light, in columns.
+/// Flat emitters and the points that they light, one pair in each lane, in columns.
 pub(in crate::light) struct EmitterLanes<R: Real> {
     polygons: PolygonLanes<LANES>,
     from: Vec3Column<R>,
@@ -34,7 +34,8 @@ impl<R: Real> EmitterLanes<R> {
         }
     }
 
-    /// Puts a flat emitter and the point that it lights into a lane.
+    /// Sets the emitter and the receiving point of a lane, with the uniform numbers and the
+    /// probability of the choice.
     #[inline(always)]
     pub fn put(
         &mut self,
@@ -60,8 +61,8 @@ impl<R: Real> EmitterLanes<R> {
         self.probability[lane] = probability;
     }
 
-    /// Samples a point of each emitter. A lane returns whether its sample contributes, or `None` if
-    /// the solid angle is too small.
+    /// Samples a point of each emitter by solid angle. Returns for each lane whether its sample
+    /// contributes, or `None` if the solid angle is too small for the method.
     #[inline]
     pub fn draw(&self, out: &mut LightLanes<R>) -> Column<Option<bool>> {
         let drawn = run_widest(DrawEmitters(self));
@@ -77,7 +78,7 @@ impl<R: Real> EmitterLanes<R> {
 
 struct DrawEmitters<'a, R: Real>(&'a EmitterLanes<R>);
 
-/// Sampled points of emitters, in the layout of [`LightLanes`].
+/// Light samples of emitters, in the layout of [`LightLanes`].
 struct ShownEmitters<R: Real> {
     surface: SurfaceLanes<R>,
     direction: Vec3Column<R>,

@@ -1,4 +1,4 @@
-//! The tables of emitters, filled by preparation.
+//! Tables of emitters, filled while a scene is prepared.
 
 use glam::DVec3;
 use raywright_bvh::shapes::{AnyShape, Quad, TransformedShape, Triangle};
@@ -11,21 +11,21 @@ use crate::light::Polygon;
 #[derive(Clone, Copy, Debug)]
 pub(in crate::light) enum EmitterShape<R: Real> {
     Plain(AnyShape<R>),
-    /// A transformed shape: its index in the list of these.
+    /// A shape with a transform: its index in the list of transformed shapes.
     Placed(u32),
 }
 
-/// Constants of a flat emitter.
+/// Plane of a flat emitter.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::light) struct EmitterPlane {
     /// Outward unit normal.
     pub normal: DVec3,
-    /// Bound on the error of its points.
+    /// Bound on the error of points in the plane.
     pub error: f64,
 }
 
 impl EmitterPlane {
-    /// The plane of a triangle or quad.
+    /// Returns the plane of a triangle or quad; `None` for other shapes.
     fn of<R: Real>(shape: &AnyShape<R>) -> Option<Self> {
         let half = R::from_f64(0.5);
         let flat = matches!(shape, AnyShape::Triangle(_) | AnyShape::Quad(_));
@@ -37,30 +37,31 @@ impl EmitterPlane {
     }
 }
 
-/// One emissive shape or triangle.
+/// An emitter: an emissive shape, or an emissive triangle or quad of a mesh.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::light) struct Emitter<R: Real> {
     pub form: EmitterShape<R>,
-    /// Emitted radiance; the mean if it varies.
+    /// Emitted radiance; its mean if the emission varies.
     pub radiance: R::Vec3,
-    /// Whether emission varies, so that it must be evaluated at the hit.
+    /// Whether the emission varies over the surface and must be evaluated at the hit.
     pub varies: bool,
     /// Whether a ray may pass through the surface.
     pub passable: bool,
     /// The emissive sides, limited to visible ones.
     pub side: Side,
-    /// Area of the surface in the world; zero if no points can be sampled from it.
+    /// Area of the surface in the world; zero if its points cannot be sampled.
     pub area: f64,
     /// Sampling cells of a triangle; `None` for uniform sampling.
     pub cells: Option<Cells>,
     /// The plane of an untransformed triangle or quad.
     pub plane: Option<EmitterPlane>,
-    /// Whether this triangle is the second half of the quad before it, which holds its light.
+    /// Whether this triangle is the second half of a quad. The entry before it then stands for the
+    /// whole quad.
     pub is_second: bool,
 }
 
 impl<R: Real> Emitter<R> {
-    /// Emitted flux, up to a factor that all emitters share.
+    /// Returns the emitted flux, up to a factor common to all emitters.
     pub fn power(&self) -> f64 {
         let radiance = self.radiance.to_f64();
         (radiance.x + radiance.y + radiance.z)
@@ -70,8 +71,8 @@ impl<R: Real> Emitter<R> {
 }
 
 impl<R: Real> Emitter<R> {
-    /// Radiance assumed by sampling: the emitted radiance, or one if the emission must be evaluated
-    /// at the hit.
+    /// Returns the radiance that sampling assumes: the emitted radiance, or one if the emission
+    /// must be evaluated at the hit.
     #[inline(always)]
     pub fn shown_radiance(&self) -> R::Vec3 {
         if self.varies {
@@ -81,11 +82,11 @@ impl<R: Real> Emitter<R> {
         }
     }
 
-    /// The emitter's polygon, if it is a triangle or quad with a plane.
+    /// Returns the emitter as a polygon, if it is an untransformed triangle or quad.
     #[inline(always)]
     pub fn polygon(&self) -> Option<Polygon> {
         self.plane?;
-        // One by one: `map` of an array is not always inlined.
+        // Component by component: `map` of an array is not always inlined.
         match &self.form {
             EmitterShape::Plain(AnyShape::Triangle(Triangle {
                 vertices: [a, b, c],
@@ -103,12 +104,12 @@ impl<R: Real> Emitter<R> {
     }
 }
 
-/// Emission of an emitter.
+/// Estimate of an emitter's emission, by which the emitter is chosen.
 #[derive(Clone, Copy, Debug)]
 pub struct EmissionEstimate<R: Real> {
-    /// Emitted radiance; the mean if it varies, by which the emitter is chosen.
+    /// Emitted radiance; its mean if the emission varies.
     pub radiance: R::Vec3,
-    /// Whether emission varies over the surface.
+    /// Whether the emission varies over the surface.
     pub varies: bool,
     /// Whether a ray may pass through the surface, so that light from behind its first hit counts
     /// too.
@@ -116,7 +117,7 @@ pub struct EmissionEstimate<R: Real> {
 }
 
 impl<R: Real> EmissionEstimate<R> {
-    /// Uniform emission.
+    /// Returns the estimate for uniform emission.
     pub fn even(radiance: R::Vec3) -> Self {
         Self {
             radiance,
@@ -125,8 +126,8 @@ impl<R: Real> EmissionEstimate<R> {
         }
     }
 
-    /// Varying emission by the mean of radiances at points uniform over a surface. `passable`:
-    /// whether a ray may pass through the surface.
+    /// Returns the estimate for varying emission: the mean of radiances at points spread uniformly
+    /// over the surface. `passable`: whether a ray may pass through the surface.
     pub fn varied(found: &[R::Vec3], passable: bool) -> Self {
         let sum = found
             .iter()
@@ -155,13 +156,15 @@ impl<R: Real> EmitterList<R> {
         self.cells.reserve(triangles, across);
     }
 
-    /// Begins the next object, in the order of the scene's objects; later emitters belong to it.
+    /// Begins the next object, in the order of the scene's objects. Emitters added later belong to
+    /// this object.
     pub fn next_object(&mut self) {
         self.first.push(self.emitters.len() as u32);
     }
 
-    /// Bytes of the tables for numbers of emitters, of transformed shapes among them, of objects,
-    /// and of triangles with `across` cells along each side; cumulative distributions included.
+    /// Returns the bytes of the tables for numbers of emitters, of transformed shapes among the
+    /// emitters, of objects, and of triangles with `across` cells along each side; cumulative
+    /// distributions included.
     pub(crate) fn bytes_of(
         emitters: u64,
         placed: u64,
@@ -182,8 +185,8 @@ impl<R: Real> EmitterList<R> {
         tables.saturating_add(bytes_of(triangles, across))
     }
 
-    /// Adds a shape, or the next triangle of a mesh, and returns its area. `area`: the area, if
-    /// known.
+    /// Adds a shape, or the next triangle of a mesh, without sampling cells, and returns its area.
+    /// `area` is passed if already known.
     pub fn add_constant(
         &mut self,
         shape: AnyShape<R>,
@@ -212,8 +215,8 @@ impl<R: Real> EmitterList<R> {
         area
     }
 
-    /// Adds the next two triangles of a mesh, the halves of a quad of uniform emission: one light,
-    /// sampled as a whole.
+    /// Adds the next two triangles of a mesh, which are the halves of a quad of uniform emission,
+    /// as one light.
     pub fn add_halves(&mut self, quad: Quad<R>, radiance: R::Vec3, side: Side) {
         self.add_constant(
             AnyShape::Quad(quad),
@@ -230,9 +233,9 @@ impl<R: Real> EmitterList<R> {
         }
     }
 
-    /// Adds the next triangle of a mesh, with varying emission. `found` holds the radiance at the
-    /// middles of cells of the square that is folded onto the triangle, row by row, `across` cells
-    /// along each side.
+    /// Adds the next triangle of a mesh, with varying emission. `found` holds the radiance in the
+    /// middles of the cells of the unit square that is folded onto the triangle, row by row, with
+    /// `across` cells along each side.
     pub fn varied(
         &mut self,
         triangle: Triangle<R>,
@@ -287,7 +290,7 @@ impl<R: Real> EmitterList<R> {
     }
 }
 
-/// A finite area, or zero.
+/// Returns a finite area; zero for an infinite or unknown area.
 fn finite(area: Option<f64>) -> f64 {
     area.filter(|a| a.is_finite()).unwrap_or(0.0)
 }

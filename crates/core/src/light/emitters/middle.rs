@@ -1,4 +1,5 @@
-//! Area lights with hard shadows: a shadow ray to the centre decides on all of a light.
+//! Hard shadows of area lights: a single shadow ray to the centre of a light decides on all of its
+//! light.
 
 use raywright_bvh::shapes::{AnyShape, Cylinder, CylinderEnds};
 use raywright_bvh::{Real, Vector};
@@ -7,11 +8,12 @@ use super::{EmitterShape, Emitters};
 use crate::light::{LightSample, LightTarget};
 
 impl<R: Real> Emitters<R> {
-    /// Redirects a light sample to the centre of its emitter: the centre of the bounds, or a point
-    /// of a triangle, because the centre of a triangle's bounds may lie off the triangle. Inside
-    /// the bounds of a closed shape the sample stays as it is. Returns `None` if the sampled point
-    /// is on the far side of a closed shape, because rays to the centre pass the shape itself.
-    /// Self-shadowing of a torus beyond that is ignored.
+    /// Redirects a light sample to the centre of its emitter: to the centre of the emitter's
+    /// bounds, or to a point of a triangle, because the centre of a triangle's bounds may lie off
+    /// the triangle. If the receiving point is inside the bounds of a closed shape, the sample
+    /// stays as it is. Returns `None` if the sampled point is on the far side of a closed shape:
+    /// the shape hides that point, but a shadow ray ignores hits of its own target. Other
+    /// self-shadowing of a torus is ignored.
     pub fn by_middle(
         &self,
         index: u32,

@@ -1,14 +1,15 @@
-//! A sampled point of an emitter, relative to the point that it lights.
+//! Sampled points of emitters: their densities and weights at the receiving point.
 
 use glam::DVec3;
 use raywright_bvh::{Real, Side, Surface, SurfacePoint, Vector};
 
-/// Direction, distance and cosine of an emitter's point.
+/// Direction, squared distance and cosine of an emitter's point, seen from the receiving point.
 pub(super) struct Facing {
     /// Unit direction to the emitter's point.
     pub direction: DVec3,
     pub squared: f64,
-    /// Cosine between the direction and the normal of the emissive side; negative behind.
+    /// Cosine between the direction back to the receiver and the normal of the emissive side;
+    /// negative behind the emitter.
     pub cosine: f64,
 }
 
@@ -31,7 +32,7 @@ impl Facing {
     }
 }
 
-/// Emissive side as a sign: 1 outside, −1 inside, 0 both.
+/// Returns the emissive side as a sign: 1 for outside, −1 for inside, 0 for both.
 pub(super) fn outwards(side: Side) -> f64 {
     match side {
         Side::Outside | Side::Culled => 1.0,
@@ -40,12 +41,12 @@ pub(super) fn outwards(side: Side) -> f64 {
     }
 }
 
-/// A sampled point of an emitter with its density and weight.
+/// A sampled point of an emitter, with its density by solid angle and its weight.
 pub(super) struct EmitterPoint<R: Real> {
     pub surface: Surface<R>,
     pub direction: DVec3,
     pub density: f64,
-    /// Factor of the radiance; zero or NaN without a contribution.
+    /// Factor on the emitted radiance, the inverse density; zero or NaN without a contribution.
     pub weight: f64,
 }
 
@@ -70,7 +71,7 @@ impl<R: Real> EmitterPoint<R> {
                 (density, if cosine > 0.0 { 1.0 / density } else { 0.0 })
             }
             PointDensity::Area(by_area) => {
-                // The area density converted to solid angle, by d²/cos.
+                // The density by area, converted to solid angle by the factor d²/cos.
                 let over = squared * by_area * probability;
                 (over / cosine, cosine / over)
             }
@@ -83,7 +84,7 @@ impl<R: Real> EmitterPoint<R> {
         }
     }
 
-    /// Whether the sample contributes. False for NaN too, where the points coincide.
+    /// Whether the sample contributes. False for NaN, when both points coincide.
     #[inline(always)]
     pub fn is_some(&self) -> bool {
         (self.weight > 0.0) & (self.weight < f64::INFINITY)

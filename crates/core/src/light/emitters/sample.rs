@@ -1,4 +1,4 @@
-//! Sampling of emitters' points, and the sampling density of hits.
+//! Sampling of points on emitters, and the sampling density of hits.
 
 use glam::DVec3;
 use raywright_bvh::shapes::{AnyShape, Sphere};
@@ -13,8 +13,8 @@ use crate::light::lanes::{LANES, LightLanes, LightTargetKind};
 use crate::light::polygon::PolygonSample;
 use crate::light::{ChosenLight, Density, DirectionCone, LightId, LightSample, LightTarget};
 
-/// An emitter chosen with a probability, the receiving point, and two numbers in [0, 1) for
-/// sampling a point on the emitter.
+/// Query for a point on an emitter: the emitter and the probability of its choice, the receiving
+/// point, and two uniform numbers in [0, 1) for the point.
 #[derive(Clone, Copy, Debug)]
 struct EmitterQuery<R: Real> {
     pub emitter: u32,
@@ -23,11 +23,11 @@ struct EmitterQuery<R: Real> {
     pub probability: f64,
 }
 
-/// The sphere of an emitter and the cone of directions to it; `None` from inside, and for other
-/// shapes.
+/// Returns the sphere of an emitter and the cone of directions to it; `None` for a receiver inside
+/// the sphere, and for other shapes.
 fn ball<R: Real>(emitter: &Emitter<R>, from: DVec3) -> Option<(Sphere<R>, DirectionCone)> {
     match &emitter.form {
-        // A sphere that emits inwards only is seen through its near side.
+        // A sphere that emits only inwards is visible through its near side.
         EmitterShape::Plain(AnyShape::Sphere(ball)) if emitter.side != Side::Inside => Some((
             *ball,
             DirectionCone::new(ball.centre.to_f64(), ball.radius.to_f64(), from)?,
@@ -37,8 +37,8 @@ fn ball<R: Real>(emitter: &Emitter<R>, from: DVec3) -> Option<(Sphere<R>, Direct
 }
 
 impl<R: Real> Emitters<R> {
-    /// Samples a point of an emitter chosen with `probability`, for the receiver `from`; `None` if
-    /// it does not contribute.
+    /// Samples a point of an emitter that was chosen with `probability`, for the receiving point
+    /// `from` and two uniform numbers in [0, 1); `None` if the point does not contribute.
     pub fn sample(
         &self,
         index: u32,
@@ -73,8 +73,8 @@ impl<R: Real> Emitters<R> {
         }
     }
 
-    /// [`Self::sample`] for the emitters among chosen lights: polygons together, before all others
-    /// enter the lanes. `waiting` is their buffer.
+    /// Samples a point of each emitter among chosen lights, as [`Self::sample`] does. Polygons are
+    /// sampled first, all together in the buffer `waiting`; other emitters one by one.
     pub(in crate::light) fn sample_lanes(
         &self,
         chosen_lights: &[Option<ChosenLight<R>>],
@@ -133,8 +133,8 @@ impl<R: Real> Emitters<R> {
         }
     }
 
-    /// Light sample for a point sampled by solid angle on a polygon; samples by area if there is
-    /// none.
+    /// Returns the light sample for a point that was sampled by solid angle on a polygon; without
+    /// such a point, samples by area.
     #[inline]
     fn on_polygon(
         &self,
@@ -152,7 +152,8 @@ impl<R: Real> Emitters<R> {
         )
     }
 
-    /// Samples a point by area, or by the emitter's cells of varying emission.
+    /// Samples a point of an emitter uniformly by area, or by the emitter's cells of varying
+    /// emission.
     fn by_area(&self, query: &EmitterQuery<R>) -> Option<LightSample<R>> {
         let emitter = &self.list.emitters[query.emitter as usize];
         let position = query.position.map(f64::from);
@@ -174,7 +175,7 @@ impl<R: Real> Emitters<R> {
         )
     }
 
-    /// Light sample for a point of the emitter.
+    /// Returns the light sample for a point of an emitter; `None` if the point does not contribute.
     #[inline(always)]
     fn shown(
         &self,
@@ -204,8 +205,8 @@ impl<R: Real> Emitters<R> {
         })
     }
 
-    /// Density by solid angle with which [`Emitters::sample`] returns this point of an emitter, hit
-    /// by a ray from `from`.
+    /// Returns the density by solid angle with which [`Emitters::sample`] returns a point of an
+    /// emitter that a ray from `from` hit.
     pub fn density(
         &self,
         index: u32,
@@ -259,8 +260,8 @@ impl<R: Real> Emitters<R> {
         self.strategy == EmitterStrategy::SolidAngle && !emitter.passable && emitter.cells.is_none()
     }
 
-    /// Solid angle over which an emitter is sampled uniformly, in steradians; `None` if it is
-    /// sampled otherwise.
+    /// Returns the solid angle in steradians over which an emitter is sampled uniformly; `None` if
+    /// it is sampled by area.
     #[inline]
     fn solid_angle(&self, emitter: &Emitter<R>, from: DVec3) -> Option<f64> {
         if !self.is_even(emitter) {

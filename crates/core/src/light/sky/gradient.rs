@@ -1,12 +1,12 @@
 //! A sky in closed form: a gradient from nadir to zenith, and lobes about directions. The code is
-//! generic over one ray or many.
+//! generic over the number of rays.
 
 use raywright_bvh::{Real, SimdTask, Vector, run_widest};
 
 use super::{DirectionColumns, LANES, SkySample, side_by_side};
 use crate::number::{Lanes, Number, Vector3};
 
-/// A gradient with suns.
+/// A sky with a gradient from nadir to zenith, and suns.
 #[derive(Clone, Debug)]
 pub struct Gradient<R: Real> {
     /// Radiance from the nadir and from the zenith.
@@ -23,14 +23,14 @@ pub struct SunLobe<R: Real> {
     pub exponent: u32,
 }
 
-/// A vector in every lane.
+/// Returns the same vector in every lane.
 #[inline(always)]
 fn splat<R: Real, N: Number>(v: R::Vec3) -> N::Vec3 {
     N::Vec3::of_lanes(|_| v.to_f64())
 }
 
 impl<R: Real> Gradient<R> {
-    /// Radiance along unit directions.
+    /// Returns the radiance along unit directions, one in each lane of `N`.
     #[inline(always)]
     pub fn radiance<N: Number>(&self, d: N::Vec3) -> N::Vec3 {
         let [zero, half, one] = [0.0, 0.5, 1.0].map(N::from_f64);
@@ -43,7 +43,7 @@ impl<R: Real> Gradient<R> {
         sky
     }
 
-    /// Radiance along many directions, one after the other, in lanes of `f32`.
+    /// Appends the radiance along many unit directions in order, computed in lanes of `f32`.
     pub fn look(&self, directions: impl Iterator<Item = R::Vec3>, out: &mut Vec<SkySample<R>>) {
         side_by_side::<R>(directions, |directions, count| {
             let seen = run_widest(GradientRadiance {
@@ -58,7 +58,7 @@ impl<R: Real> Gradient<R> {
     }
 }
 
-/// Task: radiance along directions side by side.
+/// SIMD task: radiance along a batch of directions.
 struct GradientRadiance<'a, R: Real> {
     gradient: &'a Gradient<R>,
     directions: &'a DirectionColumns<R>,

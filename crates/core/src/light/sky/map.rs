@@ -13,8 +13,8 @@ use crate::texture::decoded;
 #[derive(Clone, Debug)]
 pub struct EquirectMap<R: Real> {
     pub image: Arc<ImageData>,
-    /// Texels packed in a quarter of the bytes, if this loses nothing, as for `.hdr` files; empty
-    /// otherwise. Sky lookups are incoherent, and their cost is memory access.
+    /// Texels packed as RGBE in a quarter of the bytes, if packing loses nothing, as for `.hdr`
+    /// files; else empty. Sky lookups are incoherent, so memory access dominates their cost.
     pub packed: Vec<u32>,
     /// Rotation of the image about +y, in turns.
     pub turn: R,
@@ -22,7 +22,7 @@ pub struct EquirectMap<R: Real> {
 }
 
 impl<R: Real> EquirectMap<R> {
-    /// A map of an image with a rotation and a strength.
+    /// Creates a map from an image, with a rotation about +y in turns and a strength.
     pub fn new(image: Arc<ImageData>, turn: R, strength: R) -> Self {
         let packed = match &image.pixels {
             Pixels::Linear(pixels) => pixels
@@ -39,7 +39,7 @@ impl<R: Real> EquirectMap<R> {
         }
     }
 
-    /// A texel, before the strength.
+    /// Returns the radiance of a texel, without the strength.
     #[inline(always)]
     pub fn texel(&self, x: usize, y: usize) -> R::Vec3 {
         self.stored(y * self.image.width as usize + x)
@@ -54,13 +54,14 @@ impl<R: Real> EquirectMap<R> {
         R::Vec3::new(r, g, b)
     }
 
-    /// Bilinear radiance at coordinates of the image, repeating around and clamped at the poles.
+    /// Returns the bilinear radiance at image coordinates from 0 to 1; the image repeats in azimuth
+    /// and is clamped at the poles.
     pub fn radiance(&self, [u, v]: [R; 2]) -> R::Vec3 {
         let [[r], [g], [b]] = self.radiances([&[u], &[v]]);
         R::Vec3::new(r, g, b)
     }
 
-    /// [`Self::radiance`] at several coordinates.
+    /// Returns the radiance at several coordinates, as [`Self::radiance`] does, by channel.
     #[inline(always)]
     fn radiances<const N: usize>(&self, [u, v]: [&[R; N]; 2]) -> [[R; N]; 3] {
         let half = R::from_f64(0.5);
@@ -76,7 +77,7 @@ impl<R: Real> EquirectMap<R> {
             let (x0, y0) = (x.floor(), y.floor());
             (fx[i], fy[i]) = (x - x0, y - y0);
             let (left, top) = (x0.to_f64() as i32, y0.to_f64() as i32);
-            // At most one turn away, so no division is needed.
+            // The column is at most one turn outside the image, so no division is needed.
             let column = |x: i32| {
                 (if x < 0 { x + width } else { x } - if x >= width { width } else { 0 }) as u32
             };
@@ -106,7 +107,7 @@ impl<R: Real> EquirectMap<R> {
         out
     }
 
-    /// Radiance along many directions, one after the other.
+    /// Appends the radiance and image coordinates of many unit directions, in order.
     pub fn look(&self, directions: impl Iterator<Item = R::Vec3>, out: &mut Vec<SkySample<R>>) {
         side_by_side::<R>(directions, |directions, count| {
             let [u, v, r, g, b] = run_widest(MapLookup {
@@ -120,7 +121,7 @@ impl<R: Real> EquirectMap<R> {
         });
     }
 
-    /// Texels at indices of the list of pixels, channel by channel.
+    /// Fetches texels at indices of the list of pixels, channel by channel, without the strength.
     #[inline(always)]
     fn texels<const N: usize>(&self, places: &[u32; N], out: &mut [[R; N]; 3]) {
         if self.packed.is_empty() {
@@ -141,7 +142,7 @@ impl<R: Real> EquirectMap<R> {
     }
 }
 
-/// Task: image coordinates of directions, and the radiance there.
+/// SIMD task: image coordinates of a batch of directions, and the radiance at them.
 struct MapLookup<'a, R: Real> {
     map: &'a EquirectMap<R>,
     directions: &'a DirectionColumns<R>,
@@ -161,11 +162,11 @@ impl<R: Real> SimdTask for MapLookup<'_, R> {
     }
 }
 
-/// A colour as three mantissas of a byte and a common exponent (Ward, "Real Pixels", 1991), if that
-/// is exact.
+/// Packs a colour as RGBE: three mantissas of a byte and a common exponent (Ward, "Real Pixels",
+/// 1991). `None` if packing would change the colour.
 pub fn packed(colour: [f32; 3]) -> Option<u32> {
     let largest = colour.into_iter().fold(0.0_f32, f32::max);
-    // Below this, the exponent underflows.
+    // Below this limit, the exponent underflows.
     if largest > 0.0 && largest < f32::MIN_POSITIVE * 256.0 {
         return None;
     }
@@ -173,7 +174,7 @@ pub fn packed(colour: [f32; 3]) -> Option<u32> {
     let unit = f32::from_bits(exponent << 23);
     let [r, g, b] = colour.map(|c| (c / unit) as u8);
     let texel = u32::from_le_bytes([r, g, b, u8::try_from(exponent).ok()?]);
-    // Compared by bits, so that minus zero and NaN are kept.
+    // Compared by bits, so that colours with minus zero or NaN are not packed.
     (unpacked(texel).map(f32::to_bits) == colour.map(f32::to_bits)).then_some(texel)
 }
 

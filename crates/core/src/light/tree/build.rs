@@ -1,6 +1,6 @@
-//! Partition of lights among the children of a node: binary splits by expected cost, the costliest
-//! group first ("Importance Sampling of Many Lights with Adaptive Tree Splitting", Conty Estevez,
-//! Kulla 2018).
+//! Partition of lights among the children of a node: binary splits of least expected cost, the
+//! costliest group first ("Importance Sampling of Many Lights with Adaptive Tree Splitting", Conty
+//! Estevez, Kulla 2018).
 
 use core::f64::consts::PI;
 use core::ops::Range;
@@ -10,25 +10,25 @@ use glam::DVec3;
 use super::{LightLeaf, WIDTH};
 use crate::light::{LightBounds, LightId};
 
-/// Bounds and power of lights together.
+/// Bounds and power of a group of lights.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LightCluster {
     pub bounds: LightBounds,
     pub power: f64,
 }
 
-/// A range of leaves.
+/// A group of lights: a range of leaves, with its bounds and power.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LeafGroup {
     start: usize,
     end: usize,
-    /// Number of splits from all leaves to this group.
+    /// Number of splits between all leaves and this group.
     depth: u32,
     pub sum: LightCluster,
 }
 
 impl LeafGroup {
-    /// The group of all leaves; `None` if there are none.
+    /// Returns the group of all leaves; `None` without leaves.
     pub fn of_all(leaves: &[LightLeaf]) -> Option<Self> {
         (!leaves.is_empty()).then(|| Self::of(leaves, 0..leaves.len(), 0))
     }
@@ -47,12 +47,12 @@ impl LeafGroup {
     }
 }
 
-/// The children of a node over two or more leaves: up to [`WIDTH`], single leaves among them.
-/// Groups are split one after the other, the costliest first, except groups too small for the node
-/// to tell the positions of their halves apart.
+/// Divides a group of two or more leaves among the children of a node: at most [`WIDTH`] groups,
+/// single leaves among them. Groups are split one after the other, the costliest first. Groups so
+/// small that a node cannot separate the positions of their halves are not split.
 pub(super) fn divide(leaves: &mut [LightLeaf], whole: LeafGroup) -> Vec<LeafGroup> {
-    /// Least size of a group to split, relative to the node: some hundreds of times the rounding of
-    /// positions.
+    /// Least size of a group that is split, relative to the node: some hundreds of times the
+    /// rounding of positions.
     const SMALLEST: f64 = 1e-4;
     let size = |group: &LeafGroup| group.sum.bounds.space.extent().length();
     let smallest = SMALLEST * size(&whole);
@@ -110,8 +110,8 @@ impl LightCluster {
         }
     }
 
-    /// Cost of a node: power · solid angle of emission · surface area of its box (same source,
-    /// equation 1).
+    /// Returns the cost of a group: power · solid angle of emission · surface area of its box (same
+    /// source, equation 1).
     fn cost(&self) -> f64 {
         let LightBounds {
             space,
@@ -128,13 +128,14 @@ impl LightCluster {
             * (2.0 * widest * sin_n - libm::cos(normals - 2.0 * widest) - 2.0 * beyond * sin_n
                 + cos_n);
         let e = space.extent();
-        // The squared length keeps points apart, because their boxes have no surface.
+        // The term of the squared length separates groups of points, whose boxes have no surface.
         let surface = e.x * e.y + e.y * e.z + e.z * e.x + e.length_squared() * 1e-3;
         self.power * (cap + rim) * surface
     }
 }
 
-/// Nearly the smallest cone around the normals of two lights.
+/// Returns the axis and the half-angle in radians of nearly the smallest cone around the normals of
+/// two groups.
 fn around([a, b]: [&LightBounds; 2]) -> (DVec3, f64) {
     let (wide, narrow) = if a.normals >= b.normals {
         (a, b)
@@ -157,15 +158,15 @@ fn around([a, b]: [&LightBounds; 2]) -> (DVec3, f64) {
     )
 }
 
-/// Bins along an axis for finding a split.
+/// Number of bins along an axis in the search for a split.
 const BINS: usize = 12;
 
-/// Depth from which groups are split in the middle: in any layout, the tree is at most 64 levels
-/// deep.
+/// Number of splits from which on groups are split in the middle: in any layout, the tree is at
+/// most 64 levels deep.
 const DEEP: u32 = 32;
 
-/// Moves the leaves of the first group to the front and returns their number: at least one, with at
-/// least one left.
+/// Splits a group: moves the leaves of the first half to the front and returns their number. Each
+/// half has at least one leaf.
 fn split(leaves: &mut [LightLeaf], whole: &LightBounds, depth: u32) -> usize {
     let middle = leaves.len() / 2;
     let centres = leaves.iter().map(|leaf| leaf.bounds.space.centre());
@@ -233,7 +234,8 @@ fn split(leaves: &mut [LightLeaf], whole: &LightBounds, depth: u32) -> usize {
     }
 }
 
-/// Cost of both sides for each split between two bins; `None` if one side is empty.
+/// Returns the summed cost of both sides for each split between two bins; `None` if one side is
+/// empty.
 fn costs(bins: &[Option<LightCluster>; BINS]) -> [Option<f64>; BINS - 1] {
     let join = |a: Option<LightCluster>, b: &Option<LightCluster>| match (a, b) {
         (Some(a), Some(b)) => Some(a.and(b)),
@@ -252,8 +254,8 @@ fn costs(bins: &[Option<LightCluster>; BINS]) -> [Option<f64>; BINS - 1] {
     })
 }
 
-/// An arbitrary order of lights, so that lights of equal position are split the same way
-/// everywhere.
+/// Returns a sort key: an arbitrary but fixed order of lights, so that lights of equal position are
+/// always split the same way.
 fn order(light: LightId) -> (u8, u32) {
     match light {
         LightId::Delta(i) => (0, i),

@@ -1,9 +1,9 @@
-//! Eight children of a light tree's node side by side: the importance of each at a point, in `f32`
-//! and without branches, so that the compiler vectorises the loop.
+//! A node of the light tree, with eight children side by side: the importance of each child at a
+//! point is computed in `f32` and without branches, so that the compiler vectorises the loop.
 //!
 //! Ranges beyond `f32` are removed when the node is built: positions are relative to the node's
-//! centre in units of its size, powers are shares of the node's. Rounding is covered by margins:
-//! radii and cosines are enlarged, so that no light that may arrive is left out.
+//! centre in units of its size, and powers are shares of the node's power. Margins cover rounding:
+//! radii and cosines are enlarged, so that no light that may arrive is excluded.
 
 use core::f64::consts::PI;
 
@@ -12,23 +12,24 @@ use glam::DVec3;
 use super::build::LightCluster;
 use super::{LightTree, LightTreeChild, Receiver};
 
-/// Children of a node.
+/// Number of children of a node.
 pub(super) const WIDTH: usize = 8;
 
 /// Bound on the rounding of a cosine in `f32`: some ten roundings of 2⁻²⁴.
 const MARGIN: f32 = 4e-6;
-/// Enlargement of the cosine to a group's axis. Its sine then never belongs to a greater angle;
-/// without the enlargement the angle is 10⁻³ too great at cosines of ±1.
+/// Enlargement of the cosine to a group's axis. With it, the sine computed from the cosine never
+/// belongs to a greater angle; without it, the angle is up to 10⁻³ too great at cosines of ±1.
 const SLACK: f32 = 2e-6;
 /// Bound on the rounding of a position, in units of the node.
 const MOVED: f64 = 5e-7;
 /// Least share of power, so that no product of shares, cosines and distances underflows `f32`.
 const FAINTEST: f64 = 1e-20;
-/// Distance in units of the node from which on the point and the node are scaled down together:
-/// squared distances would overflow `f32` otherwise.
+/// Distance, in units of the node, from which on the point and the node are scaled down together,
+/// because squared distances would overflow `f32`.
 const FAR: f64 = 1e3;
 
-/// A node: eight children, each a light or a node; missing ones have no power.
+/// A node of the light tree: eight children, each a light or a node. Missing children have no
+/// power.
 #[derive(Clone, Debug)]
 pub(super) struct LightNode {
     centre: DVec3,
@@ -41,21 +42,21 @@ pub(super) struct LightNode {
     x: [f32; WIDTH],
     y: [f32; WIDTH],
     z: [f32; WIDTH],
-    /// Radii of the balls around the boxes.
+    /// Radii of the balls around the children's boxes.
     radius: [f32; WIDTH],
     axis_x: [f32; WIDTH],
     axis_y: [f32; WIDTH],
     axis_z: [f32; WIDTH],
-    /// Sine and cosine of the greatest angle between axis and normals.
+    /// Sine and cosine of the greatest angle between a child's axis and its normals.
     sin_normals: [f32; WIDTH],
     cos_normals: [f32; WIDTH],
-    /// Cosine of the greatest angle of emission, less [`MARGIN`].
+    /// Cosine of a child's greatest angle of emission, less [`MARGIN`].
     emission: [f32; WIDTH],
-    /// Share of the node's power.
+    /// Share of a child in the node's power.
     power: [f32; WIDTH],
 }
 
-/// The greater number, and `b` for NaN: one instruction. `f32::max` takes several.
+/// Returns the greater number, and `b` for NaN, in a single instruction; `f32::max` takes several.
 #[inline(always)]
 fn greater(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
@@ -66,7 +67,8 @@ fn lesser(a: f32, b: f32) -> f32 {
     if a < b { a } else { b }
 }
 
-/// The ball around a group's box; far from the origin its centre is rounded.
+/// Returns centre and radius of the ball around a group's box. The radius covers the rounding of
+/// the centre far from the origin.
 fn ball(group: &LightCluster) -> (DVec3, f64) {
     let (space, middle) = (group.bounds.space, group.bounds.space.centre());
     (
@@ -75,19 +77,20 @@ fn ball(group: &LightCluster) -> (DVec3, f64) {
     )
 }
 
-/// Approximate mean over a ball of its clamped cosines, from the centre's cosine and the greatest:
-/// the centre's, or half of the greatest where the ball crosses the horizon. The greatest cosine
-/// itself overrates balls at the horizon, of which little or nothing is lit: a third more of the
-/// samples of lights on a ball had no contribution.
+/// Returns an approximate mean of the clamped cosines over a ball, from the cosine at its centre
+/// and the greatest cosine: the cosine at the centre, or half of the greatest cosine if the ball
+/// crosses the horizon. The greatest cosine itself overrates balls at the horizon, which are lit
+/// little or not at all: a third more of the samples of lights on a ball contributed nothing.
 #[inline(always)]
 fn mean(middle: f32, greatest: f32) -> f32 {
     greater(lesser(greater(middle, 0.5 * greatest), 1.0), MARGIN)
 }
 
 impl LightNode {
-    /// A node without children, around all that it will hold.
+    /// Creates a node without children, for the group `whole`.
     pub fn new(whole: &LightCluster, parent: u32) -> Self {
-        /// Lights at one position have no extent; with this unit every other position is far.
+        /// Lights at one position have no extent; with this least unit, every other position is far
+        /// away.
         const LEAST: f64 = 1e-150;
         let (centre, radius) = ball(whole);
         let none = [0.0; WIDTH];
@@ -110,7 +113,7 @@ impl LightNode {
         }
     }
 
-    /// Sets a child.
+    /// Sets a child: a group of lights within the node's group `whole`.
     pub fn put(&mut self, lane: usize, group: &LightCluster, whole: &LightCluster) {
         let LightCluster { bounds, power } = group;
         let (middle, radius) = ball(group);
@@ -126,11 +129,12 @@ impl LightNode {
         self.power[lane] = (power / whole.power).max(FAINTEST) as f32;
     }
 
-    /// Approximate contribution of each child; zero only if no light can arrive.
+    /// Returns the approximate contribution of each child at a receiving point; zero only if no
+    /// light of the child can arrive.
     ///
-    /// The least angle at which light of a ball leaves or arrives is the centre's angle less the
-    /// angular radius of the ball. Its cosine is at most the centre's plus the ball's sine, with
-    /// equality at the horizon, where it is zero.
+    /// The least angle at which light of a ball leaves or arrives is the angle at the ball's centre
+    /// less the angular radius of the ball. Its cosine is at most the cosine at the centre plus the
+    /// sine of the angular radius. Both are equal at the horizon, where the cosine is zero.
     #[inline(always)]
     pub fn importances(&self, receiver: &Receiver) -> [f32; WIDTH] {
         let across = (receiver.point - self.centre) * self.inverse;
@@ -181,10 +185,10 @@ impl LightNode {
     }
 }
 
-/// Cumulative importances, from zero on. A zero importance does not increase the sum: sums of pairs
-/// and fours are added in an order that preserves this under rounding, so that zero importance has
-/// zero probability. In `f64`, because in `f32` faint lights would be sampled by the rounding of
-/// the sum.
+/// Returns the cumulative sums of importances, starting with zero. An importance of zero leaves the
+/// sum unchanged, and so has a probability of zero: pairs and fours are added in an order that
+/// preserves this under rounding. In `f64`, because in `f32` the rounding of the sum would decide
+/// how often faint lights are sampled.
 #[inline(always)]
 pub(super) fn running(importances: &[f32; WIDTH]) -> [f64; WIDTH + 1] {
     let (mut one, mut two) = ([0.0; WIDTH], [0.0; WIDTH / 2]);
