@@ -1,4 +1,4 @@
-//! Prepared cameras: from film positions to rays.
+//! Prepared cameras, which turn film positions into camera rays.
 
 use glam::{DMat3, DVec3};
 use raywright_bvh::{Aabb, Ray, Real, Vector};
@@ -6,7 +6,8 @@ use raywright_bvh::{Aabb, Ray, Real, Vector};
 use crate::motion::{camera_at, camera_moves, exposure, opening, pose_at};
 use crate::scene::{Camera as CameraData, Fit, Pinhole, Pose, Projection};
 
-/// A camera for a picture of one size.
+/// A camera prepared for a picture of a fixed size in pixels: generates camera rays from film
+/// positions.
 #[derive(Clone, Debug)]
 pub struct PreparedCamera<R: Real> {
     eye: R::Vec3,
@@ -24,7 +25,8 @@ pub struct PreparedCamera<R: Real> {
     shutter: Option<Box<Shutter>>,
 }
 
-/// Width of a camera's rays as round cones (Amanatides, "Ray Tracing with Cones", 1984): one pixel.
+/// Ray cone of a camera (Amanatides, "Ray Tracing with Cones", 1984): the width of one pixel at a
+/// distance, for texture footprints and wireframe lines.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cone<R> {
     /// Width at the origin, in world units.
@@ -33,21 +35,23 @@ pub struct Cone<R> {
     pub spread: R,
 }
 
-/// Exposure interval, and the data of a moving camera. A moving camera is rebuilt for each ray, in
-/// `f64` from the scene's numbers: rare, and as exact as a static one. Its rays start at the eye at
-/// any distance.
+/// Exposure interval of a camera, and the scene's data of a moving camera. A moving camera is
+/// prepared anew for each ray, in `f64` from the scene's numbers: moving cameras are rare, and
+/// their rays are as exact as those of a static camera. Rays of a moving camera start at the eye,
+/// even far from the scene.
 #[derive(Clone, Debug)]
 struct Shutter {
     open: f64,
     duration: f64,
     moving: Option<(CameraData, [u32; 2])>,
-    /// Number of pixels of that picture along the edge of one pixel here.
+    /// Edge of a pixel of this camera, in pixels of the moving camera's picture: above 1 for a
+    /// preview.
     coarseness: u32,
 }
 
-/// Ray generation of a camera so distant that stored coordinates there do not resolve neighbouring
-/// pixels. Rays are computed in `f64` and stored where they reach the scene, so the eye's distance
-/// has no effect.
+/// Ray generation of a camera so distant that coordinates near the eye, rounded to the precision,
+/// do not resolve neighbouring pixels. Rays are computed in `f64`, and their origins are moved
+/// forward to the scene before rounding, so the eye's distance has no effect.
 #[derive(Clone, Debug)]
 struct DistantCamera {
     camera: PreparedCamera<f64>,
@@ -55,7 +59,8 @@ struct DistantCamera {
 }
 
 impl DistantCamera {
-    /// Not inlined, so that loops over other cameras' rays stay free of it.
+    /// Generates a ray that starts close to the scene. Not inlined, so that ray loops of ordinary
+    /// cameras do not contain this code.
     #[inline(never)]
     fn generate_ray<R: Real>(&self, x: f64, y: f64, lens: [f32; 2]) -> Ray<R> {
         let ray = self.camera.near_ray(x, y, lens);
@@ -67,8 +72,8 @@ impl DistantCamera {
     }
 }
 
-/// A camera is distant if rounding moves its rays by more than 2⁻¹⁶ of the scene's radius, a tenth
-/// of a pixel at the most.
+/// Rounding error of ray origins, as a share of the scene's radius, above which a camera counts as
+/// distant. The error stays below a tenth of a pixel.
 const FAR: f64 = 1.0 / 65536.0;
 
 #[derive(Clone, Debug)]
@@ -81,7 +86,7 @@ enum CameraKind<R: Real> {
     ThinLens { radius: R, focus: R },
 }
 
-/// Position of the eye, and orthonormal right, up, back.
+/// Returns the position of the eye, and the orthonormal axes right, up and back of a pose.
 pub(crate) fn axes(pose: &Pose) -> (DVec3, DMat3) {
     match *pose {
         // Validation rejects a view along `up`.
@@ -125,15 +130,16 @@ pub(crate) fn axes(pose: &Pose) -> (DVec3, DMat3) {
     }
 }
 
-/// The axes of a view. `level` is its right where rounding, for an eye close to a target far from
-/// the origin, leaves the view along `up`.
+/// Returns the axes right, up and back of a view from `eye` to `target`. `level` replaces the right
+/// axis if the view is along `up`, as rounding may cause for an eye close to a target far from the
+/// origin.
 fn look_at(eye: DVec3, target: DVec3, up: DVec3, level: DVec3) -> DMat3 {
     let forward = (target - eye).normalize();
     let right = forward.cross(up).try_normalize().unwrap_or(level);
     DMat3::from_cols(right, right.cross(forward), -forward)
 }
 
-/// Focal length for a film one unit high.
+/// Returns the focal length for a film one unit high and `aspect` units wide.
 fn focal_length(pinhole: &Pinhole, aspect: f64) -> f64 {
     let from_degrees = |fov: f64| 0.5 / libm::tan(fov.to_radians() * 0.5);
     match *pinhole {
@@ -154,8 +160,8 @@ fn focal_length(pinhole: &Pinhole, aspect: f64) -> f64 {
     }
 }
 
-/// The same ray, copied by component: the result of a call lies in memory, and without the copy all
-/// rays of the caller would stay there.
+/// Returns a copy of a ray, component by component. The result of a call that is not inlined lies
+/// in memory; without this copy the compiler would keep every ray of the caller in memory.
 #[inline(always)]
 fn taken_apart<R: Real>(ray: Ray<R>) -> Ray<R> {
     let vector = |v: R::Vec3| R::Vec3::new(v.x(), v.y(), v.z());
@@ -231,8 +237,9 @@ impl<R: Real> PreparedCamera<R> {
         }
     }
 
-    /// [`Self::new`] for a scene with a bounded part within `bounds`. Rays of a distant camera
-    /// start at [`PreparedCamera::ahead`], before the sphere around the bounds.
+    /// Prepares a camera as [`Self::new`], for a scene whose bounded part lies within `bounds`.
+    /// Rays of a distant camera start at a distance of [`PreparedCamera::ahead`] from the eye, in
+    /// front of the sphere around `bounds`.
     pub fn towards(data: &CameraData, size: [u32; 2], bounds: &Aabb) -> Self {
         let camera = Self::new(data, size);
         let radius = bounds.extent().length() * 0.5;
@@ -245,7 +252,8 @@ impl<R: Real> PreparedCamera<R> {
                 aperture_radius, ..
             } => (direction.length(), radius + aperture_radius),
         };
-        // Rounded as stored, so that every sum uses the same distance between eye and origin.
+        // Rounded to the precision, so that every use adds the same distance between eye and ray
+        // origin.
         let ahead = R::from_f64(distance - 2.0 * reach).to_f64();
         let moves = camera
             .shutter
@@ -266,7 +274,8 @@ impl<R: Real> PreparedCamera<R> {
         }
     }
 
-    /// The camera of a picture with pixels `factor` times as wide and high, from the same corner.
+    /// Returns the camera of a preview with pixels `factor` times as wide and high, counted from
+    /// the top left corner of the picture.
     #[must_use]
     pub fn with_larger_pixels(&self, factor: u32) -> Self {
         let mut camera = self.clone();
@@ -283,7 +292,8 @@ impl<R: Real> PreparedCamera<R> {
         camera
     }
 
-    /// Distance of the rays' origins from the eye, or from its plane: zero unless the camera is
+    /// Returns the distance from the eye to the origins of the rays, in world units; for an
+    /// orthographic camera, the distance from the plane of the eye. Zero unless the camera is
     /// distant.
     #[inline]
     pub fn ahead(&self) -> R {
@@ -292,8 +302,9 @@ impl<R: Real> PreparedCamera<R> {
             .map_or(R::ZERO, |far| R::from_f64(far.ahead))
     }
 
-    /// Cone of the rays in the middle of the picture, where pixels look widest. A lens does not
-    /// widen it; a moving camera is taken at the opening of the shutter.
+    /// Returns the ray cone of a pixel in the middle of the picture, where pixels are widest. The
+    /// aperture of a lens is ignored; a moving camera counts in its pose at the opening of the
+    /// shutter.
     pub fn cone(&self) -> Cone<R> {
         let pixel = (self.right.length() * self.pixel[0]).max(self.up.length() * self.pixel[1]);
         match self.kind {
@@ -308,9 +319,9 @@ impl<R: Real> PreparedCamera<R> {
         }
     }
 
-    /// Position of a point in the picture, in pixels from its top left corner, also outside the
-    /// picture; `None` behind the eye. Approximate for a lens; a moving camera is taken at the
-    /// opening of the shutter.
+    /// Projects a point of the world into the picture: returns its position in pixels from the top
+    /// left corner, also outside the picture; `None` behind the eye. Approximate for a camera with
+    /// a lens; a moving camera counts in its pose at the opening of the shutter.
     pub fn pixel_of(&self, point: DVec3) -> Option<[f64; 2]> {
         let [eye, right, up, forward] =
             [self.eye, self.right, self.up, self.forward].map(Vector::to_f64);
@@ -335,13 +346,13 @@ impl<R: Real> PreparedCamera<R> {
         matches!(self.kind, CameraKind::ThinLens { .. })
     }
 
-    /// Whether rays need a time.
+    /// Whether rays need a time within the exposure interval.
     pub fn has_shutter(&self) -> bool {
         self.shutter.is_some()
     }
 
-    /// [`PreparedCamera::generate_ray`] at this share of the exposure interval. Without a shutter
-    /// it is [`PreparedCamera::generate_ray`].
+    /// Generates a ray as [`PreparedCamera::generate_ray`], at the time given by a share, 0 to 1,
+    /// of the exposure interval. The share is ignored without a shutter.
     #[inline]
     pub fn ray_during(&self, x: R, y: R, lens: [f32; 2], share: f32) -> Ray<R> {
         match &self.shutter {
@@ -362,9 +373,9 @@ impl<R: Real> PreparedCamera<R> {
         ray.at_time(time)
     }
 
-    /// The ray through a film position, in pixels from the top left corner of the picture, from
-    /// [`PreparedCamera::ahead`] on. `lens` is uniform in [0, 1)² and only read where
-    /// [`PreparedCamera::has_lens`].
+    /// Generates the ray through a film position, given in pixels from the top left corner of the
+    /// picture. The ray starts at a distance of [`PreparedCamera::ahead`] from the eye. `lens`
+    /// holds two uniform numbers in [0, 1), which are read only if [`PreparedCamera::has_lens`].
     #[inline(always)]
     pub fn generate_ray(&self, x: R, y: R, lens: [f32; 2]) -> Ray<R> {
         match &self.far {

@@ -1,4 +1,4 @@
-//! The one place where run-time choices become types: precision and integrator.
+//! Dispatch: the only file in which run-time choices, of precision and integrator, become types.
 
 use core::sync::atomic::{AtomicBool, Ordering};
 
@@ -36,7 +36,7 @@ enum AnyPrepared {
     Reference(Box<Prepared<f64>>),
 }
 
-/// Evaluates an expression for the prepared precision.
+/// Evaluates an expression with the prepared scene in whichever precision it has.
 macro_rules! each {
     ($ready:expr, $prepared:ident => $value:expr) => {
         match $ready {
@@ -46,12 +46,12 @@ macro_rules! each {
     };
 }
 
-/// Work on a prepared scene, generic over the precision.
+/// A task on a prepared scene, generic over the precision.
 pub(crate) trait PreparedWork {
-    /// Result of the work.
+    /// Result of the task.
     type Output;
 
-    /// Does the work.
+    /// Runs the task.
     fn run<R: Real>(&self, prepared: &Prepared<R>) -> Self::Output;
 }
 
@@ -93,9 +93,9 @@ pub fn prepare(
     })
 }
 
-/// Returns the bytes that preparation and rendering have still to allocate. Meshes and images are
-/// already in memory. A tree is built beside lists of about its size, and a picture is reordered
-/// for its file beside the film.
+/// Returns the bytes that preparation and rendering still have to allocate; `needed` is the
+/// estimate of the total. Meshes and images are already in memory. Building a tree takes temporary
+/// lists of about the tree's size, and writing a file takes a reordered copy of the picture.
 fn remaining_allocations(needed: &Memory, scene: &Scene) -> u64 {
     let images = scene
         .images
@@ -114,9 +114,10 @@ fn remaining_allocations(needed: &Memory, scene: &Scene) -> u64 {
         .saturating_add(needed.film / 2)
 }
 
-/// Estimates the memory of a scene. The estimate is at least the result of [`ReadyScene::memory`]
-/// after preparation, and at most twice that; three times with the tree of `robust`, five times
-/// where triangles and shapes mix, four times where triangles may be split (`build=high`).
+/// Estimates the memory that a scene takes, before preparation. The estimate is at least the memory
+/// in use after preparation ([`ReadyScene::memory`]), and at most twice as much. The factor is at
+/// most three with the tree of `robust`, four where triangles may be split (`build=high`), and five
+/// where triangles and shapes mix.
 pub fn estimate(scene: &Scene, settings: &Settings) -> Memory {
     estimate_memory(&RenderSetup::new(scene, settings))
 }
@@ -128,8 +129,8 @@ fn estimate_memory(render_setup: &RenderSetup<'_>) -> Memory {
     }
 }
 
-/// Returns the extent of a scene, as a precision stores it. Computed from the scene data alone;
-/// nothing is built.
+/// Measures the extent of a scene's coordinates, rounded as a precision stores them. Reads the
+/// scene's data alone; builds nothing.
 pub fn extent(scene: &Scene, precision: PrecisionChoice) -> Extent {
     let lookup = SceneLookup::new(scene);
     match precision {
@@ -138,9 +139,9 @@ pub fn extent(scene: &Scene, precision: PrecisionChoice) -> Extent {
     }
 }
 
-/// Returns the objects that a precision cannot show, because they collapse when their coordinates
-/// are stored. Preparation would fail with the same problems. Covers every listed object and the
-/// first object of every generator; at most a hundred problems.
+/// Returns a problem for each object that a precision cannot show, because the object collapses
+/// when its coordinates are rounded. Preparation would fail with the same problems. Tests every
+/// listed object and the first object of every generator; returns at most a hundred problems.
 pub fn collapsed(scene: &Scene, precision: PrecisionChoice) -> Vec<Problem> {
     match precision {
         PrecisionChoice::Robust => prepare::collapsed::<f32>(scene),
@@ -166,7 +167,8 @@ impl AnyPrepared {
     }
 }
 
-/// Ends a render once a 2ᵏ-th of its samples are finished, and every pixel has some.
+/// Observer that ends a render early: once 1/2ᵏ of all samples are finished, for k = `halving`, and
+/// every pixel has a sample.
 struct StageObserver<'a> {
     observer: &'a dyn Observer,
     halving: u32,
@@ -190,10 +192,10 @@ impl Observer for StageObserver<'_> {
 }
 
 impl ReadyScene {
-    /// Replaces the camera without rebuilding what does not depend on it. `scene` must be the one
-    /// that was prepared. The result equals a new preparation to the bit. Returns false and changes
-    /// nothing where the new camera would need another preparation: a shutter, other effects, or
-    /// effects switched off.
+    /// Replaces the camera, and keeps all prepared data that do not depend on the camera. `scene`
+    /// must be the prepared scene. The result equals a new preparation to the bit. Returns false
+    /// and changes nothing if the new camera requires a new preparation: because of a shutter, of
+    /// other effects, or of effects switched off.
     pub fn turn_to(&mut self, scene: &Scene, camera: &Camera) -> bool {
         let settings = Settings {
             camera: Some(camera.clone()),
@@ -230,9 +232,9 @@ impl ReadyScene {
         RenderOutput::from_film(&film, observer)
     }
 
-    /// Renders as [`Self::render`] and calls `look` with pixels, samples and error each time that
-    /// the number of samples has about doubled, except at the end. The first call comes at a 128th
-    /// of the samples. The result equals that of [`Self::render`] to the bit.
+    /// Renders as [`Self::render`], and calls `look` with the state of the render each time that
+    /// the number of samples has about doubled: first after 1/128 of all samples, and not after the
+    /// last sample. The result equals that of [`Self::render`] to the bit.
     pub fn render_showing(
         &self,
         observer: &dyn Observer,
@@ -256,9 +258,9 @@ impl ReadyScene {
         RenderOutput::from_film(&film, observer)
     }
 
-    /// Renders a film with other settings. They may differ from the prepared ones in crop, seed,
-    /// samples, sampler, replicates, tiles and denoising, because nothing of the prepared scene
-    /// depends on these.
+    /// Renders a new film with the given settings. They may differ from the prepared settings in
+    /// crop, seed, samples, sampler, replicates, tiles and denoising, on which the prepared scene
+    /// does not depend.
     pub(crate) fn expose_as(&self, settings: &Settings, observer: &dyn Observer) -> Film {
         debug_assert_eq!(
             self.settings.sampling.is_fixed(),
@@ -275,10 +277,11 @@ impl ReadyScene {
         film
     }
 
-    /// Renders a quick preview in pixels `edge` times as wide and as high as the picture's, counted
-    /// from the same corner; the last pixels may reach beyond the picture. Each pixel gets
-    /// `samples` samples (of a pattern, the middle sample alone) and the given layers. The preview
-    /// costs a fraction of the picture's time and needs no preparation.
+    /// Renders a quick preview with pixels `edge` times as wide and as high as the picture's.
+    /// Pixels are counted from the top left corner of the picture, so the last column and row may
+    /// reach beyond the picture. Each pixel takes at most `samples` samples (a fixed pattern: the
+    /// centre alone) and has the given layers. The preview uses the prepared scene, and takes a
+    /// fraction of the picture's time.
     pub fn sketch(
         &self,
         edge: u32,
@@ -323,15 +326,16 @@ impl ReadyScene {
         RenderOutput::noisy(&film)
     }
 
-    /// Returns an empty film, to be rendered part by part. `scene` identifies the scene, for
-    /// example by a hash of its files: parts of different scenes do not merge.
+    /// Returns an empty film, to be rendered part by part. `scene` is a text that identifies the
+    /// scene, for example a hash of its files: parts with different texts cannot be merged.
     pub fn film(&self, scene: &str) -> Film {
         Film::new(scene, &self.settings, self.plan())
     }
 
     /// Renders the samples that `part` names and the film lacks, on the current thread pool, in
-    /// passes over the picture. Parts outside the picture are left out. Where the observer stops
-    /// the render, the film keeps the finished units, and another call continues from there.
+    /// passes over the picture. Tiles and replicates outside the picture are ignored. If the
+    /// observer stops the render, the film keeps the finished units, and another call continues
+    /// from there.
     ///
     /// # Errors
     /// [`PartError::Foreign`] for the film of another picture.
@@ -348,8 +352,9 @@ impl ReadyScene {
         Ok(())
     }
 
-    /// Renders until no unit is missing. With samples placed by the error, each round decides the
-    /// sample counts of the next one from all tiles; so a part ends with its round.
+    /// Renders all missing samples of `part`. With adaptive sampling, a film that is complete at
+    /// the end of a round gets the sample counts of its next round, which are decided from all
+    /// tiles, until the requested error is reached. A part of a film therefore ends with its round.
     fn render_rounds(&self, film: &mut Film, part: &FilmPart, observer: &dyn Observer) {
         loop {
             self.render_units(film, part, observer);
@@ -383,12 +388,12 @@ impl ReadyScene {
         }
     }
 
-    /// Returns the radiance of the studio's backdrop where camera rays see it, else `None`.
+    /// Returns the radiance of the studio's backdrop; `None` if camera rays do not see a backdrop.
     pub fn backdrop(&self) -> Option<f64> {
         each!(&self.inner, prepared => prepared.studio_backdrop)
     }
 
-    /// Returns the division of the picture into units.
+    /// Returns the plan of a film: the division of the picture into tiles and replicates.
     fn plan(&self) -> FilmPlan {
         FilmPlan::new(&self.settings, self.is_by_chance(), self.has_ground())
     }
@@ -397,40 +402,40 @@ impl ReadyScene {
         each!(&self.inner, prepared => prepared.ground.is_some())
     }
 
-    /// Whether another seed would change the picture: samples at random places of their pixel, on a
-    /// lens or on lights, or path tracing.
+    /// Whether the picture depends on the seed: by samples at random positions in their pixels, on
+    /// a lens or on area lights, or by path tracing.
     pub fn is_by_chance(&self) -> bool {
         let drawn = each!(&self.inner, p => p.camera.has_lens() || !p.lights.emitters.is_empty());
         drawn || self.follows_paths() || !self.settings.sampling.is_fixed()
     }
 
-    /// Whether the integrator traces random paths over all surfaces, so that noise is the picture's
-    /// largest error.
+    /// Whether the integrator is the path tracer, so that noise is the picture's largest error.
     pub fn follows_paths(&self) -> bool {
         self.follows_paths
     }
 
-    /// Returns the lights that contributed nothing to a film of this picture although many rays
-    /// were sent towards them. Such a light is enclosed, or so placed that chance has not found a
-    /// path to it. Empty for pictures that are not path traced. Samples that the film read from a
-    /// file do not count.
+    /// Returns the lights that contributed nothing to a film of this picture although many shadow
+    /// rays were traced to them. Such a light is enclosed, or no random path has reached its few
+    /// unoccluded positions. Empty for pictures that are not path traced. Samples that the film
+    /// read from a file do not count.
     pub fn shut_away(&self, film: &Film) -> Vec<UnreachedLight> {
         each!(&self.inner, p => p.shut_away(film.usage()))
     }
 
-    /// Returns the pairs of objects whose gap this precision closes, as far as straight rays
-    /// through the picture find them.
+    /// Returns the pairs of objects between which this precision closes a gap. Only gaps crossed by
+    /// straight rays through the picture's pixels are found.
     pub fn closed_gaps(&self) -> Vec<ClosedGap> {
         each!(&self.inner, p => p.closed_gaps(self.settings.size))
     }
 
-    /// Returns the lamps that shine through an opaque object because this precision cannot separate
-    /// the two, as far as rays through the picture find the lit places.
+    /// Returns the lamps whose light passes through an opaque object because this precision cannot
+    /// separate the lamp from the object. Only leaks onto points hit by rays through the picture's
+    /// pixels are found.
     pub fn light_leaks(&self) -> Vec<LightLeak> {
         each!(&self.inner, p => p.light_leaks(self.settings.size))
     }
 
-    /// Does work on the prepared scene, in its precision.
+    /// Runs a task on the prepared scene, in its precision.
     pub(crate) fn work<W: PreparedWork>(&self, work: &W) -> W::Output {
         each!(&self.inner, p => work.run(p))
     }
@@ -443,26 +448,26 @@ impl ReadyScene {
         }
     }
 
-    /// Returns the sizes of the tables that effects need; the table of an absent effect is empty.
+    /// Returns the sizes of the tables that effects need; zero for the table of an absent effect.
     pub fn tables(&self) -> BuiltCounts {
         each!(&self.inner, p => p.tables())
     }
 
     /// Returns the objects that are invisible because all triangles of their mesh collapse when
-    /// stored so far from the origin. Ascending indices of the scene's objects, generated ones
-    /// last.
+    /// rounded far from the storage origin: ascending indices among the scene's objects, generated
+    /// objects last.
     pub fn lost(&self) -> &[u32] {
         each!(&self.inner, p => &p.lost)
     }
 
-    /// Returns the first object that is so far from the storage origin that the precision cannot
-    /// separate points a thousandth of the object's size apart. Index of the scene's objects,
-    /// generated ones last.
+    /// Returns the first object so far from the storage origin that the precision cannot separate
+    /// points a thousandth of the object's size apart: an index among the scene's objects,
+    /// generated objects last.
     pub fn unresolved(&self) -> Option<u32> {
         each!(&self.inner, p => p.origin.unresolved)
     }
 
-    /// Returns the effects: simulated, absent and left out.
+    /// Returns the report of all effects: simulated, absent, or left out.
     pub fn effects(&self) -> &EffectReport {
         &self.effects
     }

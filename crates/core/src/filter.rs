@@ -1,17 +1,17 @@
-//! Reconstruction filters: the weight of a pixel's surroundings in the pixel.
+//! Reconstruction filters: the weight of positions around a pixel's centre in the pixel's value.
 //!
 //! Filters are sampled instead of weighting the samples (Ernst, Stamminger and Greiner, "Filter
-//! Importance Sampling", 2006). Every sample counts for one pixel, with equal weight. So tiles need
-//! nothing of their neighbours, and weights add no variance. The method needs filters without
-//! negative lobes. All filters are separable: each axis has its own table.
+//! Importance Sampling", 2006). Every sample counts for a single pixel, with equal weight. So a
+//! tile does not read its neighbours, and weights add no variance. The method needs filters without
+//! negative lobes. All filters are separable: each axis is sampled by the same table.
 
 use core::f64::consts::PI;
 use std::sync::LazyLock;
 
 use serde::{Deserialize, Serialize};
 
-/// Pixel filter: the weight of a pixel's surroundings in the pixel. Fixed patterns of samples use
-/// no filter, because they place their samples themselves.
+/// Pixel filter: the weight of positions around a pixel's centre in the pixel's value. Fixed
+/// patterns of samples use no filter, because they place their samples themselves.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
@@ -30,7 +30,7 @@ pub enum PixelFilter {
     BlackmanHarris,
 }
 
-/// Intervals of a table of filter samples.
+/// Number of intervals in a filter table.
 const STEPS: usize = 256;
 
 impl PixelFilter {
@@ -64,7 +64,7 @@ impl PixelFilter {
         }
     }
 
-    /// Returns the sampler of one axis.
+    /// Returns the sampler of offsets along one axis; its table is computed once per process.
     pub(crate) fn draws(self) -> FilterSampler {
         static TENT: LazyLock<Box<FilterTable>> = LazyLock::new(|| inverse(PixelFilter::Tent));
         static GAUSSIAN: LazyLock<Box<FilterTable>> =
@@ -82,18 +82,19 @@ impl PixelFilter {
 
 /// Samples offsets along one axis from uniform numbers in [0, 1).
 ///
-/// The table holds the lower half of the filter, inverted by the square root of the tail's
-/// integral: the thin tails are resolved as well as the middle. The table of a tent is a straight
-/// line.
+/// The table inverts the integral of one half of the filter, in steps of the square root of the
+/// tail's integral, so that thin tails are resolved as well as the middle. The table of a tent is a
+/// straight line.
 #[derive(Clone, Debug)]
 pub(crate) struct FilterSampler(Option<&'static FilterTable>);
 
-/// Distances from the pixel's centre.
+/// Distances from the pixel's centre in pixels, by the square root of the share of the tail beyond
+/// them.
 type FilterTable = [f32; STEPS + 1];
 
 impl FilterSampler {
-    /// Returns a position in pixels from the pixel's low edge. The box filter returns the number
-    /// unchanged, in [0, 1).
+    /// Samples a position in pixels from the pixel's low edge, for a uniform number in [0, 1). The
+    /// box filter returns the number unchanged.
     #[inline(always)]
     pub fn sample(&self, number: f32) -> f32 {
         match &self.0 {
@@ -104,8 +105,8 @@ impl FilterSampler {
     }
 }
 
-/// Returns the distance beyond which one side of the filter has this share of its integral, at most
-/// a half.
+/// Returns the distance from the centre beyond which one side of the filter has the given share of
+/// the filter's integral, at most a half. Interpolates the table linearly.
 fn between(table: &FilterTable, share: f32) -> f32 {
     let at = (2.0 * share).sqrt() * STEPS as f32;
     let step = (at as usize).min(STEPS - 1);
@@ -113,8 +114,9 @@ fn between(table: &FilterTable, share: f32) -> f32 {
     near + (far - near) * (at - step as f32)
 }
 
-/// Tabulates the distances beyond which the filter has the shares s²/2, for evenly spaced s. The
-/// integral runs from the outside inwards, by Simpson's rule, exact to twelve digits.
+/// Tabulates the distances from the centre beyond which the filter has the shares s²/2 of its
+/// integral, for evenly spaced s. The integral is summed from the radius inwards by Simpson's rule,
+/// exact to twelve digits.
 fn inverse(filter: PixelFilter) -> Box<FilterTable> {
     const FINE: usize = 1 << 14;
     let step = filter.radius() / FINE as f64;

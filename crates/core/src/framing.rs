@@ -1,10 +1,10 @@
-//! Framing: a view that shows a whole scene, for a scene without a camera.
+//! Framing: a camera that shows a whole scene, for a scene without a camera.
 //!
-//! The silhouette is framed, not a box around it. Its outline is that of the convex hull, for which
-//! few points suffice. For each of some thousand directions about the middle, the farthest point is
-//! kept, in a space where the bounding box is a cube, so that needles and sheets are resolved as
-//! well as balls. Millions of vertices are visited once; every later view costs as much as a few
-//! thousand points.
+//! The silhouette is framed, not a box around it. The outline of the silhouette is that of the
+//! convex hull, for which few points suffice. For each of some thousand directions from the middle,
+//! the farthest point is kept. Directions are taken in a space in which the bounding box is a cube,
+//! so that needles and sheets are resolved as well as balls. Millions of vertices are visited once;
+//! every later view costs as much as a few thousand points.
 
 mod outline;
 
@@ -23,7 +23,7 @@ pub const FILL: f64 = 0.78;
 /// Default vertical field of view of a framed camera, in degrees.
 pub const FIELD_OF_VIEW: f64 = 40.0;
 
-/// Direction from which a camera looks at its target.
+/// Direction from the target to a camera, as two angles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
     /// Degrees about +y: 0 is on the +z side, 90 on the +x side.
@@ -92,7 +92,7 @@ impl View {
         ),
     ];
 
-    /// Returns the unit vectors to the right, up and back of a camera with this view.
+    /// Returns the unit vectors right, up and back of a camera with this view.
     fn axes(self) -> [DVec3; 3] {
         let back = direction_from_angles(self.azimuth.to_radians(), self.elevation.to_radians());
         let right = direction_from_angles((self.azimuth + 90.0).to_radians(), 0.0);
@@ -100,7 +100,7 @@ impl View {
     }
 }
 
-/// Data of a scene for framing.
+/// Silhouette of a scene for framing: outermost points and mean orientation of surfaces.
 #[derive(Clone, Debug)]
 pub struct Silhouette {
     /// Points whose convex hull approximates the scene's.
@@ -108,14 +108,15 @@ pub struct Silhouette {
     faces: FacingAreas,
 }
 
-/// Orientation of surfaces, weighted by area.
+/// Sums of surface normals, weighted by area, from which the default view is chosen.
 #[derive(Clone, Copy, Debug, Default)]
 struct FacingAreas {
-    /// Area of the examined triangles.
+    /// Total area of the examined triangles.
     area: f64,
-    /// Sum of their normals, weighted by area.
+    /// Sum of the triangles' normals, weighted by area.
     sum: DVec3,
-    /// Sum of the normals' components away from the middle, weighted by area.
+    /// Sum of the normals' components away from the scene's middle, weighted by area; negative for
+    /// surfaces that face inwards.
     outward: f64,
 }
 
@@ -123,7 +124,7 @@ struct FacingAreas {
 const FACES: usize = 1 << 18;
 
 impl Silhouette {
-    /// Examines all bounded parts of a scene.
+    /// Computes the silhouette of all bounded parts of a scene.
     pub fn from_scene(scene: &Scene) -> Self {
         let lookup = SceneLookup::new(scene);
         let outlines = Outlines::of(scene, &lookup);
@@ -167,8 +168,8 @@ impl Silhouette {
                     elevation: 0.0,
                 };
             }
-            // A lying object is seen obliquely from above, and straight from above only where
-            // nothing else is visible.
+            // A flat object that lies on its side is seen obliquely from above, and straight from
+            // above only if its edges are too thin to be visible.
             Some(_) if thin(SHEET).is_some() => {
                 return View {
                     azimuth: 0.0,
@@ -184,8 +185,8 @@ impl Silhouette {
             None => {}
         }
         // The normals of a closed surface cancel. An open surface that faces inwards is a room, and
-        // the normals point to its open side; a surface that faces mostly in one direction is a
-        // relief.
+        // its normals add up towards the open side; an open surface that faces mostly in one
+        // direction is a relief.
         let open = if outward < 0.0 {
             sum.length() > ROOM * area
         } else {
@@ -193,7 +194,8 @@ impl Silhouette {
         };
         let level = sum.x.hypot(sum.z);
         match open {
-            // Stairs face up as much as forward, and rounding must not decide between the two.
+            // Stairs face up as much as forward, and rounding must not decide which of the two is
+            // greater.
             true if level > (1.0 + 1e-6) * sum.y.abs() => {
                 let azimuth = libm::atan2(sum.x, sum.z).to_degrees();
                 let straight = 90.0 * (azimuth / 90.0).round();
@@ -214,9 +216,9 @@ impl Silhouette {
         }
     }
 
-    /// Returns the camera with a vertical field of view in degrees that shows everything from this
-    /// view. The silhouette is centred and fills [`FILL`] of the picture's tighter side, for every
-    /// field of view and aspect.
+    /// Returns the camera that shows everything from a view, with a vertical field of view in
+    /// degrees. The silhouette is centred and fills [`FILL`] of the picture's tighter side, for
+    /// every field of view and aspect ratio.
     pub fn frame(&self, view: View, vertical_fov: f64, aspect: f64) -> Camera {
         let corners = Aabb::around(DVec3::ZERO, DVec3::ONE).corners();
         let points = if self.points.is_empty() {
@@ -248,16 +250,16 @@ impl Silhouette {
         let least =
             [0, 1].map(|axis| ends(axis, slopes[axis]).iter().sum::<f64>() / (2.0 * slopes[axis]));
         let nearest = local.iter().map(|p| p.z).fold(f64::NEG_INFINITY, f64::max);
-        // An object without an extent across the view is seen from its depth away, and a point from
-        // a metre.
+        // An object without an extent across the view is seen from a distance of a hundredth of its
+        // depth, and a point from a metre.
         let room = if size > 0.0 {
             0.01 * size
         } else {
             centre.abs().max_element().max(1e6) * 1e-6
         };
         let distance = least[0].max(least[1]).max(nearest + room);
-        // The slope at which this distance would be the least one: between such sides the
-        // silhouette is centred.
+        // Centre of the silhouette: by bisection, the slope of sides for which this distance would
+        // be the least distance.
         let middle = |axis: usize| {
             let (mut low, mut high) = (0.0, slopes[axis]);
             for _ in 0..48 {
@@ -273,7 +275,7 @@ impl Silhouette {
             0.5 * (one - other)
         };
         let target = centre + right * middle(0) + up * middle(1);
-        // The world's up direction, unless the view is along it.
+        // The world's up direction, unless the view is nearly along that direction.
         let upright = if view.elevation.abs() > 80.0 {
             up
         } else {
@@ -298,18 +300,17 @@ impl Silhouette {
     }
 }
 
-/// Ratio of thickness to the shorter side up to which an object is flat, and up to which it is a
-/// sheet.
+/// Greatest ratio of thickness to the shorter side of a flat object, and of a sheet.
 const FLAT: f64 = 0.15;
 const SHEET: f64 = 0.02;
 
-/// Share of the area not balanced by opposite normals, for a room with an open side and for a
-/// relief.
+/// Least length of the summed normals, as a share of the area, for a room with an open side and for
+/// a relief.
 const ROOM: f64 = 0.1;
 const RELIEF: f64 = 0.5;
 
 impl FacingAreas {
-    /// Gathers every `step`-th triangle of a scene.
+    /// Sums the normals of every `step`-th triangle of a scene; `middle` is the scene's middle.
     fn of(scene: &Scene, lookup: &SceneLookup<'_>, middle: DVec3, step: usize) -> Self {
         let mut faces = Self::default();
         for placed_object in all(scene) {

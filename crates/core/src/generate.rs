@@ -1,4 +1,4 @@
-//! Generators: rules of a scene that each stand for many objects.
+//! Generators: entries of a scene that each stand for many objects, in a grid or scattered.
 
 use glam::{DAffine3, DVec3};
 
@@ -13,20 +13,21 @@ use crate::scene::{GeneratorKind, Object, Scene, TransformStep};
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PlacedObject<'a> {
     pub object: &'a Object,
-    /// Offset by the generator, less the storage origin; `None` for a listed object about zero.
+    /// Offset by the generator, relative to the storage origin; `None` for a listed object if the
+    /// storage origin is zero.
     pub position: Option<DVec3>,
 }
 
 impl PlacedObject<'_> {
-    /// Returns the map from the object's own space to the world: the object's own transform first,
-    /// then the offset.
+    /// Returns the map from the object's own space to the world: the object's own transform,
+    /// followed by the generator's offset.
     pub fn map(&self) -> DAffine3 {
         let own = affine(&self.object.transform);
         self.world_map(own)
     }
 
-    /// Returns the same map at both ends of the motion of a moving object; the generator's offset
-    /// applies to both.
+    /// Returns the maps from the object's own space to the world at the beginning and at the end of
+    /// its motion; `None` for an object at rest. The generator's offset applies to both maps.
     pub fn ends(&self) -> Option<[DAffine3; 2]> {
         ends(self.object).map(|ends| ends.map(|end| self.world_map(end)))
     }
@@ -37,7 +38,7 @@ impl PlacedObject<'_> {
     }
 }
 
-/// Iterates over the scene's objects, generated ones last.
+/// Iterates over the scene's objects: the listed ones, then those of each generator.
 pub(crate) fn all(scene: &Scene) -> impl Iterator<Item = PlacedObject<'_>> {
     let listed = scene.objects.iter().map(|object| PlacedObject {
         object,
@@ -52,7 +53,7 @@ pub(crate) fn all(scene: &Scene) -> impl Iterator<Item = PlacedObject<'_>> {
     listed.chain(made)
 }
 
-/// Iterates over the scene's objects relative to an origin.
+/// Iterates over the scene's objects with positions relative to an origin.
 pub(crate) fn all_about(scene: &Scene, origin: DVec3) -> impl Iterator<Item = PlacedObject<'_>> {
     let moved = move |placed_object: PlacedObject<'_>| {
         (origin != DVec3::ZERO).then(|| placed_object.position.unwrap_or_default() - origin)
@@ -63,8 +64,8 @@ pub(crate) fn all_about(scene: &Scene, origin: DVec3) -> impl Iterator<Item = Pl
     })
 }
 
-/// Iterates over the listed objects and the generators' objects, each with its count. The objects
-/// of one generator differ in their offset alone.
+/// Iterates over the listed objects and one object of each generator, with the number of objects
+/// that each stands for. The objects of one generator differ in their offset alone.
 pub(crate) fn counted(scene: &Scene) -> impl Iterator<Item = (&Object, u64)> {
     let listed = scene.objects.iter().map(|object| (object, 1));
     listed.chain(
@@ -75,7 +76,8 @@ pub(crate) fn counted(scene: &Scene) -> impl Iterator<Item = (&Object, u64)> {
     )
 }
 
-/// Returns a copy of each of the scene's objects, generated ones last as objects of their own.
+/// Returns a copy of every object of the scene. Generated objects come last, each with its own
+/// transform.
 pub fn expand(scene: &Scene) -> Vec<Object> {
     all(scene)
         .map(|placed_object| {

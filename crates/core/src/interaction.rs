@@ -1,4 +1,4 @@
-//! The interaction of a ray with a surface: the record that materials, lights and spawned rays
+//! Interaction of a ray with a surface: the data at a hit that materials, lights and spawned rays
 //! read.
 
 use raywright_bvh::{Real, Surface, Vector};
@@ -7,33 +7,34 @@ use crate::expr::VariableValues;
 use crate::scene::MOST_UV_SETS;
 use crate::texture::TexelFootprint;
 
-/// A surface point that a ray hit. Derived values are computed on demand: [`Self::inputs`] for an
-/// expression, [`Self::mirrored`] for a reflection, [`Self::frame`] for sampled directions.
+/// Interaction of a ray with a surface at a hit. Derived values are computed on demand:
+/// [`Self::inputs`] for an expression, [`Self::mirrored`] for a reflection, [`Self::frame`] for
+/// anisotropy.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Interaction<R: Real> {
-    /// Geometric frame: point, error bound of the point, outward normal. Spawned rays start from
-    /// it.
+    /// Surface geometry: point, bound on the point's error, outward normal. Spawned rays start from
+    /// this geometry.
     pub surface: Surface<R>,
-    /// Shading normal: unit, interpolated where the mesh has normals, and turned towards the viewer
-    /// where the object's sides rule requires.
+    /// Unit shading normal: interpolated if the mesh has normals, and turned towards the viewer if
+    /// the object's rule of sides requires it.
     pub normal: R::Vec3,
     /// Whether the ray arrived against the outward normal.
     pub outside: bool,
     /// Unit direction of the ray, towards the surface.
     pub direction: R::Vec3,
-    /// Where the ray began.
+    /// Beginning of the ray, in world space.
     pub origin: R::Vec3,
-    /// Distance from the ray's origin.
+    /// Distance from the beginning of the ray.
     pub distance: R,
-    /// Time of the ray; rays to lights get the same time.
+    /// Time of the ray; spawned rays and shadow rays have the same time.
     pub time: R,
     /// Texture coordinates by set; only the sets that the material reads are filled.
     pub uv: [[R; 2]; MOST_UV_SETS],
-    /// Width of the ray's footprint in texture coordinates, by set: the edge of a square of the
-    /// same width. Zero where no texture needs it.
+    /// Width of the ray's footprint in texture coordinates, by set: the edge of a square with the
+    /// width of the ray cone. Zero if no texture needs it.
     pub footprint: [R; MOST_UV_SETS],
-    /// Texel footprint of the material's textures, where already computed, with the first texture
-    /// use that has this footprint.
+    /// Texel footprint of the material's textures, if already computed, with the index of the first
+    /// texture binding that has this footprint.
     pub texel_footprint: Option<(u32, TexelFootprint<R>)>,
     /// Interpolated vertex colour with alpha; white where the mesh has none.
     pub colour: [R; 4],
@@ -42,27 +43,28 @@ pub(crate) struct Interaction<R: Real> {
 }
 
 /// Interpolates a vertex attribute by barycentric weights. The result is clamped to the range of
-/// the corners: equal attributes stay equal everywhere, and an alpha at a mask's cutoff stays
-/// there.
+/// the corners: equal attributes stay equal everywhere, and an alpha equal to a mask's cutoff is
+/// not rounded below it.
 #[inline(always)]
 pub(crate) fn interpolate<R: Real>([a, b, c]: [R; 3], [wa, wb, wc]: [R; 3]) -> R {
     let (minimum, maximum) = (Real::min(Real::min(a, b), c), Real::max(Real::max(a, b), c));
     Real::clamp(a * wa + b * wb + c * wc, minimum, maximum)
 }
 
-/// Light inputs of an expression: the light whose contribution is evaluated.
+/// Variables of an expression that depend on a light: those of the light whose contribution is
+/// evaluated.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LightInputs<R: Real> {
     /// Unit direction towards the light.
     pub direction: R::Vec3,
-    /// Share of the light that arrives.
+    /// Share of the light that arrives, 0 to 1.
     pub share: R,
     /// Distance of the occluder; infinite without an occluder.
     pub occluder: R,
 }
 
 impl<R: Real> Default for LightInputs<R> {
-    /// Unoccluded light without a direction.
+    /// Returns the inputs of unoccluded light without a direction.
     #[inline(always)]
     fn default() -> Self {
         Self {
@@ -74,7 +76,7 @@ impl<R: Real> Default for LightInputs<R> {
 }
 
 impl<R: Real> Interaction<R> {
-    /// Placeholder to be filled.
+    /// Placeholder, whose fields are set before use.
     pub const NOWHERE: Self = Self {
         surface: Surface {
             point: <R::Vec3 as Vector<R>>::ZERO,
@@ -97,13 +99,13 @@ impl<R: Real> Interaction<R> {
         material: 0,
     };
 
-    /// The ray's direction mirrored at the shading normal.
+    /// Returns the ray's direction, mirrored at the shading normal.
     #[inline(always)]
     pub fn mirrored(&self) -> R::Vec3 {
         self.direction - self.normal * (R::from_f64(2.0) * self.direction.dot(self.normal))
     }
 
-    /// Returns the inputs of an expression at this point, for a given light.
+    /// Returns the values of an expression's variables at this point, for a given light.
     #[inline(always)]
     pub fn inputs(&self, light_inputs: &LightInputs<R>) -> VariableValues<R> {
         VariableValues {

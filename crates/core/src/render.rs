@@ -33,14 +33,14 @@ use crate::sampler::{Purpose, SampleAddress, Sequence, fours, pair};
 use crate::scene::Pattern;
 use crate::settings::{Aov, Crop, Sampling, Settings};
 
-/// A picture with the figures of its render.
+/// Result of a render: the picture with its counters.
 #[derive(Clone, Debug)]
 pub struct RenderOutput {
     /// The picture; of an unfinished render, the mean of the samples so far, black without any.
     pub picture: Picture,
     /// The denoised picture, or the reason why it is missing; `None` where it was not requested.
     pub denoised: Option<Result<DenoiseOutput, DenoiseError>>,
-    /// Rays and samples.
+    /// Counters of rays and samples.
     pub counters: Counters,
     /// Number of pixels that lack samples because the observer stopped the render.
     pub unfinished: u64,
@@ -63,7 +63,7 @@ impl RenderOutput {
         Self::with_picture(film, film.picture())
     }
 
-    /// Returns the result for a picture of the film that already exists.
+    /// Returns the result for a film whose picture is already computed.
     fn with_picture(film: &Film, picture: Picture) -> Self {
         let unfinished = film.unfinished();
         Self {
@@ -80,7 +80,7 @@ impl RenderOutput {
         self.denoised.as_ref()?.as_ref().ok()
     }
 
-    /// Error of the film's picture before denoising, if known.
+    /// Returns the estimated error of the film's picture before denoising, if known.
     pub fn noisy_error(&self, film: &Film) -> Option<Uncertainty> {
         match self.denoised() {
             Some(denoised) => denoised.noisy,
@@ -88,13 +88,14 @@ impl RenderOutput {
         }
     }
 
-    /// Returns the picture to show: the denoised one, if any.
+    /// Returns the denoised picture, or the sampled picture if none is denoised.
     pub fn shown_picture(&self) -> &Picture {
         self.denoised()
             .map_or(&self.picture, |denoised| &denoised.picture)
     }
 
-    /// Returns the pictures composited over a background colour, without coverage.
+    /// Returns the same result with its pictures composited over a background colour, without
+    /// coverage.
     #[must_use]
     pub fn over(&self, colour: [f64; 3]) -> Self {
         let over = |denoised: &DenoiseOutput| DenoiseOutput {
@@ -112,7 +113,7 @@ impl RenderOutput {
         }
     }
 
-    /// Returns all layers: the sampled picture, with its layers and those of the denoised one.
+    /// Returns the sampled picture with its own layers and those of the denoised picture.
     pub fn all_layers(&self) -> Cow<'_, Picture> {
         let Some(denoised) = self.denoised() else {
             return Cow::Borrowed(&self.picture);
@@ -135,7 +136,7 @@ pub(crate) fn render<'a, R: Real, T: LightTransport<'a, R>>(
 ) {
     let (plan, filter_sampler) = (film.plan().clone(), settings.filter.draws());
     let queue = Mutex::new(UnitQueue::new(film, part));
-    // A separate statement: in the loop's condition, the lock would be held until the work is done.
+    // A separate closure: in the loop's condition, the lock would be held until the work is done.
     let exchange = |finished: Option<TileUpdate>| lock(&queue).exchange(finished, observer);
     let work = || {
         let mut finished = None;
@@ -174,9 +175,9 @@ pub(crate) fn render<'a, R: Real, T: LightTransport<'a, R>>(
         }
         lock(&queue).end(finished, &tracer.into_light_usage(), observer);
     };
-    // Each thread takes the next unit, so that units are finished nearly in order and no thread
-    // waits for another. Not a broadcast, which ends only when every thread of the pool has taken
-    // part: a caller's pool may have other work.
+    // Each thread takes the next unit of work from the queue, so that units are finished nearly in
+    // order and no thread waits for another. Not a broadcast, which ends only after every thread of
+    // the pool has taken part: a caller's pool may have other work.
     rayon::scope(|scope| (0..rayon::current_num_threads()).for_each(|_| scope.spawn(|_| work())));
 }
 
@@ -186,19 +187,19 @@ fn lock<'a, T>(mutex: &'a Mutex<T>) -> MutexGuard<'a, T> {
         .unwrap_or_else(|poisoned| poisoned.into_inner())
 }
 
-/// Returns the coverage and the shadow of a sample, in the units of the sums.
+/// Returns the coverage and the shadow of a sample, in the integer units of the film's sums.
 #[inline(always)]
 fn shares<R: Real>(path_result: &PathResult<R>) -> [u32; 2] {
     [parts(path_result.coverage), parts(path_result.shadow)]
 }
 
-/// A unit of work: some samples of one tile in one replicate.
+/// A unit of work: a range of samples of one tile in one replicate.
 struct UnitJob<'a, R: Real, T> {
     camera: &'a PreparedCamera<R>,
     settings: &'a Settings,
     plan: &'a FilmPlan,
     filter_sampler: &'a FilterSampler,
-    /// Position in the film, relative to the crop.
+    /// Rectangle of the tile, relative to the crop.
     area: Crop,
     tile: u32,
     replicate: u32,
@@ -208,7 +209,7 @@ struct UnitJob<'a, R: Real, T> {
 }
 
 impl<'t, R: Real, T: LightTransport<'t, R>> UnitJob<'_, R, T> {
-    /// Renders the unit; `None` where the observer stopped it halfway.
+    /// Renders the unit; `None` if the observer stopped the render before the unit's end.
     fn run(&self, start: &ReplicateBuffer, tracer: &mut T) -> Option<TileUpdate> {
         match self.plan.random {
             true => self.gather::<MomentSums>(start, tracer),
@@ -244,7 +245,7 @@ impl<'t, R: Real, T: LightTransport<'t, R>> UnitJob<'_, R, T> {
                 );
                 let mut position = 0;
                 for y in self.rows() {
-                    // A tile of many samples may take seconds.
+                    // Checked once a row: a tile of many samples may take seconds.
                     if self.observer.is_cancelled() {
                         return None;
                     }
@@ -300,20 +301,20 @@ impl<'t, R: Real, T: LightTransport<'t, R>> UnitJob<'_, R, T> {
         })
     }
 
-    /// Returns the tile's rows in the whole picture.
+    /// Returns the range of the tile's pixel rows in the whole picture.
     fn rows(&self) -> Range<u32> {
         let first = self.plan.crop.y + self.area.y;
         first..first + self.area.height
     }
 
-    /// Returns the tile's columns in the whole picture.
+    /// Returns the range of the tile's pixel columns in the whole picture.
     fn columns(&self) -> Range<u32> {
         let first = self.plan.crop.x + self.area.x;
         first..first + self.area.width
     }
 
-    /// Computes pixels as the means of their corners; returns the number of dropped samples, and of
-    /// samples that hit a surface.
+    /// Computes the tile's pixels as the means of samples at their four corners. Returns the number
+    /// of dropped samples, and of samples that hit a surface.
     fn corners<B: BlockAccumulator<R>>(
         &self,
         tracer: &mut T,
@@ -351,15 +352,15 @@ impl<'t, R: Real, T: LightTransport<'t, R>> UnitJob<'_, R, T> {
         (dropped, pixel.hits)
     }
 
-    /// Returns radiance and coverage at the corners of the tile's pixels, each traced once for the
-    /// up to four pixels that share it. Where layers need them, also the first hits and the
-    /// radiance without scattered light.
+    /// Traces the corners of the tile's pixels, each once for the up to four pixels that share it,
+    /// and returns their radiance and coverage. If layers need them, also returns the first hits
+    /// and the directly visible radiance.
     #[expect(clippy::type_complexity, reason = "two lists for one caller")]
     fn lattice(
         &self,
         tracer: &mut T,
     ) -> (Vec<(R::Vec3, [u32; 2])>, Vec<(Option<FirstHit>, [f64; 3])>) {
-        // One more in each direction than pixels.
+        // Corners are one more than pixels in each direction.
         let inclusive = |range: Range<u32>| range.start..range.end + 1;
         let (columns, rows) = (inclusive(self.columns()), inclusive(self.rows()));
         let count = columns.len() * rows.len();
@@ -415,8 +416,8 @@ impl<'t, R: Real, T: LightTransport<'t, R>> UnitJob<'_, R, T> {
         }
     }
 
-    /// Generates at most `maximum` samples, starting with one of a pixel: those of this pixel, then
-    /// of the next ones; for path tracing also of the next rows.
+    /// Generates at most `maximum` samples, starting with sample `index` of a pixel: those of this
+    /// pixel, then of the next pixels in its row; for path tracing also of the next rows.
     fn make_samples(
         &self,
         [x, y]: [u32; 2],
@@ -424,7 +425,7 @@ impl<'t, R: Real, T: LightTransport<'t, R>> UnitJob<'_, R, T> {
         maximum: usize,
         samples: &mut SampleBatch<R>,
     ) {
-        // Packets hold camera rays of one row, which start at one point.
+        // A packet holds camera rays of a single row with a common origin.
         let end = if T::BATCH > PACKET {
             self.rows().end
         } else {
@@ -482,7 +483,8 @@ impl<'t, R: Real, T: LightTransport<'t, R>> UnitJob<'_, R, T> {
         }
     }
 
-    /// Returns the camera ray of a sample through a position in its pixel.
+    /// Generates the camera ray of a sample through a position in its pixel, from 0 to 1 for the
+    /// box filter; wider filters reach beyond the pixel.
     #[inline]
     fn sample_ray(&self, address: SampleAddress, [u, v]: [f32; 2]) -> Ray<R> {
         let [x, y] = address.pixel;
@@ -501,8 +503,8 @@ impl<'t, R: Real, T: LightTransport<'t, R>> UnitJob<'_, R, T> {
         camera.ray_during(at(x, u), at(y, v), lens, share)
     }
 
-    /// Returns the layers of the first hits of pixel-centre rays, which are traced for these layers
-    /// alone.
+    /// Traces rays through the pixel centres, for the layers of first hits that need them, and
+    /// returns these layers.
     fn centre_layers(&self, tracer: &mut T) -> Vec<Vec<f32>> {
         let layers = &self.plan.layers.centre;
         let mut buffers = vec![Vec::new(); layers.len()];

@@ -1,4 +1,5 @@
-//! Conversion of a scene's shape to a stored primitive, in a single place for all callers.
+//! Conversion of a shape of the scene's description to a primitive of the accelerator, in a single
+//! file for all callers.
 
 use glam::{DAffine3, DMat3, DVec3};
 use raywright_bvh::shapes::{
@@ -10,9 +11,9 @@ use raywright_bvh::{Real, Shape as _, Vector};
 use crate::nearby::{FAR_FROM_OWN, near};
 use crate::scene::{Shape, Triple};
 
-/// Converts a shape under a map. A map that only translates is applied to the shape's numbers.
-/// Under any other map the shape is stored in its own space, about an origin near it, together with
-/// the map from there.
+/// Converts a shape with a transform. A pure translation is applied to the shape's own numbers.
+/// With any other transform the shape is stored in its own space, relative to an origin near it,
+/// together with the map from there to the world. `None` for a mesh.
 pub(crate) fn placed_shape<R: Real>(
     shape: &Shape,
     map: DAffine3,
@@ -24,20 +25,22 @@ pub(crate) fn placed_shape<R: Real>(
     Some((stored, Some(map_about(map, origin))))
 }
 
-/// Converts a shape in its own space, about an origin near it.
+/// Converts a shape in its own space, relative to an origin near it, and returns that origin;
+/// `None` for a mesh.
 pub(crate) fn own_shape<R: Real>(shape: &Shape) -> Option<(AnyShape<R>, DVec3)> {
     let origin = own_origin(shape);
     Some((any_shape(shape, -origin)?, origin))
 }
 
-/// Returns an origin near a shape in its own space.
+/// Returns the origin near a shape, in the shape's own space, relative to which the shape is
+/// stored.
 pub(crate) fn own_origin(shape: &Shape) -> DVec3 {
     any_shape::<f64>(shape, DVec3::ZERO)
         .and_then(|shape| shape.bounds())
         .map_or(DVec3::ZERO, |bounds| near(&bounds, FAR_FROM_OWN))
 }
 
-/// Returns the map for points that are stored relative to an origin.
+/// Returns a map adapted to points that are stored relative to an origin.
 pub(crate) fn map_about(map: DAffine3, origin: DVec3) -> DAffine3 {
     if origin == DVec3::ZERO {
         map
@@ -46,8 +49,8 @@ pub(crate) fn map_about(map: DAffine3, origin: DVec3) -> DAffine3 {
     }
 }
 
-/// Converts a shape, moved by an offset, to the scalar of a precision; `None` for a mesh, which is
-/// many primitives.
+/// Converts a shape, moved by an offset, to a primitive in a precision; `None` for a mesh, which
+/// consists of many primitives.
 pub(crate) fn any_shape<R: Real>(shape: &Shape, offset: DVec3) -> Option<AnyShape<R>> {
     let at = |p: Triple| DVec3::from(p) + offset;
     let v = |p: Triple| DVec3::from(p);

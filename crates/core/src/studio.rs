@@ -1,9 +1,9 @@
 //! Lights of the default studio, relative to a camera.
 //!
-//! Key, fill and rim light are lobes around distant directions over a gradient: a sky sampled in
-//! closed form, so that soft light costs little noise. The lights turn with the camera's azimuth,
-//! as a photographer's lights stand around the camera while the model turns, so that every side of
-//! a model is seen in the same light. Their heights are fixed in the world.
+//! Key, fill and rim light are lobes around distant directions over a gradient: a sky that is
+//! sampled in closed form, so that soft light costs little noise. The lights turn with the camera's
+//! azimuth, as a photographer's lights stand around the camera while the model turns; so every side
+//! of a model is seen in the same light. The elevations of the lights are fixed in the world.
 
 use core::f64::consts::TAU;
 
@@ -12,11 +12,11 @@ use glam::DVec3;
 use crate::motion::{opening, pose_at};
 use crate::scene::{Camera, Colour, Pose, Sky, Studio, Sun};
 
-/// Radiance from straight below and from straight above.
+/// Radiance of the gradient from straight below and from straight above.
 const BELOW: f64 = 0.15;
 const ABOVE: f64 = 0.45;
 
-/// A soft light.
+/// A soft light of the studio: a lobe of radiance around a direction.
 struct SoftLight {
     /// Degrees to the right of the camera, as seen from the model, and above the horizon.
     azimuth: f64,
@@ -50,7 +50,7 @@ const LIGHTS: [SoftLight; 3] = [
     },
 ];
 
-/// Returns the sky that lights a scene in a studio, for a camera.
+/// Returns the sky with the studio's lights, turned to a camera.
 pub(crate) fn lights(studio: &Studio, camera: &Camera) -> Sky {
     let turn = azimuth(camera) - studio.rotation.to_radians();
     let suns = LIGHTS.iter().map(|light| Sun {
@@ -71,16 +71,16 @@ pub(crate) fn lights(studio: &Studio, camera: &Camera) -> Sky {
     }
 }
 
-/// Returns the unit direction of an azimuth, 0 along +z and a quarter turn along +x, and an
-/// elevation, in radians.
+/// Returns the unit direction for an azimuth and an elevation in radians. Azimuth 0 is along +z,
+/// and a quarter turn along +x.
 pub(crate) fn direction_from_angles(azimuth: f64, elevation: f64) -> DVec3 {
     let (sin, cos) = libm::sincos(azimuth);
     let (height, level) = libm::sincos(elevation);
     DVec3::new(level * sin, height, level * cos)
 }
 
-/// Returns the azimuth of a camera about its target, in radians; for a view straight down or up,
-/// the azimuth after tilting the camera to the horizon.
+/// Returns the azimuth of a camera about its target, in radians. For a view straight down or up, it
+/// is the azimuth after the camera is tilted to the horizon.
 fn azimuth(camera: &Camera) -> f64 {
     let (back, up) = match pose_at(camera, opening(camera)) {
         Pose::LookAt { eye, target, up } => {

@@ -1,5 +1,5 @@
-//! Outline points of a silhouette: the outermost points, found in two passes without storing the
-//! others.
+//! Outline points of a silhouette: the outermost points of a scene, found in two passes without
+//! storing all points.
 
 use std::collections::HashMap;
 
@@ -12,19 +12,19 @@ use crate::lookup::SceneLookup;
 use crate::scene::{MeshData, Scene, Shape};
 use crate::shape::any_shape;
 
-/// Directions along an edge of the cube of directions: for a mesh or scene, and for a mesh that is
-/// shown often.
+/// Number of cells of directions along an edge of a cube: for a scene or a mesh, and for a mesh
+/// with many uses.
 pub(super) const FINE: usize = 64;
 const COARSE: usize = 12;
 
-/// Uses of a mesh up to which each use gets the fine outline.
+/// Greatest number of uses of a mesh with the fine outline.
 const OFTEN: u64 = 4;
 
-/// Greatest number of points of all objects; beyond it, objects are represented by the corners of
-/// their boxes. Points are visited, not stored.
+/// Number of visited points of all objects, beyond which an object counts as the corners of its
+/// box. Points are visited, not stored.
 const POINTS: usize = 1 << 22;
 
-/// Outermost points of each mesh of a scene, and of a ball of radius 1.
+/// Outermost points of each mesh of a scene, and points of a ball of radius 1 for spheres.
 pub(super) struct Outlines<'a> {
     meshes: HashMap<&'a str, Vec<DVec3>>,
     ball: Vec<DVec3>,
@@ -102,7 +102,7 @@ impl<'a> Outlines<'a> {
     }
 }
 
-/// Returns for each position whether a triangle uses it.
+/// Returns a flag for each vertex position of a mesh: whether a triangle uses it.
 fn used(data: &MeshData) -> Vec<bool> {
     let mut used = vec![false; data.positions.len()];
     data.indices
@@ -112,14 +112,14 @@ fn used(data: &MeshData) -> Vec<bool> {
     used
 }
 
-/// Iterates over the used positions, each once.
+/// Iterates over the finite vertex positions that are flagged as used, each once.
 fn corners(data: &MeshData, used: &[bool]) -> impl Iterator<Item = DVec3> {
     let used = used.iter().enumerate().filter(|(_, used)| **used);
     used.map(|(i, _)| position(data, i as u32))
         .filter(|point| point.is_finite())
 }
 
-/// Returns points on a ball of radius 1.
+/// Returns points on a ball of radius 1: one in the middle of each coarse cell of directions.
 fn ball() -> Vec<DVec3> {
     let direction = |cell: usize| {
         let (face, row, column) = (
@@ -147,9 +147,10 @@ fn around(shape: &Shape) -> Vec<DVec3> {
         .map_or(Vec::new(), |bounds| bounds.corners().to_vec())
 }
 
-/// Returns the farthest point for each cell of a cube of directions about the middle, in a space
-/// where the bounding box is a cube; of equals the first. Few points are all kept. The points are
-/// visited twice, so that their number takes no memory.
+/// Returns the farthest point from the middle in each cell of a cube of directions with `edge`
+/// cells along an edge. Directions are taken in a space in which the bounding box is a cube; of
+/// equally far points the first is kept. If the points are at most as many as the cells, all are
+/// kept. `points` is called twice, so that the number of points takes no memory.
 pub(super) fn outermost(points: impl Fn(&mut dyn FnMut(DVec3)), edge: usize) -> Vec<DVec3> {
     let cells = 6 * edge * edge;
     let (mut few, mut count, mut bounds) = (Vec::new(), 0_usize, Aabb::EMPTY);

@@ -1,10 +1,10 @@
-//! Layers of first hits beside a picture: means over the samples of each pixel.
+//! Layers of first hits beside the colour: means over the samples of each pixel.
 
 use crate::film::{FilmPlan, ReplicateBuffer};
 use crate::integrator::FirstHit;
 use crate::settings::Aov;
 
-/// Sums of the layers of first hits, for one pixel.
+/// Accumulates the layers of first hits of a pixel, sample by sample.
 pub(super) struct FirstHitSums<'a> {
     plan: &'a FilmPlan,
     sums: Vec<[f64; 3]>,
@@ -28,8 +28,8 @@ impl<'a> FirstHitSums<'a> {
         self.hits = buffer.first_hits.get(pixel).copied().unwrap_or(0);
     }
 
-    /// Adds the first hit of a sample's camera ray, which is computed only where a layer shows it.
-    /// `entered`: whether the sample was finite.
+    /// Adds the first hit of a sample's camera ray; `first` is called only if a layer shows first
+    /// hits. `entered`: whether the sample was finite.
     #[inline(always)]
     pub fn add<'f>(
         &mut self,
@@ -46,7 +46,7 @@ impl<'a> FirstHitSums<'a> {
         self.hits += u16::from(first.is_some());
         for (sum, (aov, _)) in self.sums.iter_mut().zip(&self.plan.layers.mean) {
             let value = match (aov, first) {
-                // A part of the colour counts as the colour does.
+                // Emission is a part of the colour, so it is dropped together with the colour.
                 (Aov::Emission, _) if entered => direct,
                 (Aov::Emission, _) | (_, None) => continue,
                 (Aov::Albedo, Some(first)) => first.albedo,

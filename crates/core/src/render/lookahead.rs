@@ -1,12 +1,13 @@
-//! Samples generated in batches: camera rays with a common origin are traversed together, and paths
-//! advance segment by segment in parallel; faster, with the same bits.
+//! Samples traced in batches and returned one by one. Camera rays with a common origin are
+//! traversed together, and paths advance segment by segment in parallel: faster, with the same
+//! bits.
 
 use raywright_bvh::{Ray, Real, Vector};
 
 use crate::integrator::{CameraRays, FirstHit, LightTransport, PathResult, PathResults};
 use crate::sampler::{SampleAddress, Sequence};
 
-/// Samples of a batch: their addresses, their camera rays, and the data to generate them.
+/// Samples of a batch: their addresses, their camera rays, and buffers for generating them.
 pub(super) struct SampleBatch<R: Real> {
     pub addresses: Vec<SampleAddress>,
     pub rays: Vec<Ray<R>>,
@@ -14,7 +15,8 @@ pub(super) struct SampleBatch<R: Real> {
     pub places: Vec<[f32; 4]>,
 }
 
-/// Results of a batch, and the index of the next one.
+/// Source of sample results: holds the results of a batch and the index of the next result, and
+/// traces a new batch when needed.
 pub(super) struct SampleLookahead<R: Real> {
     samples: SampleBatch<R>,
     results: PathResults<R>,
@@ -38,8 +40,8 @@ impl<R: Real> Default for SampleLookahead<R> {
 }
 
 impl<R: Real> SampleLookahead<R> {
-    /// Returns the result of the next sample. Where none is left, `make` adds samples, at most a
-    /// given number, and the batch is traced.
+    /// Returns the result of the next sample. If no result is left, `make` generates at most the
+    /// given number of samples, and the batch is traced.
     #[inline(always)]
     pub fn next<'a, T: LightTransport<'a, R>>(
         &mut self,
@@ -63,8 +65,8 @@ impl<R: Real> SampleLookahead<R> {
         Some(result)
     }
 
-    /// Returns the first hit of the last sample's camera ray, none for the sky, and its radiance
-    /// without scattered light; empty where no layer needs them.
+    /// Returns the first hit of the last sample's camera ray (`None` for the sky), and its directly
+    /// visible radiance; zero if no layer needs them.
     #[inline(always)]
     pub fn first(&self) -> (Option<&FirstHit>, [f64; 3]) {
         let (first, direct) = self.results.first(self.next - 1);

@@ -1,4 +1,4 @@
-//! Order of work: all tiles in passes over the picture, so that a stopped render has samples
+//! Queue of work: all tiles in passes over the picture, so that a stopped render has samples
 //! everywhere.
 
 use core::ops::Range;
@@ -9,26 +9,26 @@ use crate::film::{Film, FilmPart, ReplicateBuffer, TileUpdate};
 use crate::light::LightUsage;
 use crate::observer::Observer;
 
-/// Units of work in order, and the film for their results.
+/// Queue of the units of work in order, with the film that receives their results.
 pub(super) struct UnitQueue<'f> {
     film: &'f mut Film,
     /// Next pass of each tile in each replicate that is neither finished nor in progress: pass,
     /// replicate, tile. A thread that finds the heap empty can leave: units in progress are
     /// continued by their own threads.
     waiting: BinaryHeap<Reverse<(u32, u32, u32)>>,
-    /// Number of the part's tiles without any samples.
+    /// Number of tiles of the rendered part without any samples.
     bare: usize,
     /// Samples of all pixels: finished, and total.
     done: u64,
     total: u64,
 }
 
-/// Unit of work for a thread.
+/// A unit of work for a thread: a range of samples of one tile in one replicate.
 pub(super) struct NextUnit {
     pub tile: u32,
     pub replicate: u32,
     pub samples: Range<u32>,
-    /// Sums so far.
+    /// Sums of the tile so far.
     pub start: ReplicateBuffer,
 }
 
@@ -59,8 +59,8 @@ impl<'f> UnitQueue<'f> {
         }
     }
 
-    /// Stores a finished unit, and returns the next one, if any and unless the observer has enough.
-    /// One lock per tile.
+    /// Stores the result of a finished unit, and returns the next unit; `None` if none is waiting
+    /// or the observer has enough samples. Takes one lock for each tile.
     pub fn exchange(
         &mut self,
         finished: Option<TileUpdate>,
@@ -88,7 +88,7 @@ impl<'f> UnitQueue<'f> {
         )
     }
 
-    /// Stores the last results of a worker that leaves.
+    /// Stores the last result and the light usage of a worker that ends.
     pub fn end(
         &mut self,
         finished: Option<TileUpdate>,

@@ -1,4 +1,4 @@
-//! A render in progress, as an observer sees it.
+//! State of a render in progress, as passed to a viewer.
 
 use core::ops::RangeInclusive;
 use std::cell::OnceCell;
@@ -8,7 +8,8 @@ use crate::film::{Film, Uncertainty};
 use crate::observer::Observer;
 use crate::picture::Picture;
 
-/// State of a render so far. Each part is computed on first use and borrowed; nothing is copied.
+/// State of a render in progress. Picture and error are computed on first use and borrowed; nothing
+/// is copied.
 pub struct RenderStage<'a> {
     film: &'a Film,
     picture: OnceCell<Picture>,
@@ -47,7 +48,7 @@ impl<'a> RenderStage<'a> {
         *self.error.get_or_init(|| self.film.uncertainty())
     }
 
-    /// Returns the picture to show: [`Self::picture`], denoised where requested and already
+    /// Returns the result of the render so far: [`Self::picture`], denoised if requested and
     /// possible.
     pub fn rendered(self, observer: &dyn Observer) -> RenderOutput {
         match self.picture.into_inner() {
