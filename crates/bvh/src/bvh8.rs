@@ -1,15 +1,16 @@
 //! The tree for rays stored in f32: eight-wide nodes over blocks of eight triangles, rows of eight
-//! spheres, and single other primitives. It is traversed with the processor's widest registers.
+//! spheres, and other primitives tested one by one. The widest registers of the processor traverse
+//! it.
 //!
 //! Nodes and filters only decide which primitives are tested, never which are hit. Boxes are padded
 //! and exit distances widened. The filter rejects a triangle only if its error bounds prove that
-//! the exact test rejects it ([`filter`]). Every remaining triangle goes through the operations of
-//! that test ([`crate::shapes::Triangle`]). So every kernel finds the hits of a linear scan, to the
-//! bit.
+//! the exact test rejects the triangle ([`filter`]). Every remaining triangle goes through the
+//! operations of the exact test ([`crate::shapes::Triangle`]). So every kernel finds the hits of a
+//! linear scan, to the bit.
 //!
 //! For a triangle that is edge-on to within f64 rounding, the weighted mean of the corners'
-//! distances could lie outside the box. The hit would then depend on the order of traversal. So the
-//! exact test takes the distance at an edge instead, for scan and tree alike
+//! distances could lie outside the triangle's box. The hit would then depend on the order of
+//! traversal. So the exact test uses the distance at an edge instead, in a scan as in a tree
 //! ([`crate::shapes::EDGE_ON`]).
 
 mod collapse;
@@ -50,25 +51,27 @@ pub(crate) use self::traversal_ray::{RayReparametrisation, TraversalRay};
 pub(crate) use self::triangle8::LeafHeader;
 use self::triangle8::Triangle8;
 
-/// Depth of the traversal stack. Deeper trees are rebuilt by halving.
+/// Greatest depth of a tree that the traversal stack can hold. A deeper tree is rebuilt by median
+/// splits.
 const MAX_DEPTH: u32 = 64;
-/// Stack size: each level leaves at most seven siblings, and the eight children of a node are
-/// written at once.
+/// Number of entries of the traversal stack. Each level leaves at most seven siblings, and the
+/// eight children of a node are written at once.
 const STACK: usize = (WIDTH - 1) * MAX_DEPTH as usize + WIDTH;
 
-/// Reference to a child: an inner node, a block of triangles, a row of spheres, or the position of
-/// another primitive.
+/// Reference to a child of a node: an inner node, a block of triangles, a row of spheres, or the
+/// position of another primitive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(transparent)]
 struct ChildRef(u32);
 
 impl ChildRef {
-    /// Kinds of children, in the bits above the index: the number of primitives is below 2²⁷.
+    /// Kinds of children, in the bits above the index. The index has fewer than 2²⁷ values, the
+    /// greatest number of primitives.
     const INNER: u32 = 0;
     const BLOCK: u32 = 0b100 << 29;
     const OTHER: u32 = 0b110 << 29;
     const ROW: u32 = 0b111 << 29;
-    /// No child: an empty leaf.
+    /// Reference to no child, which counts as an empty leaf.
     const NONE: Self = Self(u32::MAX);
 
     fn new(kind: u32, index: usize) -> Self {
@@ -85,13 +88,14 @@ impl ChildRef {
         self.0 & (Self::OTHER ^ Self::BLOCK) == 0
     }
 
-    /// For a leaf that is neither empty nor a block: whether it is a row of spheres.
+    /// Whether a leaf is a row of spheres. Valid only for a leaf that is neither empty nor a block.
     #[inline(always)]
     fn is_row(self) -> bool {
         self.0 & (Self::ROW ^ Self::OTHER) != 0
     }
 
-    /// The reference after its node, block, position or row moved by the given offset.
+    /// Returns the reference after its tree was appended to another: its index grows by the number
+    /// of nodes, blocks, positions or rows before it.
     fn moved(self, [nodes, blocks, places, rows]: [u32; 4]) -> Self {
         let by = match self {
             Self::NONE => 0,
@@ -109,16 +113,16 @@ impl ChildRef {
         self.0 as usize
     }
 
-    /// Index of the block, row or primitive.
+    /// Index of a leaf's block or row, or position of its primitive.
     #[inline(always)]
     fn index(self) -> usize {
         (self.0 & !Self::ROW) as usize
     }
 }
 
-/// Up to eight children with their boxes. Each axis has the minima first, then the maxima, so that
-/// a single offset selects the near or the far plane. An absent child has an inverted box, which no
-/// finite ray enters.
+/// A node with up to eight children and their boxes. Each axis has the eight minima first, then the
+/// maxima, so that a single offset selects the near or the far planes. An absent child has an
+/// inverted box, which no finite ray enters.
 #[repr(C, align(64))]
 #[derive(Clone, Debug)]
 struct Bvh8Node {
@@ -149,27 +153,28 @@ impl Bvh8Node {
     }
 }
 
-/// A bounding-volume hierarchy over primitives in the order of its build, and the storage of its
+/// A bounding-volume hierarchy with eight-wide nodes over primitives, and the storage of its
 /// triangles.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Bvh8 {
-    /// Root first; empty if every primitive is tested.
+    /// Nodes, the root first; empty if every query tests every primitive.
     nodes: Vec<Bvh8Node>,
     blocks: Vec<Triangle8>,
-    /// Header of each block.
+    /// Properties of each block besides its corners.
     leaf_headers: Vec<LeafHeader>,
-    /// Rows that every query tests (`always` of them), then rows of leaves.
+    /// Rows of spheres and planes: first `always` rows that every query tests, then the rows of
+    /// leaves.
     rows: Vec<PrimitiveRow>,
     always: usize,
-    /// Without nodes: positions of the primitives outside rows and blocks.
+    /// In a structure without nodes, the positions of the primitives outside rows and blocks.
     others: Range<usize>,
     kernel: ChosenKernel,
 }
 
 impl Bvh8 {
-    /// Moves triangles into the blocks. `taken` returns the triangle and visibility of a slot. The
-    /// slots from `first` on are in leaf order; afterwards the index of a triangle's slot is its
-    /// number in [`Bvh8::triangle`].
+    /// Moves triangles into the blocks. `taken` returns the triangle and the visibility of a slot.
+    /// The slots from `first` on are in leaf order. Afterwards the index of a triangle's slot is
+    /// its number in [`Bvh8::triangle`].
     pub fn fill(
         &mut self,
         slots: &mut [Slot],
@@ -189,7 +194,7 @@ impl Bvh8 {
                 leaf_header.set(lane, visibility);
             }
         });
-        // Last, since the loop above reads each slot's old index.
+        // Done last, since the loop above reads the old index of each slot.
         for (number, leaf_header) in self.leaf_headers.iter().enumerate() {
             for lane in 0..usize::from(leaf_header.count) {
                 slots[leaf_header.first as usize + lane].index = (number * WIDTH + lane) as u32;
@@ -197,8 +202,8 @@ impl Bvh8 {
         }
     }
 
-    /// Fills the rows of leaves. `row` makes a row from a range of slots; the tree's slots begin at
-    /// `first`.
+    /// Fills the rows of leaves. `row` builds a row from a range of slots. The tree's slots begin
+    /// at `first`.
     pub fn fill_rows(&mut self, first: usize, row: impl Fn(Range<usize>) -> PrimitiveRow) {
         for own in &mut self.rows[self.always..] {
             let start = first + own.leaf_header.first as usize;
@@ -206,8 +211,8 @@ impl Bvh8 {
         }
     }
 
-    /// A structure without nodes: rows of spheres, blocks of triangles, then single primitives, in
-    /// this order of positions. Rows and blocks are still to be filled.
+    /// Creates a structure without nodes: rows of spheres, blocks of triangles, then other
+    /// primitives, in this order of positions. Its rows and blocks are still empty.
     pub fn flat(spheres: usize, triangles: usize, others: usize) -> Self {
         let end = spheres + triangles;
         let block = |first: usize| LeafHeader::new(first, (end - first).min(WIDTH));
@@ -220,26 +225,26 @@ impl Bvh8 {
         }
     }
 
-    /// Adds rows that every query tests first.
+    /// Adds rows that every query tests before it traverses the tree.
     pub fn test_always(&mut self, rows: impl IntoIterator<Item = PrimitiveRow>) {
         let before = self.rows.len();
         self.rows.splice(self.always..self.always, rows);
         self.always += self.rows.len() - before;
     }
 
-    /// Whether the tree stores triangles.
+    /// Whether the tree stores triangles in blocks.
     #[inline(always)]
     pub fn has_blocks(&self) -> bool {
         !self.blocks.is_empty()
     }
 
-    /// The triangle with the given number.
+    /// Returns the triangle with the given number: eight times its block's index, plus its lane.
     #[inline]
     pub fn triangle(&self, number: u32) -> Triangle<f32> {
         self.blocks[number as usize / WIDTH].triangle(number as usize % WIDTH)
     }
 
-    /// The selected kernel.
+    /// Returns the selected kernel.
     pub fn kernel(&self) -> Kernel {
         match self.kernel {
             ChosenKernel::Portable(_) => Kernel::Portable,
@@ -261,8 +266,8 @@ impl Bvh8 {
             + size_of_val(self.rows.as_slice())
     }
 
-    /// Bytes of full rows for `spheres` spheres or planes, and of full blocks for `triangles`
-    /// triangles.
+    /// Bytes of a structure without nodes: full rows for `spheres` spheres or planes, and full
+    /// blocks for `triangles` triangles.
     pub fn bytes_of_flat(spheres: u64, triangles: u64) -> u64 {
         let eights =
             |count: u64, bytes: usize| count.div_ceil(WIDTH as u64).saturating_mul(bytes as u64);
@@ -270,22 +275,23 @@ impl Bvh8 {
         eights(spheres, size_of::<PrimitiveRow>()).saturating_add(blocks)
     }
 
-    /// Upper bound of the bytes of a tree over so many spheres, triangles and other primitives.
+    /// Upper bound of the bytes of a tree over the given numbers of spheres, triangles and other
+    /// primitives.
     ///
-    /// A node with an unused lane has only leaves; otherwise the collapse would have opened an
-    /// inner child. Let t be the number of nodes, and f the number of nodes with an inner child.
-    /// These f nodes are full, so they have 8f − (t − 1) leaves. Each other node has at least nine
-    /// triangles, or another primitive and one more lane. So t ≤ n/7 + 1 for n triangles, t ≤ (4m +
-    /// 3)/7 for m others, and t ≤ n/7 + m + 1 for both. A block of fewer than three triangles is
-    /// either alone in its node, which then has seven inner children, or beside blocks into which
-    /// its triangles do not fit. So there are at most n/3 + n/49 blocks, plus one for each other
-    /// primitive that may stand between them.
+    /// A node with an unused lane has only leaves, since the collapse would otherwise have replaced
+    /// an inner child by its children. Let t be the number of nodes, and f the number of nodes with
+    /// an inner child. These f nodes are full, so they have 8f − (t − 1) leaves. Every node without
+    /// an inner child has at least nine triangles, or another primitive and one more lane. So t ≤
+    /// n/7 + 1 for n triangles, t ≤ (4m + 3)/7 for m other primitives, and t ≤ n/7 + m + 1 for
+    /// both. A block of fewer than three triangles is either the only block of its node, which then
+    /// has seven inner children, or beside blocks that its triangles do not fit into. So there are
+    /// at most n/3 + n/49 blocks, plus one for each other primitive that may stand between them.
     pub fn most_bytes([spheres, triangles, others]: [u64; 3]) -> u64 {
         let few = |count: u64| count.saturating_mul(4).saturating_add(3) / 7;
         let all = [triangles, spheres, others]
             .into_iter()
             .fold(0, u64::saturating_add);
-        // The larger of both counts takes the part of the triangles in the proof above.
+        // The larger count has the role of the triangles in the proof above.
         let maximum = triangles.max(spheres);
         let nodes = if maximum == 0 {
             few(others)
@@ -294,7 +300,7 @@ impl Bvh8 {
                 .saturating_add(all - maximum)
                 .saturating_add(1)
         };
-        // Spheres among primitives of other kinds leave few rows full.
+        // Among primitives of other kinds, few rows of spheres are full.
         let leaves = (spheres / 2).min(
             (spheres / 5)
                 .saturating_mul(2)

@@ -1,5 +1,5 @@
-//! Collapse of a binary tree to eight-wide nodes and leaves of up to eight primitives of a kind,
-//! with least expected cost.
+//! Collapse of a binary tree to eight-wide nodes, and to leaves of up to eight primitives of a
+//! kind, with the least expected ray cost.
 //!
 //! A child is an inner node, a leaf of up to eight triangles or spheres, or one other primitive.
 
@@ -17,18 +17,19 @@ use crate::bvh8::triangle8::{LeafHeader, Triangle8};
 use crate::memory::{huge_page_vec, huge_page_vec_of};
 use costs::{AS_INNER, AS_LEAF, Costs, FEWER, shares, solve, weight};
 
-/// A block with fewer primitives is merged with a neighbour if both fit into one block and the
-/// merged block costs rays less.
+/// Number of primitives below which a block is sparse: it is merged with a sibling if both fit into
+/// one block and the merged block costs rays less.
 const SPARSE: usize = 5;
 
-/// Future content of a lane.
+/// Planned content of a lane: an inner node, one other primitive, or a leaf of one kind. Numbers
+/// are indices of binary nodes or of boxes.
 enum LaneRef {
     Inner(u32),
     Other(u32),
     Several(LeafKind, ArrayVec<u32, WIDTH>),
 }
 
-/// A lane of a node under construction.
+/// A lane of a node that is being built.
 struct PlannedLane {
     bounds: PaddedBox,
     content: LaneRef,
@@ -36,13 +37,14 @@ struct PlannedLane {
 
 type NodeLanes = ArrayVec<PlannedLane, WIDTH>;
 
+/// A binary tree that is being collapsed, with the costs of its subtrees.
 struct Collapse<'a> {
     binary: &'a Binary,
     costs: Vec<Costs>,
 }
 
-/// A finished part of the tree with its own numbering from zero, and the subtrees still missing
-/// below it.
+/// A finished part of the tree, numbered from zero, and the subtrees below it that other threads
+/// collapse.
 #[derive(Default)]
 struct CollapsedSubtree {
     nodes: Vec<Bvh8Node>,
@@ -53,7 +55,7 @@ struct CollapsedSubtree {
     jobs: Vec<SubtreeJob>,
 }
 
-/// A subtree that another piece will hold: the node and lane that refer to it, its root in the
+/// A subtree that is collapsed separately: the node and lane that will refer to it, its root in the
 /// binary tree, and its level.
 struct SubtreeJob {
     slot: usize,
@@ -63,7 +65,7 @@ struct SubtreeJob {
 }
 
 impl Collapse<'_> {
-    /// The left child's share of `lanes` lanes.
+    /// Returns how many of `lanes` lanes the left child gets at the least cost.
     fn to_left(&self, left: u32, lanes: usize) -> usize {
         let (l, r) = (&self.costs[left as usize], &self.costs[left as usize + 1]);
         let cost = |to_left: &usize| l.cost[to_left - 1] + r.cost[lanes - to_left - 1];
@@ -72,7 +74,7 @@ impl Collapse<'_> {
             .unwrap_or(1)
     }
 
-    /// Appends the lanes of a subtree, at most `lanes`.
+    /// Appends the lanes of a subtree, at most `lanes` of them, as planned by its costs.
     fn open(&self, node: u32, mut lanes: usize, out: &mut NodeLanes) {
         let (pick, bounds) = (
             &self.costs[node as usize].pick,
@@ -94,6 +96,7 @@ impl Collapse<'_> {
         }
     }
 
+    /// Appends the lanes of two siblings, `left` and the node after it.
     fn divide(&self, left: u32, lanes: usize, out: &mut NodeLanes) {
         let leaves = self.costs[left as usize].leaves + self.costs[left as usize + 1].leaves;
         let lanes = lanes.min(leaves.into());
@@ -102,6 +105,7 @@ impl Collapse<'_> {
         self.open(left + 1, lanes - to_left, out);
     }
 
+    /// Returns the content of a lane that holds the subtree as a leaf.
     fn leaf(&self, node: u32) -> LaneRef {
         let Costs {
             alike, leaf_kind, ..
@@ -116,7 +120,7 @@ impl Collapse<'_> {
         LaneRef::Several(leaf_kind, places)
     }
 
-    /// Appends the primitives of a small subtree.
+    /// Appends the box indices of a small subtree's primitives.
     fn places(&self, node: u32, out: &mut ArrayVec<u32, WIDTH>) {
         let source = &self.binary.nodes[node as usize];
         if source.count > 0 {
@@ -128,8 +132,8 @@ impl Collapse<'_> {
         }
     }
 
-    /// The tree below an inner node, without subtrees rooted at nodes from `tops` on; `None` if it
-    /// is too deep.
+    /// Collapses the tree below an inner node, except the subtrees whose roots are nodes from
+    /// `tops` on: these become jobs. `None` if the tree is too deep.
     fn piece(&self, root: u32, depth: u32, tops: usize) -> Option<CollapsedSubtree> {
         let mut piece = CollapsedSubtree {
             nodes: vec![Bvh8Node::EMPTY],
@@ -145,8 +149,8 @@ impl Collapse<'_> {
             self.divide(self.binary.nodes[root as usize].first, WIDTH, &mut lanes);
             let first = work.len();
             join_sparse(&mut lanes);
-            // Any-hit rays visit lanes from last to first, so the lanes that end them soonest come
-            // last.
+            // Any-hit rays visit lanes from last to first. So the lanes most likely to end them
+            // come last: leaves, and large boxes.
             let value_of = |lane: &PlannedLane| {
                 (
                     !matches!(lane.content, LaneRef::Inner(_)),
@@ -190,7 +194,8 @@ impl Collapse<'_> {
 }
 
 impl CollapsedSubtree {
-    /// Makes a leaf of primitives of one kind.
+    /// Adds a leaf of primitives of one kind, given by box indices, and returns the reference to
+    /// it.
     fn leaf(&mut self, leaf_kind: LeafKind, places: &[u32]) -> ChildRef {
         let (first, count) = (self.order.len(), places.len());
         self.order.extend_from_slice(places);
@@ -210,10 +215,9 @@ impl CollapsedSubtree {
 }
 
 impl Bvh8 {
-    /// Collapses a binary tree. Each of its leaves holds one primitive, or as many primitives of
-    /// one leaf kind as a wide leaf. Returns the tree, the order in which its leaves refer to the
-    /// boxes, and its depth. `None` if the depth exceeds the traversal stack, or if the tree has no
-    /// inner node.
+    /// Collapses a binary tree whose leaves hold one primitive, or up to a full wide leaf of one
+    /// kind. Returns the tree, the box index for each position of its leaves, and its depth. `None`
+    /// if the depth exceeds the traversal stack, or if the binary tree has no inner node.
     pub(crate) fn collapse(
         binary: &Binary,
         leaf_kind: LeafKindOf<'_>,
@@ -286,7 +290,7 @@ impl Bvh8 {
     }
 }
 
-/// Merges sparse blocks of a node if the merged block costs rays less than both.
+/// Merges sparse blocks of a node where the merged block costs rays less than two separate blocks.
 fn join_sparse(lanes: &mut NodeLanes) {
     while let Some((into, from)) = pair(lanes) {
         let PlannedLane {
@@ -304,7 +308,8 @@ fn join_sparse(lanes: &mut NodeLanes) {
     }
 }
 
-/// Two blocks that fit into one, the second being sparse: the pair whose box grows least.
+/// Finds the pair of blocks to merge: they fit into one block, the second is sparse, and their box
+/// grows least.
 fn pair(lanes: &[PlannedLane]) -> Option<(usize, usize)> {
     let count = |lane: usize| match &lanes[lane].content {
         LaneRef::Several(leaf_kind, places) => Some((*leaf_kind, places.len())),
@@ -314,8 +319,8 @@ fn pair(lanes: &[PlannedLane]) -> Option<(usize, usize)> {
         let (leaf_kind, own) = count(lane)?;
         Some(half_area(&lanes[lane].bounds) * weight(leaf_kind, own as u8))
     };
-    // Only if it costs rays less: a block of two opposite walls would be tested by every ray in the
-    // room.
+    // A merged block must cost rays less. A block of two opposite walls would be tested by every
+    // ray in the room.
     let pays = |a: usize, b: usize, leaf_kind: LeafKind, together: usize| {
         let area = half_area(&lanes[a].bounds.union(&lanes[b].bounds));
         spent(a)

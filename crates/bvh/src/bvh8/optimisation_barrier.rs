@@ -1,13 +1,13 @@
-//! Barriers against compiler optimisations that would slow the traversal: automatic vectorisation
-//! of a few scalars, and copies in registers that are needed elsewhere.
+//! Barriers against compiler optimisations that slow the traversal: vectorisation of a few scalars,
+//! and copies of fields in registers that the traversal needs.
 #![expect(
     unsafe_code,
     reason = "instructions of no bytes; each block says why it may"
 )]
 
-/// Returns the number unchanged, in its register. Without this barrier a compiler combines three or
-/// four adjacent scalars into a vector. The packing costs as many instructions as it saves, and a
-/// reader of one scalar waits for all.
+/// Returns the number unchanged, in its register. Without this barrier, the compiler combines three
+/// or four adjacent scalars into a vector. The packing costs as many instructions as it saves, and
+/// a read of one scalar waits for all of them.
 #[inline(always)]
 pub(crate) fn optimisation_barrier(value: f32) -> f32 {
     #[cfg(target_arch = "x86_64")]
@@ -23,8 +23,8 @@ pub(crate) fn optimisation_barrier(value: f32) -> f32 {
     core::hint::black_box(value)
 }
 
-/// Returns the reference unchanged, without the compiler's knowledge of its contents. So fields are
-/// read when needed, as memory operands, instead of being kept in registers or spilled to the stack
+/// Returns the reference unchanged, and hides from the compiler what it points to. So fields are
+/// read from memory where they are used, instead of being kept in registers or spilled to the stack
 /// as vectors.
 #[inline(always)]
 pub(super) fn in_memory<T>(place: &T) -> &T {

@@ -1,15 +1,19 @@
-//! Packets of up to sixteen rays with a common origin, such as the rays of a pinhole camera.
+//! Traversal by packets of up to sixteen rays with a common origin, such as the rays of a pinhole
+//! camera.
 //!
-//! Boxes are tested once for the whole packet, by the interval of inverse directions. Rounding is
-//! monotonic, so if the box test of any ray passes, this test passes too, with an entry no later.
-//! Terms of a triangle that depend only on the common origin are computed once, for eight triangles
-//! in lanes. Then each triangle that the interval of directions may hit is tested against eight
-//! rays at a time. The bounds of [`super::filter`] hold here unchanged: with f the first corner
-//! relative to the origin, U = e₂·(f × d) is (e₂ × f)·d, with as many roundings. For the interval,
-//! W is also computed as (N − A − B)·d. Its components have errors of 23 u E R, so W has an error
-//! of 42 u E R |d|, within the same 46. Remaining triangles go through the exact test's own
-//! operations, for eight rays at once in f64. So each hit has the bits that the ray alone would
-//! find.
+//! Boxes are tested once for the whole packet, by the intervals of the inverse directions. Rounding
+//! is monotonic. So if a box test passes for any ray, it passes for the packet too, with an entry
+//! distance no later.
+//!
+//! In blocks, terms that depend only on the common origin are computed once, for eight triangles in
+//! lanes. Each triangle that the intervals of directions may hit is then tested against eight rays
+//! at a time. The error bounds of [`super::filter`] also hold for these tests: with f the first
+//! corner relative to the origin, U = e₂·(f × d) is (e₂ × f)·d, with as many roundings. For the
+//! intervals, W is computed as (N − A − B)·d. The components of that vector have errors of 23 u E
+//! R, so W has an error of 42 u E R |d|, within the bound of 46 u E R |d|.
+//!
+//! The remaining triangles go through the operations of the exact test, for eight rays at once in
+//! f64. So each ray finds the same bits as alone.
 
 #![expect(
     unsafe_code,
@@ -31,37 +35,39 @@ use super::{Bvh8, ChildRef, Lanes, WIDTH};
 use crate::math::simd::Simd;
 use crate::ray::Ray;
 
-/// Vectors of rays in a packet.
+/// Number of groups of eight rays in a packet.
 const GROUPS: usize = 2;
 /// Greatest number of rays in a packet.
 pub(crate) const RAYS: usize = GROUPS * WIDTH;
-/// Least direction component. Below it the packet is not known to lie on one side of the axis.
+/// Least absolute value of a direction component. Below it, the packet may not lie on one side of
+/// the axis.
 const LEAST: f32 = 1e-30;
 
-/// A packet of rays with the hits found so far.
+/// A packet of rays, with the hits found so far.
 pub(crate) struct PacketState {
     origin: [f32; 3],
-    /// One array per axis; unused lanes repeat the first direction.
+    /// Directions, one array per axis. Unused lanes repeat the first direction.
     directions: [[f32; RAYS]; 3],
     /// Number of rays.
     pub count: usize,
     /// Excluded lower end of distances.
     near: f32,
-    /// Greatest accepted distance of each ray: that of its hit if it has one.
+    /// Greatest accepted distance of each ray: the distance of its hit, if it has a hit.
     pub far: [f32; RAYS],
-    /// The other numbers of each hit, and its slots.
+    /// Both shape-specific numbers of each hit.
     rest: [[f32; RAYS]; 2],
+    /// Slot of each hit's primitive, and the slot in the instanced geometry.
     slots: [[u32; RAYS]; 2],
     /// Whether these are camera rays, which pass through culled backs.
     culls: bool,
 }
 
 impl PacketState {
-    /// Slot of a ray without a hit.
+    /// Slot value of a ray without a hit.
     const NOTHING: u32 = u32::MAX;
 
-    /// A packet of the first [`RAYS`] directions at most. `near` is excluded; `last` is the
-    /// greatest accepted distance.
+    /// Creates a packet from at most the first [`RAYS`] directions. Distances after `near`, up to
+    /// and including `last`, are accepted.
     #[inline(always)]
     pub fn new(origin: Vec3, directions: &[Vec3], [near, last]: [f32; 2], culls: bool) -> Self {
         let count = directions.len().min(RAYS);
@@ -88,7 +94,7 @@ impl PacketState {
         }
     }
 
-    /// Hit of a ray: distance and the hit's other numbers, and both slots.
+    /// Returns the hit of a ray: its distance and shape-specific numbers, and its two slots.
     #[inline(always)]
     pub fn hit(&self, ray: usize) -> Option<([f32; 3], [u32; 2])> {
         let ray = ray & (RAYS - 1);
@@ -101,14 +107,14 @@ impl PacketState {
         })
     }
 
-    /// The ray with the given index, at time 0.
+    /// Returns the ray with the given index, at time 0.
     pub fn ray(&self, ray: usize) -> Ray<f32> {
         let d = |axis: usize| self.directions[axis][ray & (RAYS - 1)];
         Ray::new(self.origin.into(), [d(0), d(1), d(2)].into())
     }
 
-    /// Takes a hit within the range if it is nearer than the hit so far, or equally near and lower
-    /// in the order of ties.
+    /// Replaces the hit of a ray by a hit within the range that is nearer, or equally near and
+    /// lower in the order of ties.
     #[inline(always)]
     pub fn consider(
         &mut self,
@@ -126,15 +132,15 @@ impl PacketState {
         }
     }
 
-    /// Mask of the lanes in a group that hold rays.
+    /// Mask of the lanes of a group that hold rays.
     #[inline(always)]
     fn asked(&self, group: usize) -> u32 {
         let count = self.count.saturating_sub(group * WIDTH).min(WIDTH);
         (1 << count) - 1
     }
 
-    /// The least and the greatest direction component of each axis, by absolute value; `None` if an
-    /// axis has components of both signs or close to zero.
+    /// Returns, for each axis, the direction components of least and of greatest absolute value;
+    /// `None` if an axis has components of both signs or close to zero.
     #[inline(always)]
     fn spans(&self) -> Option<[[f32; 3]; 2]> {
         let mut spans = [[0.0; 3]; 2];
@@ -154,31 +160,32 @@ impl PacketState {
     }
 }
 
-/// Receiver of a packet's candidate primitives.
+/// Receiver of the primitives that a packet traversal does not test itself.
 pub(crate) trait PacketVisitor {
-    /// Whether the first slot comes before the second in the order of ties.
+    /// Whether the slot `slot` comes before `than` in the order of ties.
     fn lower(&self, slot: u32, than: u32) -> bool;
-    /// Tests a primitive that has no packet test.
+    /// Tests all rays of the packet against a primitive that has no packet test.
     fn other(&mut self, index: usize, packet_state: &mut PacketState);
 }
 
 /// Outcome of a packet traversal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum PacketResult {
-    /// All hits are found.
+    /// The traversal completed, and all hits are found.
     Whole,
-    /// Given up: the rays diverge, and single traversals would cost less. The hits so far are
-    /// incomplete.
+    /// The traversal was given up, since the rays diverge and single traversals would cost less.
+    /// The hits found so far are incomplete.
     Parted,
-    /// Not traversed: the directions differ too much for a packet.
+    /// The tree was not traversed, since the directions differ too much for a packet.
     Unfit,
 }
 
-/// Number of leaves after which a packet is given up: they cost about as much as all its rays
-/// traced one by one. Measured: `../../../../benches/runs/2026-11-23-pencils.md`.
+/// Number of leaves after which a packet traversal is given up. Testing them costs about as much as
+/// tracing all rays of the packet one by one. Measured:
+/// `../../../../benches/runs/2026-11-23-pencils.md`.
 const MOST_LEAVES: u32 = 32;
 
-/// Traverses the tree with a packet.
+/// Traverses the tree with a packet. Returns whether all hits were found.
 #[inline(always)]
 pub(super) fn walk<S: TraversalSimd>(
     s: S,
@@ -214,7 +221,7 @@ pub(super) fn walk<S: TraversalSimd>(
     PacketResult::Whole
 }
 
-/// Tests rows of spheres or planes against eight rays at a time.
+/// Intersects rows of spheres or planes with the packet, eight rays at a time.
 #[inline(always)]
 fn rows_of_lanes<S: Simd>(
     s: S,
@@ -259,7 +266,7 @@ fn rows_of_lanes<S: Simd>(
     }
 }
 
-/// The greatest accepted distance of all rays, for box tests.
+/// Returns the greatest accepted distance of all rays, raised for box tests.
 #[inline(always)]
 fn greatest_far(packet_state: &PacketState) -> f32 {
     let mut far = f32::NEG_INFINITY;
@@ -269,7 +276,7 @@ fn greatest_far(packet_state: &PacketState) -> f32 {
     TraversalRay::last(far)
 }
 
-/// Traverses the nodes. Returns false if the packet was given up.
+/// Traverses the nodes of the tree. Returns false if the packet was given up.
 #[inline(always)]
 fn down<S: TraversalSimd>(
     s: S,

@@ -1,29 +1,30 @@
-//! A ray as prepared for the triangle test in registers.
+//! The values of a ray for the exact triangle test in SIMD registers.
 
 use glam::DVec3;
 
 use crate::shapes::PreparedRay;
 
-/// Ray values for the exact test. The projection across the ray is that of [`PreparedRay`], of
-/// whose six numbers two are zero and four are components of the direction. With the axes rotated
-/// so that the direction's largest component comes first, (p, q, r), the two coordinates of a
-/// corner are q·a + p·b and r·c + p·d.
+/// Ray values for the exact triangle test. Its projection onto the plane perpendicular to the ray
+/// is that of [`PreparedRay`], of whose six numbers two are zero and four are components of the
+/// direction. Let the axes be rotated so that the direction's largest component comes first, as (p,
+/// q, r). The two projected coordinates of a corner are then q·a + p·b and r·c + p·d.
 #[derive(Clone, Copy)]
 pub(crate) struct ProjectedRay {
     pub origin: [f64; 3],
     pub direction: [f64; 3],
-    /// Axis of the direction's largest component; the two axes after it follow cyclically.
+    /// Axis of the direction's largest component. The other two axes follow cyclically.
     pub major: usize,
-    /// The four numbers above.
+    /// The numbers a, b, c and d of the projection.
     pub across: [f64; 4],
     pub inverse_length_squared: f64,
 }
 
-/// Rounding could change the sign of an edge function, or the triangle is edge-on: the
-/// single-triangle test decides.
+/// Outcome of the exact test in registers for a triangle that it can't decide: rounding could
+/// change the sign of an edge function, or the triangle is edge-on. The single-triangle test then
+/// decides.
 pub(super) struct UncertainSign;
 
-/// The entries for an axis and the two axes after it, cyclically.
+/// Returns the entries of an array for an axis and for the two axes after it, cyclically.
 #[inline(always)]
 pub(super) fn rotated_axes<T: Copy>([x, y, z]: [T; 3], major: usize) -> (T, T, T) {
     let (around, major) = ([x, y, z, x, y], major.min(2));
@@ -37,7 +38,7 @@ impl ProjectedRay {
         Self::with(origin.map(f64::from), d, 1.0 / d.dot(d))
     }
 
-    /// The same values from a prepared ray.
+    /// Copies the values of a prepared ray.
     #[inline(always)]
     pub fn of(prepared_ray: &PreparedRay) -> Self {
         Self::with(
@@ -50,7 +51,7 @@ impl ProjectedRay {
     #[inline(always)]
     fn with(origin: [f64; 3], d: DVec3, inverse_length_squared: f64) -> Self {
         let size = d.abs();
-        // Without branches, which bounced rays would often mispredict.
+        // Computed without branches, which would often be mispredicted for bounced rays.
         let [first, second] =
             [(size.x > size.y) & (size.x > size.z), size.y > size.z].map(usize::from);
         let major = (1 - first) * (2 - second);

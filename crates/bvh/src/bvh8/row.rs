@@ -1,6 +1,6 @@
 //! Rows of eight spheres or planes, tested by the operations of [`crate::shapes::Sphere`] and
-//! [`crate::shapes::Plane`] in f64 lanes. A single test costs less than a filter in front of it
-//! would; eight tests in lanes cost about as much as one.
+//! [`crate::shapes::Plane`] in f64 lanes. Rows have no filter: a filter would cost more than a
+//! single test, and eight tests in lanes cost about as much as one.
 
 use glam::{DVec3, Vec3};
 
@@ -11,27 +11,29 @@ use crate::ray::{Interval, Ray, Side, Visibility};
 use crate::scalar::Real;
 use crate::shapes::{FAR, PreparedRay, Shape, ShapeHit, Sphere};
 
-/// Up to eight spheres or planes. Unused lanes are NaN and never hit.
+/// A leaf of up to eight spheres or planes, which are tested in lanes. Unused lanes are NaN and
+/// never hit.
 #[repr(C, align(64))]
 #[derive(Clone, Debug)]
 pub(crate) struct PrimitiveRow {
     kind: RowKind,
     pub leaf_header: LeafHeader,
-    /// Centres of spheres or points of planes: `places[axis][lane]`.
+    /// Centres of spheres, or points of planes, as `places[axis][lane]`.
     places: [[f32; WIDTH]; 3],
-    /// Radii of spheres, repeated for each axis, or normals of planes.
+    /// Radii of spheres, repeated for each axis, or normals of planes, as `rest[axis][lane]`.
     rest: [[f32; WIDTH]; 3],
 }
 
-/// Kind of primitives in a row.
+/// Kind of the primitives in a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum RowKind {
     Spheres,
     Planes,
 }
 
-/// Result of a row for a ray: lanes hit within the range on an accepted side, lanes whose hit
-/// leaves a body, and distances.
+/// Hits of a ray with the primitives of a row, or of eight rays with one primitive: the mask of
+/// lanes hit within the range on an accepted side, the mask of lanes whose hit leaves a solid, and
+/// the distances.
 #[derive(Clone, Copy)]
 pub(crate) struct RowHits<T> {
     pub hits: u32,
@@ -40,7 +42,7 @@ pub(crate) struct RowHits<T> {
 }
 
 impl<T: Copy> RowHits<T> {
-    /// These results in memory.
+    /// Copies the hits from registers to arrays.
     #[inline(always)]
     pub(super) fn stored<S: Simd<Floats = T>>(&self, s: S) -> RowHits<[f32; WIDTH]> {
         RowHits {
@@ -52,8 +54,8 @@ impl<T: Copy> RowHits<T> {
 }
 
 impl PrimitiveRow {
-    /// A row of spheres by centre and radius, or of planes by point and normal. Their slots are
-    /// consecutive from `first` on.
+    /// Creates a row of spheres, given by centre and radius, or of planes, given by point and
+    /// normal. Their slots are consecutive from `first` on.
     pub fn new(
         kind: RowKind,
         first: usize,
@@ -70,7 +72,7 @@ impl PrimitiveRow {
         row
     }
 
-    /// An empty row for `count` primitives from slot `first` on.
+    /// Creates an empty row for `count` primitives, whose slots are consecutive from `first` on.
     pub(super) fn room(kind: RowKind, first: usize, count: usize) -> Self {
         Self {
             kind,
@@ -80,7 +82,7 @@ impl PrimitiveRow {
         }
     }
 
-    /// The hits of a ray.
+    /// Intersects a ray with all primitives of the row.
     #[inline(always)]
     pub(super) fn hits<S: Simd>(
         &self,
@@ -101,13 +103,15 @@ impl PrimitiveRow {
             self.leaf_header.outside_alone(culls).into(),
             self.leaf_header.inside.into(),
         ];
-        // Written out: a closure would not be compiled for the surrounding function's instructions.
+        // Written out: the closure of a `map` would not be compiled for the instruction set of this
+        // function.
         let places = [
             s.widen(&self.places[0]),
             s.widen(&self.places[1]),
             s.widen(&self.places[2]),
         ];
-        // Copied: a captured reference would force the ray into memory for the rare case.
+        // Copied: a captured reference would force the ray into memory, and the closure is called
+        // only for distant spheres.
         let ([x, y, z], prepared_ray) = (&self.rest, *prepared_ray);
         match self.kind {
             RowKind::Spheres => spheres(s, places, s.widen(x), &rays, ends, sides, move |lane| {
@@ -125,7 +129,8 @@ impl PrimitiveRow {
         }
     }
 
-    /// The hits of eight rays with one primitive, up to `far`; masks have a bit per ray.
+    /// Intersects eight rays with the primitive in one lane, at distances from `near`, excluded, to
+    /// `far`, included. Masks of the result have one bit per ray.
     #[inline(always)]
     pub(super) fn lane<S: Simd>(
         &self,
@@ -190,7 +195,7 @@ impl PrimitiveRow {
     }
 }
 
-/// A ray per lane: the same ray for eight primitives, or eight rays for one primitive.
+/// One ray in each lane: the same ray for eight primitives, or eight rays for one primitive.
 struct RayLanes<S: Simd> {
     origin: [S::Doubles; 3],
     direction: [S::Doubles; 3],
@@ -208,8 +213,9 @@ fn difference<S: Simd>(s: S, a: [S::Doubles; 3], b: [S::Doubles; 3]) -> [S::Doub
     ]
 }
 
-/// Intersects rays with spheres, lane by lane. `outside_alone` and `inside_alone` are lanes hit
-/// from that side only; `alone` tests a lane's sphere by itself.
+/// Intersects a ray with a sphere in each lane. `outside_alone` and `inside_alone` are the lanes
+/// whose sphere can be hit from that side only. `alone` repeats the test of one lane with the
+/// single-sphere test.
 #[inline(always)]
 fn spheres<S: Simd>(
     s: S,
@@ -235,7 +241,7 @@ fn spheres<S: Simd>(
     let discriminant = s.sub_f64(squared, s.mul_f64(outside, rays.length_squared));
     let hit_lanes = s.at_least_f64(discriminant, zero);
     let root = s.sqrt_f64(discriminant);
-    // −0 − b negates every number, zero included.
+    // −0 − b negates every number, including zero.
     let turned = s.sub_f64(s.splat_f64(-0.0), b);
     let near = s.narrow(s.mul_f64(s.sub_f64(turned, root), rays.inverse_length_squared));
     let far = s.narrow(s.mul_f64(s.sub_f64(root, b), rays.inverse_length_squared));
@@ -259,7 +265,8 @@ fn spheres<S: Simd>(
     }
 }
 
-/// Repeats the test of distant spheres, for which the single test uses another formula.
+/// Repeats the tests of distant spheres one by one, since the single-sphere test uses another
+/// formula for them.
 #[cold]
 #[inline(never)]
 fn one_by_one(
@@ -279,7 +286,7 @@ fn one_by_one(
     row_hits
 }
 
-/// Intersects rays with planes, lane by lane, as [`spheres`].
+/// Intersects a ray with a plane in each lane; parameters as for [`spheres`].
 #[inline(always)]
 fn planes<S: Simd>(
     s: S,
@@ -294,7 +301,7 @@ fn planes<S: Simd>(
         dot_f64(s, normals, difference(s, points, rays.origin)),
         slope,
     ));
-    // A ray in the plane gives 0/0 or x/0, which no open range contains.
+    // For a ray in the plane the distance is 0/0 or x/0, which no open range contains.
     let within = s.less(first, t) & s.at_most(t, last) & s.less(t, s.splat(f32::INFINITY));
     let finite = within & s.less(s.splat(f32::NEG_INFINITY), t);
     let against = s.greater_f64(s.splat_f64(0.0), slope);
@@ -305,7 +312,7 @@ fn planes<S: Simd>(
     }
 }
 
-/// Eight rays with a common origin, and their values of a [`PreparedRay`] for these tests.
+/// Eight rays with a common origin, with the values of [`PreparedRay`] that the tests of rows use.
 pub(super) struct RaysF64<S: Simd> {
     rays: RayLanes<S>,
     origin: DVec3,
@@ -314,7 +321,7 @@ pub(super) struct RaysF64<S: Simd> {
 }
 
 impl<S: Simd> RaysF64<S> {
-    /// By the operations of [`PreparedRay`], in lanes.
+    /// Prepares eight rays by the operations of [`PreparedRay`], in lanes.
     #[inline(always)]
     pub fn new(s: S, origin: DVec3, [x, y, z]: [&[f32; WIDTH]; 3], culls: bool) -> Self {
         let direction = [s.widen(x), s.widen(y), s.widen(z)];

@@ -8,8 +8,8 @@ use core::mem::MaybeUninit;
 
 use super::{ChildRef, Lanes, STACK, WIDTH};
 
-/// A child, with its entry distance in the upper half. Nonnegative distances have the same order as
-/// integers. With negative distances the order differs, which costs time but no correctness.
+/// A stack entry: a child, with its entry distance in the upper half of the integer. Nonnegative
+/// distances sort like integers. Negative distances do not, which costs time but no correctness.
 #[derive(Clone, Copy)]
 #[repr(transparent)]
 pub(super) struct StackEntry(pub u64);
@@ -31,8 +31,8 @@ impl StackEntry {
     }
 }
 
-/// Storage of the stack. The traversal keeps the number of entries in a register: stored beside the
-/// entries, every step would wait for memory.
+/// Entries of the traversal stack. The traversal keeps their number in a register. If the number
+/// were stored beside the entries, every step would wait for memory.
 pub(super) struct Stack([MaybeUninit<StackEntry>; STACK]);
 
 impl Stack {
@@ -47,10 +47,11 @@ impl Stack {
         self.0[index].write(waiting);
     }
 
-    /// Pops entries until one is entered before `last`; `None` if no such entry is left.
+    /// Pops entries until an entry distance is at most `last`, and returns that child; `None` if no
+    /// such entry is left.
     ///
     /// # Safety
-    /// Every entry below the top was written.
+    /// Every entry below `top` must have been written.
     #[inline(always)]
     pub unsafe fn pop(&self, top: &mut usize, last: f32) -> Option<ChildRef> {
         while *top > 0 {
@@ -64,7 +65,7 @@ impl Stack {
         None
     }
 
-    /// Storage for the eight entries of a node, possibly uninitialised.
+    /// Returns the storage for the eight entries of a node, possibly uninitialised.
     #[inline(always)]
     pub fn eight(&mut self, index: usize) -> &mut [MaybeUninit<StackEntry>; WIDTH] {
         let Some(eight) = self.0[index..].first_chunk_mut() else {
@@ -73,8 +74,8 @@ impl Stack {
         eight
     }
 
-    /// Writes the children of a mask from `base` on by insertion sort, the nearest last. Returns
-    /// the new top.
+    /// Writes the children of a mask from `base` on, sorted by insertion so that the nearest comes
+    /// last. Returns the new top.
     #[inline(always)]
     pub fn push_sorted(
         &mut self,
@@ -102,10 +103,10 @@ impl Stack {
         base + count
     }
 
-    /// The top two entries, the topmost last.
+    /// Returns the children of the top two entries, the topmost last.
     ///
     /// # Safety
-    /// Both entries were written.
+    /// Both entries must have been written.
     #[inline(always)]
     pub unsafe fn last_two(&self, top: usize) -> [ChildRef; 2] {
         let Some(two) = self.0[..top].last_chunk::<2>() else {

@@ -1,4 +1,4 @@
-//! Values precomputed once per ray for the tests of boxes and blocks.
+//! Values of a ray for the tests of boxes and blocks, computed once per traversal.
 
 use glam::DVec3;
 
@@ -8,71 +8,73 @@ use crate::aabb::{Aabb, BoundingSphere};
 use crate::instance::RoughInverse;
 use crate::shapes::PreparedRay;
 
-/// Upper bound of direction lengths; its inverse is the lower bound. Beyond either, f32 might
-/// overflow or underflow, so every primitive gets the exact test.
+/// Upper bound of a direction's length for which the filter decides; the lower bound is 2/`LONG`.
+/// Beyond either bound f32 might overflow or underflow, so every triangle gets the exact test.
 const LONG: f32 = (1 << 20) as f32;
 /// Unit roundoffs of f32 and f64: 2⁻²⁴ and 2⁻⁵³.
 const U: f32 = 5.960_464_5e-8;
 const W: f32 = 1.110_223e-16;
-/// Least absolute component of a scaled direction.
+/// Least absolute value of a component of a scaled direction.
 const LEAST: f64 = 1e-20;
-/// Least squared length of a direction that f32 maps; its inverse is the greatest.
+/// Least squared length of a direction that is mapped in f32; the inverse is the greatest squared
+/// length.
 const SHORT: f32 = 1e-24;
-/// Factor that covers the rounding of a bound while it is computed.
+/// Factor that covers the rounding errors in the computation of a bound.
 const ROUNDED: f32 = 1.000_01;
 
-/// A ray as the kernels use it, all in f32.
+/// A ray for the traversal of a tree, all in f32: the parts for boxes and for leaves.
 #[derive(Clone, Copy)]
 pub(crate) struct TraversalRay {
     pub box_ray: BoxRay,
     pub leaf_ray: LeafRay,
 }
 
-/// A world-space ray mapped to an instance's space in f32.
+/// Result of mapping a world-space ray to an instance's space in f32.
 pub(crate) enum RoughRay {
-    /// The ray misses the bounding sphere of the part.
+    /// The ray misses the bounding sphere of the instanced geometry.
     Misses,
-    /// The ray for boxes and blocks, and the distance at which it starts.
+    /// The mapped ray, and the distance at which it starts.
     Meets(TraversalRay, f32),
-    /// The error may exceed one percent of the part's radius.
+    /// The error of the mapped ray may exceed one percent of the bounding sphere's radius.
     TooRough,
 }
 
-/// Ray data for box tests besides the origin and the near end. A traversal keeps this data in
+/// Values of a ray for box tests, besides the origin and the near end. A traversal keeps them in
 /// registers.
 #[derive(Clone, Copy)]
 pub(crate) struct BoxRay {
     pub inverse: [f32; 3],
-    /// The inverse direction, widened for the exit planes.
+    /// Inverse direction for the exit planes, slightly greater in absolute value.
     pub widened: [f32; 3],
-    /// Amount by which entry distances are lowered: zero unless the ray was rounded.
+    /// Amount, per axis, by which entry distances are lowered; zero unless the ray was mapped.
     pub early: [f32; 3],
-    /// Amount by which exit distances are raised: `early`, plus a margin for negative distances,
-    /// for which widening would have the wrong sign.
+    /// Amount, per axis, by which exit distances are raised: `early`, plus a margin for negative
+    /// distances, which a greater inverse would lower.
     pub late: [f32; 3],
-    /// Entry side of each axis, from the sign bit of the direction. That bit is known before the
-    /// inverse and equals its sign, also for −0. If the inverse is zero or NaN, both sides give the
-    /// same result.
+    /// Side on which the ray enters a box in each axis, 0 for the minima: the sign bit of the
+    /// direction. That bit is known before the inverse and equals its sign, also for −0. If the
+    /// inverse is zero or NaN, both sides give the same result.
     pub side: [usize; 3],
 }
 
-/// Ray data for blocks and leaves. It stays in memory, from which the filter broadcasts it to all
-/// lanes.
+/// Values of a ray for the tests of leaves. They stay in memory, from which the filter broadcasts
+/// them to all lanes.
 #[derive(Clone, Copy)]
 pub(crate) struct LeafRay {
     /// Excluded lower end of distances.
     pub near: f32,
     pub origin: [f32; 3],
     pub direction: [f32; 3],
-    /// Bounds of [`super::filter`]: the ray's part of R, and the factors of the error bounds.
+    /// Terms of the error bounds of [`super::filter`]: the ray's part of R, and the factors of the
+    /// bounds of weights, determinants and distances.
     pub reach: f32,
     pub weight: f32,
     pub determinant: f32,
     pub distance: f32,
 }
 
-/// The greater number, or the second if the first is NaN: a single instruction. NaN needs no care,
-/// since such cases get the exact test.
+/// Returns the greater number, or the second if the first is NaN: a single instruction. NaN needs
+/// no care, since a ray with a NaN gets the exact test.
 #[inline(always)]
 fn greater(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
@@ -95,8 +97,8 @@ impl TraversalRay {
         let inverse = direction.map(|d| optimisation_barrier(1.0 / d));
         let squared =
             direction[0] * direction[0] + direction[1] * direction[1] + direction[2] * direction[2];
-        // An upper bound of the length, whether above or below one, without a square root:
-        // directions have unit length up to rounding.
+        // An upper bound of the length for directions shorter or longer than one, computed without
+        // a square root. It is tight, since directions have unit length up to rounding.
         let length = optimisation_barrier(greater(squared, 1.0)) * ROUNDED;
         let sane =
             squared < LONG * LONG && squared > 4.0 / (LONG * LONG) && greatest_of(origin) < LARGE;
@@ -119,12 +121,15 @@ impl TraversalRay {
         Self { box_ray, leaf_ray }
     }
 
-    /// Creates the ray from a ray in an instance's space, given in f64 and of any length. The ray
-    /// is moved along itself to the bounds and scaled, so that f32 represents it as precisely as
-    /// the boxes. The rounded ray differs from the true ray by `wrong` at its origin and by u in
-    /// each component of its direction. So boxes are entered earlier and left later by that error.
-    /// The corner distance in the bounds of [`super::filter`] is lengthened until these bounds
-    /// cover the errors of f64: 1.8 u E |d| of a weight per unit, and 2.5 u E² of D and of T.
+    /// Creates the ray from a ray in an instance's space, given in f64 with a direction of any
+    /// length. The ray is moved along itself to the bounds of the tree and scaled, so that f32
+    /// represents it as precisely as the boxes.
+    ///
+    /// The rounded ray differs from the exact ray by `wrong` at its origin, and by u in each
+    /// component of its direction. So box tests lower entry distances and raise exit distances by
+    /// that error. In the bounds of [`super::filter`], the distance R of the corners is increased
+    /// until the bounds also cover the errors of the mapped ray: 1.8 u E |d| of a weight per unit,
+    /// and 2.5 u E² of D and of T.
     pub fn mapped(
         origin: DVec3,
         direction: DVec3,
@@ -133,9 +138,10 @@ impl TraversalRay {
     ) -> (Self, RayReparametrisation) {
         let rebase = RayReparametrisation::new(origin, direction, near, bounds);
         let (moved, scaled) = (origin + direction * rebase.start, direction / rebase.scale);
-        // No hit is farther from here than the farthest corner.
+        // No hit is farther from the moved origin than the farthest corner of the bounds.
         let farthest = (moved - bounds.centre()).length() + bounds.extent().length();
-        // Tiny components are replaced by a slightly larger number, so that no bound is infinite.
+        // Tiny components are replaced by a slightly larger number, so that no error bound is
+        // infinite.
         let scaled = scaled.map(|d| {
             if d.abs() < LEAST {
                 LEAST.copysign(d)
@@ -158,10 +164,10 @@ impl TraversalRay {
         )
     }
 
-    /// The ray of [`TraversalRay::mapped`], computed from a world-space ray in f32 alone, and its
-    /// start. `wrong` is larger here, since it includes the rounding of the map. The error of the
-    /// direction is larger too. It acts over the distance to the part and through the part, and is
-    /// multiplied by E² in a determinant.
+    /// Computes the ray of [`TraversalRay::mapped`] from a world-space ray, in f32 alone, and the
+    /// distance at which it starts. The error `wrong` is larger here, since it includes the
+    /// rounding of the map. The error of the direction is larger too. It acts over the distance to
+    /// the part and through the part, and is multiplied by E² in a determinant.
     #[inline(always)]
     pub fn roughly_mapped(
         inverse: &RoughInverse,
@@ -175,7 +181,7 @@ impl TraversalRay {
         let dot = |a: [f32; 3], b: [f32; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
         let (squared, [x, y, z]) = (dot(d, d), bounds.centre);
         let shorter = 1.0 / squared.sqrt();
-        // The sphere's margin exceeds the error over the distance to the sphere.
+        // The margin of the bounding sphere exceeds the error that the ray has at the sphere.
         let (middle, half) = (
             dot([x - o[0], y - o[1], z - o[2]], d) * (shorter * shorter),
             bounds.radius * shorter,
@@ -214,8 +220,8 @@ impl TraversalRay {
         )
     }
 
-    /// The ray with bounds widened for an origin error of `wrong` per component, at most `all` in
-    /// total.
+    /// Widens the error bounds of the ray for an origin that is off by up to `wrong` in each axis.
+    /// `all` is the sum over the axes.
     #[inline(always)]
     fn widened(self, wrong: [f32; 3], all: f32) -> Self {
         let Self { box_ray, leaf_ray } = self;
@@ -236,15 +242,15 @@ impl TraversalRay {
         }
     }
 
-    /// A far end for box tests, raised by the rounding error of box distances.
+    /// Raises a far end by the rounding error of box distances, for box tests.
     #[inline(always)]
     pub fn last(far: f32) -> f32 {
         far + far.abs() * (8.0 * U)
     }
 }
 
-/// Distances of an f32 traversal along a ray in an instance's space: a distance t becomes (t −
-/// start) · scale.
+/// Conversion from distances along a ray in an instance's space to distances of the f32 traversal:
+/// a distance t becomes (t − start) · scale.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct RayReparametrisation {
     pub start: f64,
@@ -253,8 +259,9 @@ pub(crate) struct RayReparametrisation {
 }
 
 impl RayReparametrisation {
-    /// Starts where the ray enters the sphere around the box, or at `near` if that is later, so
-    /// that no accepted distance is negative. The scaled direction has about unit length.
+    /// Creates the conversion for a ray and the bounds of a tree. Its distances start where the ray
+    /// enters the bounding sphere of the box, or at `near` if that is later, so that no accepted
+    /// distance is negative. The scaled direction has about unit length.
     pub fn new(origin: DVec3, direction: DVec3, near: f64, bounds: &Aabb) -> Self {
         let squared = direction.length_squared();
         let (middle, length) = (
@@ -262,9 +269,10 @@ impl RayReparametrisation {
             squared.sqrt(),
         );
         let sphere = middle - (bounds.extent().length() * 0.51 / length + middle.abs() * 1e-12);
-        // A stored distance above `near` may be lower by this rounding error.
+        // The stored distance of a hit after `near` may be less than `near`, by this rounding
+        // error.
         let start = sphere.max(near - near.abs() * (2.0 * f64::from(U)));
-        // The greatest power of two up to the length: its exponent bits alone.
+        // The greatest power of two up to the length has the same exponent bits, and no others.
         let scale = f64::from_bits(length.to_bits() & 0x7ff << 52);
         let sane = start.is_finite() && scale.is_normal();
         if sane {
@@ -277,12 +285,13 @@ impl RayReparametrisation {
         }
     }
 
-    /// The distance of the traversal, rounded to nearest.
+    /// Converts a distance along the ray to a distance of the traversal, rounded to nearest.
     pub fn rebased(&self, t: f64) -> f32 {
         ((t - self.start) * self.scale) as f32
     }
 
-    /// A far end beyond every distance that rounds to at most `t`.
+    /// Converts a far end to a distance of the traversal beyond every distance that rounds to at
+    /// most `t`.
     pub fn far(&self, t: f32) -> f32 {
         let t = f64::from(t);
         self.rebased(t + (t.abs() + self.start.abs()) * (2.0 * f64::from(U)))

@@ -1,5 +1,5 @@
-//! Traversal operations of an instruction set besides [`Simd`]: the stack, the exact test of single
-//! lanes, and leaf tests as separate functions.
+//! Traversal operations of an instruction set, in addition to the arithmetic of [`Simd`]: stack
+//! writes, the exact test of single lanes, and leaf tests as separate functions.
 
 use super::projected_ray::{ProjectedRay, UncertainSign};
 use super::query::{HitVisitor, TraversalMode, TraversalQuery};
@@ -10,9 +10,10 @@ use super::{Bvh8, ChildRef, Lanes, WIDTH};
 use crate::math::simd::Simd;
 use crate::shapes::{PreparedRay, TriangleHit};
 
-/// Traversal operations of an instruction set.
+/// Traversal operations of an instruction set. A value of an implementing type proves that the
+/// processor has the instructions.
 pub(super) trait TraversalSimd: Simd {
-    /// Stack entries of both children in a mask of two bits.
+    /// Returns the stack entries of the two children in a mask with two bits.
     #[inline(always)]
     fn two(
         self,
@@ -30,7 +31,8 @@ pub(super) trait TraversalSimd: Simd {
             StackEntry::new(children[b], entries[b]),
         ]
     }
-    /// Writes the children of a mask from `top` on, in any order. Returns the new top.
+    /// Writes stack entries for the children of a mask from `top` on, in any order. Returns the new
+    /// top.
     #[inline(always)]
     fn push(
         self,
@@ -47,7 +49,8 @@ pub(super) trait TraversalSimd: Simd {
         }
         top
     }
-    /// Writes the children of a mask from `base` on, the nearest last. Returns the new top.
+    /// Writes stack entries for the children of a mask from `base` on, the nearest child last.
+    /// Returns the new top.
     #[inline(always)]
     fn push_sorted(
         self,
@@ -59,15 +62,17 @@ pub(super) trait TraversalSimd: Simd {
     ) -> usize {
         stack.push_sorted(base, children, &self.to_array(entries), mask)
     }
-    /// The exact test of a lane, if this instruction set has its own.
+    /// Intersects the triangle in a lane by the exact test of this instruction set. Returns an
+    /// error if the single-triangle test must decide, or if the instruction set has no exact test
+    /// of its own.
     fn crossing(
         self,
         block: &Triangle8,
         lane: usize,
         projected_ray: &ProjectedRay,
     ) -> Result<Option<TriangleHit>, UncertainSign>;
-    /// [`super::leaf::triangles`], compiled for this instruction set. A separate function, so that
-    /// it does not take registers of the traversal.
+    /// Runs [`super::leaf::triangles`], compiled for this instruction set. It is a separate
+    /// function, so that it takes no registers of the traversal.
     fn settle<M: TraversalMode>(
         self,
         bvh: &Bvh8,
@@ -77,7 +82,7 @@ pub(super) trait TraversalSimd: Simd {
         query: &mut TraversalQuery<'_>,
         visitor: &mut dyn HitVisitor,
     ) -> bool;
-    /// [`super::leaf::spheres`], likewise.
+    /// Runs [`super::leaf::spheres`], compiled for this instruction set as a separate function.
     fn spheres<M: TraversalMode>(
         self,
         bvh: &Bvh8,
@@ -98,7 +103,7 @@ mod tests {
     use crate::ray::Ray;
     use crate::shapes::PreparedRay;
 
-    /// Xorshift.
+    /// Next 64 random bits (Xorshift).
     fn next(state: &mut u64) -> u64 {
         *state ^= *state << 13;
         *state ^= *state >> 7;
@@ -106,12 +111,13 @@ mod tests {
         *state
     }
 
-    /// A direction along which corners project unchanged to integers of 24 bits, with products of
-    /// 47 bits: the largest component is one.
+    /// Direction of the rays. Its largest component is one, so corners project unchanged to
+    /// integers of 24 bits, with products of 47 bits.
     const ALONG: Vec3 = Vec3::new(0.0, 0.0, 1.0);
 
-    /// A triangle with an edge whose distance from the origin is below the rounding of a product,
-    /// or zero. One triangle in four also has its third corner on that line, so that it is edge-on.
+    /// Creates a triangle with an edge whose distance from the origin is zero, or below the
+    /// rounding of a product. A quarter of the triangles also have their third corner on the line
+    /// of that edge, so that they are edge-on.
     fn triangle(state: &mut u64) -> [Vec3; 3] {
         let mut corner = || ((next(state) >> 41) as i64 - (1 << 22)) as f32;
         let (a, c, scale) = (
@@ -135,15 +141,19 @@ mod tests {
         ]
     }
 
-    /// A triangle with an edge that passes the origin within a few rounding units of products of 42
-    /// digits. The corners at its ends are integers, and the origin has twenty binary places. With
-    /// D along the edge, u × D = 1 and k a small integer, ends at k u + m D and an origin at (k +
-    /// 2⁻²⁰ r) u + n D have edge functions of 2⁻²⁰ r times an integer.
+    /// Creates a triangle with an edge that passes the ray's origin within a few rounding units of
+    /// products of 42 digits, and that origin. The corners of the edge are integers, and the origin
+    /// has twenty binary places.
+    ///
+    /// With D along the edge, u × D = 1 and k a small integer, let the edge have ends k u + m D,
+    /// and let the origin be (k + 2⁻²⁰ r) u + n D. The edge functions are then 2⁻²⁰ r times an
+    /// integer.
     fn long(state: &mut u64) -> ([Vec3; 3], Vec3) {
         let mut below = |maximum: u64| (next(state) % maximum) as i64;
         let (d, u) = loop {
             let d = [below(1 << 16) - (1 << 15), below(1 << 16) - (1 << 15)];
-            // Extended Euclidean algorithm: the remainder is s·d₀ + t·d₁.
+            // Extended Euclidean algorithm: each remainder is s·d₀ + t·d₁, with the factors s and
+            // t.
             let (mut rests, mut factors) = (d, [[1, 0], [0, 1]]);
             while rests[1] != 0 {
                 let q = rests[0] / rests[1];
@@ -174,9 +184,9 @@ mod tests {
         (corners, Vec3::new(origin[0], origin[1], 0.0))
     }
 
-    /// Protects: the exact test in registers equals that of single triangles to the bit, or defers
-    /// to it, in cases where rounding alone would change the sign of an edge, edge-on and
-    /// elsewhere, for each longest axis of the direction.
+    /// Protects: the exact test in registers equals the single-triangle test to the bit, or defers
+    /// to it. The cases are edges whose sign rounding alone would change, edge-on triangles and
+    /// others, for each longest axis of the direction.
     #[test]
     fn registers_are_as_exact_as_single_triangles() {
         let Some(avx2) = Avx2::detect() else { return };

@@ -1,4 +1,5 @@
-//! The traversal loop: down to the nearest leaf, through the filter, and back to the stack.
+//! The traversal loop: it descends to the nearest leaf, filters the leaf, and continues from the
+//! stack.
 //!
 //! One source serves every kernel. It is inlined as a whole into a function compiled for the
 //! kernel's instructions.
@@ -23,7 +24,8 @@ use crate::math::simd::Simd;
 use crate::processor::prefetch_line;
 use crate::shapes::PreparedRay;
 
-/// The far end, for triangles and for boxes.
+/// Greatest accepted distance: the value itself for triangles, `last` raised for box tests, and
+/// `boxes` as `last` in all lanes.
 #[derive(Clone, Copy)]
 struct RayEnd<S: Simd> {
     value: f32,
@@ -43,7 +45,7 @@ impl<S: Simd> RayEnd<S> {
     }
 }
 
-/// The ray in all lanes, for box tests. The origin is negated: its addition can then take the other
+/// The ray in all lanes, for box tests. The origin is negated, since an addition can take its other
 /// operand from memory.
 struct Slabs<S: Simd, M> {
     minus_origin: [S::Floats; 3],
@@ -71,7 +73,7 @@ impl<S: Simd, M: TraversalMode> Slabs<S, M> {
         }
     }
 
-    /// From the origin to a node's planes from index `index` on.
+    /// Distances, along an axis, from the ray's origin to eight planes of a node from `index` on.
     #[inline(always)]
     fn offset(&self, s: S, node: &Bvh8Node, axis: usize, index: usize) -> S::Floats {
         s.add(
@@ -80,6 +82,7 @@ impl<S: Simd, M: TraversalMode> Slabs<S, M> {
         )
     }
 
+    /// Distances along the ray at which it enters the slabs of eight children.
     #[inline(always)]
     fn entry(&self, s: S, node: &Bvh8Node, axis: usize, index: usize) -> S::Floats {
         let offset = self.offset(s, node, axis, index);
@@ -90,6 +93,7 @@ impl<S: Simd, M: TraversalMode> Slabs<S, M> {
         }
     }
 
+    /// Distances along the ray at which it leaves the slabs of eight children.
     #[inline(always)]
     fn exit(&self, s: S, node: &Bvh8Node, axis: usize, index: usize) -> S::Floats {
         let late = self.late[if M::MAPPED { axis } else { 0 }];
@@ -97,8 +101,7 @@ impl<S: Simd, M: TraversalMode> Slabs<S, M> {
     }
 }
 
-/// Prefetches a child that waits while its nearer sibling is visited: a whole node, or most of a
-/// block.
+/// Prefetches a child that is visited after its nearer sibling: a whole node, or most of a block.
 #[inline(always)]
 fn fetch(bvh: &Bvh8, child: ChildRef) {
     let lines =
@@ -110,7 +113,8 @@ fn fetch(bvh: &Bvh8, child: ChildRef) {
     }
 }
 
-/// Traverses an instance's tree with a world-space ray; `None` if f32 is too imprecise for it.
+/// Traverses the tree of an instance with a world-space ray. Returns whether a hit ended the
+/// traversal; `None` if f32 is too imprecise to map the ray.
 #[inline(always)]
 pub(super) fn traverse_instance<S: TraversalSimd, M: TraversalMode>(
     s: S,
@@ -144,16 +148,16 @@ pub(super) fn traverse<S: TraversalSimd, M: TraversalMode>(
     visitor: &mut dyn HitVisitor,
 ) -> bool {
     let slabs = Slabs::<S, M>::new(s, traversal_ray);
-    // Offsets into a node's planes, see [`Bvh8Node`].
+    // Offsets of the entry planes of each axis in a node, see [`Bvh8Node`].
     let [sx, sy, sz] = traversal_ray.box_ray.side.map(|side| (side & 1) * WIDTH);
-    // Only the leaf part is copied to memory; the slopes stay in registers.
+    // Only the values for leaves are copied to memory. The values for boxes stay in registers.
     let leaf_ray = traversal_ray.leaf_ray;
     let mut far = RayEnd::new(s, query.far::<M>());
     let (mut stack, mut prepared_ray) = (Stack::new(), None);
     let (mut top, mut current) = (0, ChildRef(0));
     loop {
-        // Descends to a leaf with candidates. This loop contains no call, so the ray keeps its
-        // registers.
+        // Descends to a leaf with triangles that need the exact test, or with other primitives.
+        // This loop contains no call, so the ray keeps its registers.
         let left = loop {
             if !current.is_leaf() {
                 let node = &bvh.nodes[current.node()];
@@ -181,7 +185,8 @@ pub(super) fn traverse<S: TraversalSimd, M: TraversalMode>(
                         stack.set(top, StackEntry(a.0.max(b.0)));
                         top += 1;
                         current = ChildRef(a.0.min(b.0) as u32);
-                        // Only the farther child is prefetched; the nearer is read next.
+                        // Only the farther child is prefetched, since the nearer child is read
+                        // next.
                         fetch(bvh, ChildRef(a.0.max(b.0) as u32));
                         continue;
                     }

@@ -1,12 +1,12 @@
-//! Traversal with AVX2 and AVX-512.
+//! Traversal operations in AVX2 and AVX-512.
 //!
 //! All unsafe code of the project lies in this crate: in the modules of `bvh8` that say so at their
 //! top (this one, `kernel`, `stack`, `traverse`, `packet` and `optimisation_barrier`), in
-//! `math/simd`, `processor.rs`, `memory.rs` and `heap.rs`. This module has three kinds.
-//! *Instructions*: a token of type [`Avx2`] or [`Avx512`] exists only after the processor was found
-//! to have the instructions, and methods of a token use no others. *Memory*: loads and stores use
-//! pointers to arrays of exactly the right length. *The stack*: entries are written before they are
-//! read.
+//! `math/simd`, `processor.rs`, `memory.rs` and `heap.rs`. This module has three kinds of unsafe
+//! code. *Instructions*: a token of type [`Avx2`] or [`Avx512`] exists only after the processor was
+//! found to have the instructions, and methods of a token use no others. *Memory*: loads and stores
+//! use pointers to arrays of exactly the right length. *The stack*: entries are written before they
+//! are read.
 #![expect(
     unsafe_code,
     reason = "intrinsics of the processor; each block says why it may"
@@ -108,8 +108,8 @@ impl TraversalSimd for Avx512 {
     }
 }
 
-/// Sorts four numbers in descending order by a sorting network: which child of a node is nearer is
-/// unpredictable for branches.
+/// Sorts four numbers in descending order by a sorting network, without branches: which of a node's
+/// children is nearer is unpredictable.
 #[inline]
 #[target_feature(enable = "avx512f,avx512vl,avx2")]
 fn falling(four: __m256i) -> __m256i {
@@ -118,17 +118,17 @@ fn falling(four: __m256i) -> __m256i {
     ordered::<0b0100>(four, _mm256_permute4x64_epi64::<0b11_01_10_00>(four))
 }
 
-/// For each lane and its partner, the lesser number if the lane's bit is set, otherwise the
-/// greater.
+/// Returns, in each lane, the lesser of the lane and its partner if the lane's bit is set in
+/// `LESSER`, otherwise the greater.
 #[inline]
 #[target_feature(enable = "avx512f,avx512vl,avx2")]
 fn ordered<const LESSER: u8>(four: __m256i, partners: __m256i) -> __m256i {
     _mm256_mask_min_epu64(_mm256_max_epu64(four, partners), LESSER, four, partners)
 }
 
-/// The children of a mask with their distances, as stack entries: the first, second, fifth and
-/// sixth in one register, the others in the second. 256-bit registers, since some processors lower
-/// their clock for wider vectors.
+/// Packs the children of a mask and their entry distances into stack entries: the first, second,
+/// fifth and sixth in one register, the others in a second register. Both registers have 256 bits,
+/// since some processors lower their clock for wider vectors.
 #[inline]
 #[target_feature(enable = "avx512f,avx512vl,avx2")]
 fn pack(children: &[ChildRef; WIDTH], entries: __m256, mask: u32) -> [__m256i; 2] {

@@ -1,5 +1,5 @@
-//! Expected ray costs of the wide tree that a binary tree becomes. For each binary node: the cost
-//! of its subtree if it gets one lane of a wide node, and if it is divided among two to eight lanes
+//! Expected ray costs of the eight-wide tree that a binary tree becomes. For each binary node, they
+//! are the costs of its subtree in one lane of a wide node, and divided among two to eight lanes
 //! ("Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs", Ylitie, Karras,
 //! Laine 2017, section 3.1).
 
@@ -11,29 +11,32 @@ use crate::build::{LeafKind, LeafKindOf};
 use crate::bvh8::WIDTH;
 use crate::memory::huge_page_vec_of;
 
-/// Cost of testing a block, relative to a node. Measured: `../../../../benches/README.md`.
+/// Cost of testing a block, in units of visiting a node. Measured: `../../../../benches/README.md`.
 const BLOCK: f32 = 1.1;
-/// Cost of testing a row of random spheres, measured. Fewer spheres cost their single tests.
+/// Cost of testing a row of random spheres, in the same unit, measured. A row of fewer spheres
+/// costs at most the sum of its single tests.
 const ROW: f32 = 1.2;
-/// Costs of testing another primitive, and a single sphere.
+/// Costs of testing one other primitive, and one sphere, in the same unit.
 const OTHER: f32 = 0.7;
 const SPHERE: f32 = 0.5;
 
-/// Outcome of a subtree for a given number of lanes.
+/// Choices for a subtree and a number of lanes: one leaf, one inner node, or the choice for one
+/// lane less.
 pub(super) const AS_LEAF: u8 = 0;
 pub(super) const AS_INNER: u8 = 1;
 pub(super) const FEWER: u8 = u8::MAX;
 
-/// The least costs of a subtree in one to eight lanes.
+/// Least expected costs of a subtree in one to eight lanes, and the choices that give them.
 #[derive(Clone, Copy)]
 pub(super) struct Costs {
     pub cost: [f32; WIDTH],
-    /// One of the outcomes above, or two plus the left child's lanes minus one.
+    /// Choice for each number of lanes: one of the constants above, or one plus the number of lanes
+    /// that the left child gets.
     pub pick: [u8; WIDTH],
-    /// Number of leaves up to `WIDTH`, which limits the lanes that the subtree can fill.
+    /// Number of leaves, at most `WIDTH`, which limits the lanes that the subtree can fill.
     pub leaves: u8,
-    /// Number of primitives of one leaf kind, up to `WIDTH`; greater if there are more, or if kinds
-    /// are mixed.
+    /// Number of primitives, if all have one leaf kind; `u8::MAX` if kinds are mixed or the
+    /// primitive is tested alone. A value above `WIDTH` means that they do not fit into one leaf.
     pub alike: u8,
     pub leaf_kind: LeafKind,
 }
@@ -48,7 +51,8 @@ impl Costs {
     };
 }
 
-/// Range of lanes for the left of two subtrees, if neither gets more lanes than it has leaves.
+/// Range of the left subtree's number of lanes, so that neither of two subtrees gets more lanes
+/// than it has leaves.
 pub(super) fn shares(
     left: &Costs,
     right: &Costs,
@@ -57,7 +61,7 @@ pub(super) fn shares(
     lanes.saturating_sub(right.leaves.into()).max(1)..=(lanes - 1).min(left.leaves.into())
 }
 
-/// The costs of one node, from those of its children.
+/// Computes the costs of one node from the costs of its children, which `below` returns.
 fn costs(
     binary: &Binary,
     node: &BinaryNode,
@@ -84,6 +88,7 @@ fn costs(
     )
 }
 
+/// Returns the costs of a leaf with the given surface area.
 fn leaf(area: f32, leaf_kind: LeafKind, alike: u8) -> Costs {
     let mut pick = [FEWER; WIDTH];
     pick[0] = AS_LEAF;
@@ -96,7 +101,7 @@ fn leaf(area: f32, leaf_kind: LeafKind, alike: u8) -> Costs {
     }
 }
 
-/// Cost of testing a leaf.
+/// Cost of testing a leaf of `count` primitives, in units of visiting a node.
 pub(super) fn weight(leaf_kind: LeafKind, count: u8) -> f32 {
     match leaf_kind {
         LeafKind::Triangles => BLOCK,
@@ -105,6 +110,7 @@ pub(super) fn weight(leaf_kind: LeafKind, count: u8) -> f32 {
     }
 }
 
+/// Computes the costs of an inner node from the costs of its two children.
 fn inner(l: &Costs, r: &Costs, area: f32) -> Costs {
     let alike = if l.leaf_kind == r.leaf_kind {
         l.alike.saturating_add(r.alike)
@@ -114,8 +120,8 @@ fn inner(l: &Costs, r: &Costs, area: f32) -> Costs {
     if usize::from(alike) <= l.leaf_kind.shared() {
         return leaf(area, l.leaf_kind, alike);
     }
-    // The least cost of both children for each number of lanes, and the left child's part of these
-    // lanes.
+    // Least total cost of the two children for each number of lanes, and the number of lanes for
+    // the left child.
     let mut both = [(f32::INFINITY, 1_u8); WIDTH + 1];
     let leaves = (l.leaves + r.leaves).min(WIDTH as u8);
     for (lanes, best) in both
@@ -136,8 +142,8 @@ fn inner(l: &Costs, r: &Costs, area: f32) -> Costs {
         area + both[usize::from(leaves)].0,
     );
     let (mut cost, mut pick) = ([inner; WIDTH], [AS_INNER; WIDTH]);
-    // A lane holds up to a block of primitives as one leaf: a node above that leaf would be visited
-    // as often.
+    // Up to a block of primitives can be one leaf in a lane. A node above that leaf would be
+    // visited as often.
     if usize::from(alike) <= WIDTH {
         (cost[0], pick[0]) = (leaf, AS_LEAF);
     }
@@ -158,7 +164,8 @@ fn inner(l: &Costs, r: &Costs, area: f32) -> Costs {
     }
 }
 
-/// Computes costs from the leaves up: each part in a thread of its own, then the nodes above.
+/// Computes the costs of all nodes from the leaves up: each part of the tree in a thread of its
+/// own, then the nodes above the parts.
 pub(super) fn solve(binary: &Binary, leaf_kind: LeafKindOf<'_>) -> Vec<Costs> {
     let mut all = huge_page_vec_of(binary.nodes.len(), Costs::NONE);
     let (_, mut rest) = all.split_at_mut(binary.tops());

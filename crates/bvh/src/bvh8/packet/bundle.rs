@@ -1,4 +1,4 @@
-//! The interval of a packet's directions, for box tests and the filter.
+//! The intervals of a packet's directions, for box tests and for the filter.
 
 use super::PacketState;
 use crate::bvh8::filter::splat_vector;
@@ -6,7 +6,8 @@ use crate::bvh8::traversal_ray::{LeafRay, TraversalRay};
 use crate::bvh8::{Bvh8Node, WIDTH};
 use crate::math::simd::Simd;
 
-/// Rays with the least and with the greatest components of the packet.
+/// Bounds of all rays of a packet: for each axis the least and the greatest component of the
+/// directions and of their inverses.
 pub(super) struct RayBundle<S: Simd> {
     pub origin: [S::Floats; 3],
     inverse: [[S::Floats; 2]; 3],
@@ -14,12 +15,13 @@ pub(super) struct RayBundle<S: Simd> {
     late: S::Floats,
     pub near: S::Floats,
     side: [usize; 3],
-    /// Least and greatest direction components.
+    /// Least and greatest component of the directions, for each axis.
     spans: [[S::Floats; 2]; 3],
-    /// Filter bounds that hold for every ray of the packet.
+    /// Terms of the filter's error bounds that hold for every ray of the packet.
     pub bounds: LeafRay,
 }
 
+/// Broadcasts the components of two vectors to all lanes, in pairs.
 #[inline(always)]
 fn both<S: Simd>(s: S, a: [f32; 3], b: [f32; 3]) -> [[S::Floats; 2]; 3] {
     [
@@ -45,9 +47,9 @@ impl<S: Simd> RayBundle<S> {
             near: s.splat(packet_state.near),
             side: long.box_ray.side,
             spans: both(s, least, most),
-            // The longest direction's e_T holds for all rays. The term 12 u E² R contains no
-            // direction. The other term, 14 u E² |d|² · 2R/|d|, or 14 u E² · 2R/|d| if |d| is below
-            // one, is at least twice as large for any |d|.
+            // The longest direction's e_T holds for all rays. Its term 12 u E² R contains no
+            // direction. Its other term is 14 u E² |d|² · 2R/|d|, or 14 u E² · 2R/|d| if |d| is
+            // below one, which is at least twice as large for any |d|.
             bounds: LeafRay {
                 reach: short.leaf_ray.reach.max(long.leaf_ray.reach),
                 ..long.leaf_ray
@@ -55,8 +57,8 @@ impl<S: Simd> RayBundle<S> {
         })
     }
 
-    /// Mask of the children that some ray may enter before `far`, and lower bounds of the entry
-    /// distances.
+    /// Returns the mask of the children that some ray may enter before `far`, and lower bounds of
+    /// the entry distances.
     #[inline(always)]
     pub fn enter(&self, s: S, node: &Bvh8Node, far: S::Floats) -> (u32, S::Floats) {
         let (mut entry, mut exit) = (self.near, far);
@@ -77,7 +79,8 @@ impl<S: Simd> RayBundle<S> {
         (s.at_most(entry, exit), entry)
     }
 
-    /// The least and the greatest dot product of the vectors with any of the directions.
+    /// Returns bounds of the dot product of a vector with any of the directions, for the vector in
+    /// each lane.
     #[inline(always)]
     pub fn products(&self, s: S, v: [S::Floats; 3]) -> [S::Floats; 2] {
         let [[xa, xb], [ya, yb], [za, zb]] = self.spans;

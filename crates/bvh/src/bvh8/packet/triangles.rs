@@ -1,4 +1,5 @@
-//! Packet tests of a block of triangles: the filter, and the exact test of eight rays at once.
+//! Packet tests of a block of triangles: the filter for eight triangles, and the exact test of one
+//! triangle for eight rays at once.
 
 use glam::{DVec3, Vec3};
 
@@ -10,7 +11,7 @@ use crate::bvh8::{Bvh8, Lanes, WIDTH};
 use crate::math::simd::{Simd, dot_f64, splat3_f64};
 use crate::shapes::{EDGE_ON, PreparedRay, Triangle};
 
-/// Values of eight prepared rays for the exact test, side by side.
+/// Values of eight prepared rays for the exact test, in structure-of-arrays layout.
 #[derive(Default)]
 pub(super) struct Rays8 {
     across: [[[f64; WIDTH]; 3]; 2],
@@ -18,7 +19,7 @@ pub(super) struct Rays8 {
     inverse_length_squared: [f64; WIDTH],
 }
 
-/// Prepares the rays; called for the first triangle that needs the exact test.
+/// Prepares the rays of a packet. It is called for the first triangle that needs the exact test.
 #[inline(never)]
 fn rays(packet_state: &PacketState) -> [Rays8; GROUPS] {
     let mut rays = <[Rays8; GROUPS]>::default();
@@ -35,7 +36,8 @@ fn rays(packet_state: &PacketState) -> [Rays8; GROUPS] {
     rays
 }
 
-/// Result of the exact test of a triangle for eight rays.
+/// Result of the exact test of a triangle for eight rays. The masks are the rays that hit, the rays
+/// from outside, and the rays for which the single-triangle test must decide.
 struct TriangleHits8<S: Simd> {
     hits: u32,
     outside: u32,
@@ -49,9 +51,9 @@ fn load3_f64<S: Simd>(s: S, [x, y, z]: &[[f64; WIDTH]; 3]) -> [S::Doubles; 3] {
     [s.load_f64(x), s.load_f64(y), s.load_f64(z)]
 }
 
-/// The operations of [`crate::shapes::Triangle`]'s test in their order, for eight rays. Rays for
-/// which rounding could change the sign of an edge function, or that see the triangle edge-on, are
-/// marked `unsure` and need that test itself.
+/// Intersects eight rays with a triangle by the operations of [`crate::shapes::Triangle`]'s test,
+/// in their order. Rays for which rounding could change the sign of an edge function, or that see
+/// the triangle edge-on, are marked `unsure` and need that test itself.
 #[inline(always)]
 fn crossed<S: Simd>(s: S, origin: DVec3, corners: &[Vec3; 3], rays: &Rays8) -> TriangleHits8<S> {
     let zero = s.splat_f64(0.0);
@@ -111,31 +113,33 @@ fn crossed<S: Simd>(s: S, origin: DVec3, corners: &[Vec3; 3], rays: &Rays8) -> T
     }
 }
 
-/// Terms of eight triangles that depend only on the common origin, in lanes.
+/// Terms of eight triangles that depend only on the common origin of the rays, in lanes.
 struct TriangleOrigin8 {
     u: [[f32; WIDTH]; 3],
     v: [[f32; WIDTH]; 3],
     normal: [[f32; WIDTH]; 3],
     distance: [f32; WIDTH],
-    /// Error bounds of weights and of determinants, and of the comparisons with both ends of the
-    /// range.
+    /// Error bounds of weights, of determinants, and of the comparisons with the near and with the
+    /// far end.
     errors: [[f32; WIDTH]; 4],
-    /// Triangles that some ray may hit.
+    /// Mask of the triangles that some ray may hit.
     lanes: u32,
 }
 
+/// Broadcasts the vector of one lane to all lanes.
 #[inline(always)]
 fn lane_of<S: Simd>(s: S, v: &[[f32; WIDTH]; 3], lane: usize) -> [S::Floats; 3] {
     splat_vector(s, [v[0][lane], v[1][lane], v[2][lane]])
 }
 
+/// Copies the three components of eight vectors from registers to arrays.
 #[inline(always)]
 fn rows<S: Simd>(s: S, v: [S::Floats; 3]) -> [[f32; WIDTH]; 3] {
     [s.to_array(v[0]), s.to_array(v[1]), s.to_array(v[2])]
 }
 
 impl TriangleOrigin8 {
-    /// Computes the terms of a block, for hits up to `far`.
+    /// Computes the terms of a block's triangles, for hits at distances up to `far`.
     #[inline(always)]
     fn new<S: Simd>(s: S, bundle: &RayBundle<S>, block: &Triangle8, far: f32) -> Self {
         let a = corner(s, block, 0);
@@ -175,7 +179,8 @@ impl TriangleOrigin8 {
         }
     }
 
-    /// The rays of a group that may hit a triangle within the range by the exact test.
+    /// Returns the mask of the rays of a group that may hit the triangle in a lane within the
+    /// range, by the exact test.
     #[inline(always)]
     fn undecided<S: Simd>(
         &self,
@@ -191,7 +196,7 @@ impl TriangleOrigin8 {
         let bounds = ErrorBounds {
             weight: s.splat(weight[lane]),
             determinant: s.splat(determinant[lane]),
-            // Unused: a packet needs no certain hits.
+            // Not used here, since a packet needs no certain hits.
             distance: s.splat(0.0),
             before: s.splat(before[lane]),
             beyond: s.splat(beyond[lane]),
@@ -207,7 +212,7 @@ impl TriangleOrigin8 {
     }
 }
 
-/// Tests the triangles of a block.
+/// Intersects the packet with the triangles of a block: the filter first, then the exact test.
 #[inline(always)]
 pub(super) fn block<S: Simd>(
     s: S,
@@ -245,7 +250,7 @@ pub(super) fn block<S: Simd>(
     }
 }
 
-/// The exact test of a triangle for some rays of a group.
+/// Intersects some rays of a group with a triangle by the exact test, and records their hits.
 #[inline(always)]
 fn settle<S: Simd>(
     s: S,

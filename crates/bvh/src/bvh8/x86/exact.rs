@@ -1,4 +1,4 @@
-//! The exact triangle test, with the three corners side by side in f64.
+//! The exact triangle test in AVX2, with the three corners side by side in f64.
 
 use core::arch::x86_64::*;
 
@@ -7,18 +7,18 @@ use super::super::projected_ray::{ProjectedRay, UncertainSign, rotated_axes};
 use super::super::triangle8::Triangle8;
 use crate::shapes::{EDGE_ON, TriangleHit};
 
-/// Mask of the three corners' lanes.
+/// Mask of the three lanes that hold corners.
 const CORNERS: i32 = 7;
-/// Margin for the sums in the edge-on bound, which have another order here.
+/// Factor on the edge-on bound, since its sums are computed in another order here.
 const SLACK: f64 = 1.0 + 1e-9;
-/// Permutations of lanes: the corner after the next, and the next corner.
+/// Permutations of lanes: each lane gets the corner after the next, or the next corner.
 const AFTER_NEXT: i32 = 0b11_01_00_10;
 const NEXT: i32 = 0b11_00_10_01;
 
-/// The numbers of three corners.
+/// Copies the lanes of the three corners to an array.
 ///
 /// # Safety
-/// The processor has AVX.
+/// The processor must have AVX.
 #[inline(always)]
 unsafe fn numbers(v: __m256d) -> [f64; 3] {
     // SAFETY: the caller guarantees that the processor has AVX.
@@ -38,13 +38,14 @@ fn greatest([a, b, c]: [f64; 3]) -> f64 {
     if greater > c { greater } else { c }
 }
 
-/// The operations of [`crate::shapes::Triangle`]'s test, each with the same result. A coordinate's
-/// sum has its terms in another order and omits the term that is zero. So only the sign of a zero
-/// may differ, and if an edge function is zero that test decides. That test also decides if
-/// rounding could change the sign of an edge function, and if the triangle is edge-on.
+/// Intersects the triangle in a lane by the operations of [`crate::shapes::Triangle`]'s test, each
+/// with the same result. Only the sums of a projected coordinate differ: their terms have another
+/// order, without the term that is zero. So only the sign of a zero can differ, and if an edge
+/// function is zero the single-triangle test decides. It also decides if rounding could change the
+/// sign of an edge function, and if the triangle is edge-on.
 ///
 /// # Safety
-/// The processor has AVX2. The function lacks that target feature so that it is inlined into
+/// The processor must have AVX2. The function lacks that target feature so that it is inlined into
 /// functions with it: the result of a call would be returned in memory.
 #[inline(always)]
 pub(super) unsafe fn crossing(
