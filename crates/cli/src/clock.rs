@@ -12,7 +12,7 @@ pub struct Seconds {
     pub load: f64,
     /// Build of accelerators and tables.
     pub prepare: f64,
-    /// Ray tracing.
+    /// Ray tracing, and denoising where requested.
     pub render: f64,
     /// Writing of pictures.
     pub write: f64,

@@ -136,7 +136,7 @@ pub fn print_message(message: impl fmt::Display) {
 pub enum Verbosity {
     /// No message but errors.
     Quiet,
-    /// Warnings, and the names of written files.
+    /// Also warnings, and the names of written files.
     #[default]
     Normal,
     /// Also notes, effects, accelerator, times and ray counts.

@@ -6,11 +6,11 @@ use std::process::ExitCode;
 
 use raywright_io::{Error, ErrorKind};
 
-/// Exit code of the program. The numbers are part of the command line's contract.
+/// Exit code of the program. Scripts rely on the numbers, which never change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Exit {
-    /// The whole request was done.
+    /// All requested work was done.
     Done = 0,
     /// The work itself failed, or a measured value exceeds its threshold.
     Failed = 1,

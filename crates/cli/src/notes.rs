@@ -44,7 +44,7 @@ pub struct Notes {
     /// Name of the current scene, which is put before its messages; `None` in a run of a single
     /// scene.
     about: Option<String>,
-    /// Number of files so far.
+    /// Number of scene files so far.
     file: usize,
     kept: Vec<Message>,
     /// Texts of all kept messages, to keep equal messages once.
@@ -55,7 +55,7 @@ pub struct Notes {
 const MOST_FILES: usize = 20;
 
 impl Notes {
-    /// Creates an empty collection.
+    /// Creates a collection without messages.
     pub fn new(verbosity: Verbosity) -> Self {
         Self {
             verbosity,

@@ -219,7 +219,7 @@ pub fn unnamed(
     Ok(OutputTarget::Unnamed(path, format))
 }
 
-/// Removes `.` components from a path.
+/// Removes the components `.` from a path, so that two spellings of a path compare equal.
 fn plain(path: &Path) -> PathBuf {
     path.components()
         .filter(|part| *part != std::path::Component::CurDir)

@@ -24,11 +24,11 @@ pub struct Watch<'a> {
 /// Limits at which a render pauses or ends.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Deadlines {
-    /// Time at which the render ends, provided that every pixel has samples by then.
+    /// Time at which the render ends, if every pixel has a sample by then.
     pub deadline: Option<Instant>,
     /// Time at which the render pauses, for a checkpoint or a report.
     pub pause_at: Option<Instant>,
-    /// Sample count over all pixels at which the render pauses, for a preview.
+    /// Sample count, summed over all pixels, at which the render pauses, for a preview.
     pub pause_with: Option<u64>,
 }
 

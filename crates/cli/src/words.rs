@@ -47,7 +47,7 @@ fn is_flag(word: &OsStr) -> bool {
         .is_some_and(|word| word.len() > 1 && word.starts_with('-'))
 }
 
-/// Whether a word is more likely a file than a misspelled command.
+/// Whether a word is probably the name of a scene and not a misspelled command.
 fn is_scene(word: &OsStr) -> bool {
     let looks =
         |word: &str| word == "-" || word.starts_with("preset:") || word.contains(['.', '/']);

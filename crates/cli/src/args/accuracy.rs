@@ -36,7 +36,7 @@ pub struct AccuracyArgs {
     #[command(flatten)]
     pub choices: ChoiceArgs,
 
-    /// How light is computed [default: the scene's]
+    /// Integrator, the method that computes light [default: the scene's]
     #[arg(long, value_name = "NAME", value_parser = names::variants::<Integrator>())]
     pub integrator: Option<Integrator>,
 

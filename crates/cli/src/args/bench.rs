@@ -50,7 +50,8 @@ pub struct BenchArgs {
     #[arg(long, value_name = "RUNG", default_value = "fast", value_parser = build)]
     pub build: BuildQuality,
 
-    /// Number of measurements of each case, in turns; more give a surer median and spread
+    /// Number of measurements of each case, in turns; more measurements give a surer median and
+    /// spread
     #[arg(long, value_name = "K", allow_hyphen_values = true, default_value_t = 7, value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub repeats: u32,
 
@@ -67,7 +68,7 @@ pub struct BenchArgs {
     #[arg(long)]
     pub markdown: bool,
 
-    /// Also draw time a ray against N, to an .svg readable on light and dark backgrounds
+    /// Also draw the time per ray against the number of primitives, as .svg
     #[arg(short = 'o', long, value_name = "FILE", conflicts_with = "scene")]
     pub plot: Option<PathBuf>,
 }
@@ -100,7 +101,7 @@ pub enum Shapes {
     Spheres,
     /// Triangles only
     Triangles,
-    /// One table of each
+    /// A table for spheres and a table for triangles
     #[default]
     Both,
 }

@@ -21,7 +21,7 @@ Examples:
   raywright compare got.exr expected.exr --max-rmse 0.001 --diff d.png
   raywright compare got.exr expected.film --noise")]
 pub struct CompareArgs {
-    /// Picture to judge, .png or .exr, or the .film of one
+    /// Picture to judge, .png, .exr or .film
     #[arg(value_name = "A")]
     pub picture: PathBuf,
 
@@ -29,23 +29,23 @@ pub struct CompareArgs {
     #[arg(value_name = "B")]
     pub reference: PathBuf,
 
-    /// Fail if the root mean square error is above this
+    /// Fail if the root mean square error is above X
     #[arg(long, value_name = "X", allow_hyphen_values = true, value_parser = values::at_least_zero, help_heading = "Thresholds")]
     pub max_rmse: Option<f64>,
 
-    /// Fail if relMSE, the mean of (A - B)² / (B² + 0.01), is above this
+    /// Fail if relMSE, the mean of (A - B)² / (B² + 0.01), is above X
     #[arg(long, value_name = "X", allow_hyphen_values = true, value_parser = values::at_least_zero, help_heading = "Thresholds")]
     pub max_relmse: Option<f64>,
 
-    /// Fail if relMSE without the worst 0.1 % of the pixels is above this
+    /// Fail if relMSE without the worst 0.1 % of the pixels is above X
     #[arg(long, value_name = "X", allow_hyphen_values = true, value_parser = values::at_least_zero, help_heading = "Thresholds")]
     pub max_relmse_trimmed: Option<f64>,
 
-    /// Fail if the mean FLIP difference, from 0 (alike) to 1, is above this
+    /// Fail if the mean FLIP difference, from 0 (alike) to 1, is above X
     #[arg(long, value_name = "X", allow_hyphen_values = true, value_parser = values::at_least_zero, help_heading = "Thresholds")]
     pub max_flip: Option<f64>,
 
-    /// Fail if the peak signal-to-noise ratio, in decibels, is below this
+    /// Fail if the peak signal-to-noise ratio, in decibels, is below DB
     #[arg(long, value_name = "DB", allow_hyphen_values = true, value_parser = values::number, help_heading = "Thresholds")]
     pub min_psnr: Option<f64>,
 
@@ -55,12 +55,12 @@ pub struct CompareArgs {
     #[arg(long, help_heading = "Thresholds")]
     pub noise: bool,
 
-    /// Probability of a false alarm of --noise, over all its tests together
+    /// Probability of a false alarm of --noise, over all tested blocks together
     #[arg(long, value_name = "P", allow_hyphen_values = true, value_parser = values::level, default_value = "0.01", requires = "noise", help_heading = "Thresholds")]
     pub level: f64,
 
     /// Write a picture of the differences, .png: black where the pictures are alike, lighter where
-    /// an eye would notice more
+    /// an observer would notice more difference
     #[arg(long, value_name = "FILE")]
     pub diff: Option<PathBuf>,
 

@@ -19,7 +19,7 @@ samples on.";
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct DenoiseArgs {
-    /// File of a render, written by --checkpoint, or of merged parts
+    /// Film file of a render, written by --checkpoint, or of merged parts
     #[arg(value_name = "FILM")]
     pub film: PathBuf,
 

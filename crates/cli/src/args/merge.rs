@@ -19,7 +19,7 @@ Examples:
   raywright merge part*.film -o picture.png -o picture.exr
   raywright merge part1.film part2.film --checkpoint both.film")]
 pub struct MergeArgs {
-    /// Parts of one picture, in any order
+    /// Film files of the parts of a picture, in any order
     #[arg(value_name = "PART", required = true)]
     pub parts: Vec<PathBuf>,
 
@@ -28,7 +28,7 @@ pub struct MergeArgs {
     #[arg(short, long = "output", value_name = "OUT", action = ArgAction::Append, required_unless_present = "checkpoint")]
     pub outputs: Vec<PathBuf>,
 
-    /// Keep all the parts together in this file, for another merge or for --resume
+    /// Write the merged parts to this film file, for another merge or for --resume
     #[arg(long, value_name = "FILE")]
     pub checkpoint: Option<PathBuf>,
 

@@ -69,7 +69,7 @@ For TOML, the first line of a scene may name it:
 #[command(subcommand_value_name = "COMMAND", args_override_self = true)]
 #[command(override_usage = "raywright [OPTIONS] [COMMAND]\n       raywright [OPTIONS] FILE...")]
 pub struct Arguments {
-    /// Command to run; without one, the default preset is rendered.
+    /// Command to run; without a command, the default preset is rendered.
     #[command(subcommand)]
     pub command: Option<Command>,
 
@@ -81,11 +81,11 @@ pub struct Arguments {
 /// Flags of every command, before or after its name.
 #[derive(Clone, Copy, Debug, Default, Args)]
 pub struct MessageArgs {
-    /// Print errors only, besides the result
+    /// Print no messages but errors
     #[arg(short, long, global = true, overrides_with = "verbose")]
     pub quiet: bool,
 
-    /// Print more: every warning and note, and of a render its effects, times, rays and memory
+    /// Print more: every warning and note, and the effects, times, rays and memory of a render
     #[arg(short, long, global = true, overrides_with = "quiet")]
     pub verbose: bool,
 
@@ -121,7 +121,7 @@ pub enum Command {
     Render(Box<RenderArgs>),
     /// Show a scene in the browser while it renders, and move the camera there
     View(Box<ViewerArgs>),
-    /// Make one picture of parts that were rendered separately
+    /// Make a picture of parts that were rendered separately
     Merge(MergeArgs),
     /// Filter the noise out of a kept render, and report the error of the result
     Denoise(DenoiseArgs),
@@ -129,18 +129,17 @@ pub enum Command {
     Explain(ExplainArgs),
     /// Measure the difference of two pictures
     Compare(CompareArgs),
-    /// Show what is in a scene, model or picture file
+    /// Show the contents of a scene, model or picture file
     Info(InfoArgs),
     /// Check a scene or model file and report every problem
     Check(CheckArgs),
-    /// Measure what accuracy costs in time on a scene: error and time of each rung, and the
-    /// settings worth their time
+    /// Measure error and time of each rung on a scene, and list the settings worth their time
     Accuracy(AccuracyArgs),
-    /// Measure what a ray costs by scan and by tree, and how both grow
+    /// Measure the time per ray of scan and tree, and the growth of both with the scene
     Bench(BenchArgs),
     /// Measure hard numerical cases on this machine, and the distance of each from its bound
     Stability(StabilityArgs),
-    /// Find what makes a scene's picture wrong or noisy: place, reason and remedy
+    /// Find causes of a wrong or noisy picture of a scene: place, reason and remedy
     Stress(Box<StressArgs>),
     /// Make a small picture of every model below a folder
     Thumbs(ThumbsArgs),
@@ -184,6 +183,6 @@ Examples:
   raywright man | man -l -                   Read it
   raywright man render > raywright-render.1  The page of one command")]
 pub struct ManArgs {
-    /// Command of the manual page; none: the program's own
+    /// Command of the manual page [default: the program itself]
     pub command: Option<String>,
 }

@@ -6,10 +6,10 @@ use raywright_core::framing::View;
 /// Largest number of samples per pixel.
 pub const MOST_SAMPLES: u32 = Settings::MOST_SAMPLES;
 
-/// Scale of radiance before display.
+/// Exposure, the scale of radiance before display, from `--exposure`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Exposure {
-    /// A number of stops.
+    /// A number of stops: 1 doubles the radiance.
     Stops(f64),
     /// Whole stops, chosen from the rendered picture.
     Auto,
@@ -20,7 +20,7 @@ pub enum Exposure {
 pub enum BackgroundChoice {
     /// The radiance of the sky, or of a studio's backdrop.
     Environment,
-    /// No background: coverage is kept.
+    /// None: the pixels keep their coverage as alpha.
     Transparent,
     /// A colour with these sRGB-encoded values in 0..1: its 8-bit codes over 255.
     Colour([f64; 3]),

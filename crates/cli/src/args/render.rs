@@ -49,9 +49,8 @@ pub struct RenderArgs {
     pub scenes: Vec<OsString>,
 
     /// Picture to write, .png, .jpg or .webp (display) or .exr (linear); may be repeated; - for PNG
-    /// on standard output. Several pictures are numbered in place of %04d in the name; .gif or
-    /// .apng holds all of them as an animation [default: the scene's name .png in the current
-    /// directory]
+    /// on standard output. Several pictures are numbered at %04d in the name; .gif or .apng holds
+    /// all pictures as an animation [default: the scene's name .png in the current directory]
     #[arg(short, long = "output", value_name = "OUT", action = ArgAction::Append)]
     pub outputs: Vec<PathBuf>,
 
@@ -60,7 +59,7 @@ pub struct RenderArgs {
     #[arg(long, value_name = "FILE")]
     pub sheet: Option<PathBuf>,
 
-    /// Also write pictures that show nothing, instead of ending with exit code 3
+    /// Also write pictures that show no object, instead of ending with exit code 3
     #[arg(long)]
     pub allow_empty: bool,
 
@@ -78,11 +77,11 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub changes: SceneArgs,
 
-    /// View of the picture.
+    /// View of the picture: size, camera, crop and background.
     #[command(flatten)]
     pub view: ViewArgs,
 
-    /// Light transport settings.
+    /// Settings of light transport, sampling and accuracy.
     #[command(flatten)]
     pub light: LightArgs,
 
@@ -94,20 +93,20 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub display: DisplayArgs,
 
-    /// Limits on the machine's resources.
+    /// Threads, memory and accelerator.
     #[command(flatten)]
     pub machine: MachineArgs,
 
-    /// Renders that span several runs.
+    /// Time limit, checkpoints and shares.
     #[command(flatten)]
     pub film: FilmArgs,
 
-    /// Reports.
+    /// Reports, previews and progress.
     #[command(flatten)]
     pub report: ReportArgs,
 }
 
-/// View of the picture.
+/// View of the picture: size, camera, crop and background.
 #[derive(Clone, Debug, Default, Args)]
 #[command(next_help_heading = "View")]
 pub struct ViewArgs {
@@ -190,7 +189,7 @@ pub struct ViewArgs {
     pub background: Option<BackgroundChoice>,
 }
 
-/// Light transport settings and their accuracy.
+/// Settings of light transport, sampling and accuracy.
 #[derive(Clone, Debug, Default, Args)]
 #[command(next_help_heading = "Light")]
 pub struct LightArgs {
@@ -246,7 +245,7 @@ pub struct LightArgs {
 /// A rung of the ladder `precision`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Precision {
-    /// Single precision storage with double precision where hits are decided
+    /// Single precision in memory, double precision where hits are decided
     Robust,
     /// Double precision throughout
     Reference,
@@ -271,7 +270,7 @@ pub struct DisplayArgs {
     #[arg(long, value_name = "STOPS|auto", value_parser = values::exposure, allow_hyphen_values = true)]
     pub exposure: Option<Exposure>,
 
-    /// Compression of bright light [default: the scene's; for models khronos-neutral]
+    /// Tone map, the compression of bright light [default: the scene's; for models khronos-neutral]
     #[arg(long, value_name = "NAME", value_parser = names::variants::<ToneMap>())]
     pub tonemap: Option<ToneMap>,
 
@@ -284,7 +283,7 @@ pub struct DisplayArgs {
     pub quality: Option<u8>,
 }
 
-/// Limits on the machine's resources.
+/// Threads, memory and accelerator.
 #[derive(Clone, Debug, Default, Args)]
 #[command(next_help_heading = "Machine")]
 pub struct MachineArgs {
@@ -359,7 +358,8 @@ pub struct ReportArgs {
     #[arg(long, value_name = "FILE.json")]
     pub stats: Option<PathBuf>,
 
-    /// Print SHA-256 of each picture's linear pixels and its file on standard output
+    /// Print the SHA-256 hash of each picture's linear pixels, and its file name, on standard
+    /// output
     #[arg(long, conflicts_with = "part")]
     pub hash: bool,
 
@@ -380,7 +380,7 @@ pub struct ReportArgs {
     pub progress: ProgressStyle,
 }
 
-/// How progress is shown.
+/// Style of progress on standard error.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum ProgressStyle {
     /// A bar where standard error is a terminal, lines elsewhere

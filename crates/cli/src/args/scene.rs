@@ -1,4 +1,5 @@
-//! Arguments of the commands that load a scene without rendering a picture.
+//! Arguments that change a scene or choose rungs, and arguments of `explain`, `info` and `check`,
+//! which render no picture.
 
 use std::ffi::OsString;
 use std::time::Duration;
@@ -18,7 +19,7 @@ pub struct SceneArgs {
     #[arg(long, value_name = "T", value_parser = values::number, allow_hyphen_values = true)]
     pub at: Option<f64>,
 
-    /// Give a parameter of the scene another value; may be repeated
+    /// Set a parameter of the scene to another value; may be repeated
     #[arg(long, value_name = "NAME=VALUE", value_parser = values::assignment, action = clap::ArgAction::Append)]
     pub set: Vec<(String, f64)>,
 
@@ -90,7 +91,7 @@ pub struct SceneArgs {
     pub allow_outside: bool,
 }
 
-/// Choice of rungs and of switched-off effects.
+/// Chosen rungs and switched-off effects.
 #[derive(Clone, Debug, Default, Args)]
 pub struct ChoiceArgs {
     /// Use another rung of a ladder, such as ray-offset=constant; may be repeated. `raywright
@@ -143,7 +144,7 @@ pub struct ExplainArgs {
 #[derive(Debug, Args)]
 pub struct InfoArgs {
     /// Scene file (.scene.toml, .scene.json), glTF/GLB, OBJ, STL or PLY model, preset:NAME, - for
-    /// standard input, or a picture (.png, .exr), for its error and its origin
+    /// standard input, or picture (.png, .exr), whose error and origin are shown
     #[arg(value_name = "FILE")]
     pub scene: OsString,
 
@@ -176,8 +177,8 @@ pub struct CheckArgs {
     #[arg(long)]
     pub deny_warnings: bool,
 
-    /// Warnings that --deny-warnings allows, by their codes (in brackets after each warning);
-    /// separated by commas
+    /// Codes of warnings that --deny-warnings allows, as in brackets after each warning; separated
+    /// by commas
     #[arg(long, value_name = "CODE", value_delimiter = ',', value_parser = values::warning_code, requires = "deny_warnings")]
     pub allow: Vec<WarningCode>,
 

@@ -35,7 +35,7 @@ pub struct StressArgs {
     #[command(flatten)]
     pub choices: ChoiceArgs,
 
-    /// How light is computed [default: the scene's]
+    /// Integrator, the method that computes light [default: the scene's]
     #[arg(long, value_name = "NAME", value_parser = names::variants::<Integrator>())]
     pub integrator: Option<Integrator>,
 

@@ -15,8 +15,8 @@ Examples:
   raywright thumbs models -o thumbnails
   raywright thumbs . -o .thumbnails --size 512")]
 pub struct ThumbsArgs {
-    /// Folder of the scenes and models, including folders below; names that begin with a dot are
-    /// skipped
+    /// Folder of the scenes and models, searched with all folders below; names that begin with a
+    /// dot are skipped
     #[arg(value_name = "DIR")]
     pub folder: PathBuf,
 
@@ -24,7 +24,7 @@ pub struct ThumbsArgs {
     #[arg(short, long = "output", value_name = "OUT")]
     pub output: PathBuf,
 
-    /// Width and height in pixels
+    /// Width and height of each picture in pixels
     #[arg(long, value_name = "N", default_value_t = 256, value_parser = clap::value_parser!(u32).range(16..=4096))]
     pub size: u32,
 }

@@ -23,8 +23,8 @@ use super::{BackgroundChoice, Exposure, Frames, MOST_SAMPLES, PictureShare, TevA
 /// Largest width or height of a picture, in pixels.
 pub const MAX_EDGE: u32 = Settings::MOST_EDGE;
 
-/// Parses a time from a second to a day: numbers with `s`, `min` or `h`; a number alone is in
-/// seconds.
+/// Parses a time from 1 second to 24 hours, as numbers with the units `s`, `min` or `h`, such as
+/// `1h30min`; a number alone is in seconds.
 pub fn duration(text: &str) -> Result<Duration, String> {
     const EXPECTED: &str = "expected a time from 1s to 24h, such as 90s, 5min or 1h30min";
     let (mut rest, mut seconds, mut unit_before) = (text.trim(), 0.0, f64::INFINITY);
@@ -38,7 +38,7 @@ pub fn duration(text: &str) -> Result<Duration, String> {
                 .unwrap_or(tail.len()),
         );
         let unit = match unit {
-            // A number without a unit after hours could mean minutes or seconds.
+            // After hours, a number without a unit could mean minutes or seconds.
             "" if unit_before < f64::INFINITY => return Err(EXPECTED.to_owned()),
             "" | "s" => 1.0,
             "min" | "m" => 60.0,
@@ -77,7 +77,7 @@ pub fn exposure(text: &str) -> Result<Exposure, String> {
         .map_err(|_| "expected a number of stops, or auto".to_owned())
 }
 
-/// Parses the code of a warning.
+/// Parses the code of a warning, such as `nothing-to-see`.
 pub fn warning_code(text: &str) -> Result<WarningCode, String> {
     let names = WarningCode::ALL.map(WarningCode::name);
     WarningCode::of(text).ok_or_else(|| match closest(text, names) {
@@ -159,7 +159,8 @@ pub fn field_of_view(text: &str) -> Result<f64, String> {
     }
 }
 
-/// Parses the address of tev: this machine, a host, or a host and port.
+/// Parses the address of tev: `tev`, `tev:HOST` or `tev:HOST:PORT`. The default host is this
+/// machine.
 pub fn tev(text: &str) -> Result<TevAddress, String> {
     const EXPECTED: &str = "expected tev, tev:HOST or tev:HOST:PORT";
     let rest = match text.strip_prefix("tev") {
@@ -338,7 +339,7 @@ pub enum MaterialChoice {
     Clay,
 }
 
-/// Parses the name of a material.
+/// Parses the name of a material, `clay`.
 pub fn material(text: &str) -> Result<MaterialChoice, String> {
     if text == "clay" {
         Ok(MaterialChoice::Clay)
@@ -390,7 +391,7 @@ impl Backdrop {
     }
 }
 
-/// Parses the name of a backdrop.
+/// Parses the name of a backdrop, `auto`, `dark` or `light`.
 pub fn backdrop(text: &str) -> Result<Backdrop, String> {
     let found = Backdrop::NAMED.iter().find(|(name, _)| *name == text);
     found

@@ -25,7 +25,7 @@ struct CheckReport {
 #[derive(Serialize)]
 struct CheckedFile {
     file: String,
-    /// Whether the file can be rendered and, where warnings count as errors, has none.
+    /// Whether the file can be rendered and, with `--deny-warnings`, has no denied warning.
     ok: bool,
     /// Exit code that a check of this file alone has.
     code: u8,

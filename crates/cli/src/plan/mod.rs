@@ -97,7 +97,7 @@ pub struct RenderTask {
     /// Live previews during the render: a file, and the address of the viewer tev.
     pub preview: Option<PathBuf>,
     pub display: Option<TevAddress>,
-    /// Style of progress, and amount of messages.
+    /// Style of the progress display, and amount of messages.
     pub progress: ProgressStyle,
     pub verbosity: Verbosity,
     overrides: DisplayOverrides,
@@ -249,7 +249,8 @@ impl RenderTask {
 
     /// Resolves the settings of a picture of a scene from a view, and applies the chosen rungs to
     /// the scene. `framed` returns the camera that frames the whole scene from a view, given a
-    /// vertical angle and an aspect ratio; it is called only where a flag changes that camera.
+    /// vertical field of view in degrees and an aspect ratio. `framed` is called only if the
+    /// picture needs such a camera and a flag changes it.
     pub fn settle(
         &self,
         scene: &mut Scene,
@@ -479,7 +480,7 @@ pub fn shown_as_suits(requested: &DisplayArgs, own_display: Display, picture: &P
     }
 }
 
-/// Returns the crop if it lies inside the picture, or a usage error.
+/// Returns the crop if it lies inside the picture of this size; otherwise a usage error.
 fn within(crop: Crop, [width, height]: [u32; 2]) -> Result<Crop, Failure> {
     let fits = |start: u32, extent: u32, whole: u32| {
         start.checked_add(extent).is_some_and(|end| end <= whole)

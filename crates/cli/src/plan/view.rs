@@ -45,7 +45,7 @@ pub fn camera(
         }
         None => keep_vertical_fov(&mut camera, scene.render.size, args.size),
     }
-    // A framed camera already has the aspect ratio of the picture.
+    // `--fit` does not apply to a framed camera, which has the aspect ratio of the picture.
     if let Some(fit) = args.fit.filter(|_| is_own) {
         let [width, height] = scene.render.size.map(f64::from);
         (camera.aspect, camera.fit) = (camera.aspect.or(Some(width / height)), fit);

@@ -63,7 +63,7 @@ impl AccuracyFileKind {
 /// Report of a measurement, with its scene, its machine and its commands.
 #[derive(Debug, Serialize)]
 pub struct AccuracyDocument<'a> {
-    /// Version of this structure.
+    /// Version of the layout of this structure.
     format: u32,
     /// Version of the program.
     version: &'static str,

@@ -1,5 +1,5 @@
-//! `accuracy`: cost and error of each rung of each ladder on a scene, and the combinations worth
-//! their time.
+//! `accuracy`: time and error of each rung of each ladder on a scene, and the combinations of rungs
+//! that are worth their time.
 
 mod csv;
 mod file;

@@ -34,16 +34,16 @@ pub struct BenchReport {
     pub repeats: usize,
     /// Target length of a timing sample in seconds.
     pub sample_seconds: f64,
-    /// The measured figures.
+    /// Measured times, visits and memory.
     #[serde(flatten)]
     pub measured: BenchFigures,
 }
 
-/// The measured figures.
+/// Measured times, visits and memory.
 #[derive(Debug, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum BenchFigures {
-    /// Time against the number of primitives.
+    /// Time against the number of primitives, in generated scenes.
     Generated(Vec<Series>),
     /// Time on a given scene, for camera rays and for bounces.
     Given {

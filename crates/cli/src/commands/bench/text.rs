@@ -9,7 +9,7 @@ use super::report::{BenchFigures, BenchReport};
 use crate::console;
 use crate::table::{Align, Table, paragraph};
 
-/// A table with notes below it.
+/// A table with a heading above and notes below.
 struct TextSheet {
     heading: String,
     table: Table,

@@ -76,7 +76,7 @@ struct ProgressLine {
     /// Number of the picture, counted from one, and number of pictures in the run.
     picture: u64,
     pictures: u64,
-    /// Least and greatest sample count of a pixel.
+    /// Least and greatest number of samples of a pixel so far.
     samples: [u32; 2],
     /// Requested number of samples per pixel; null with a time budget or a target error.
     of: Option<u32>,
@@ -405,7 +405,8 @@ impl<'a> FilmSession<'a> {
     }
 }
 
-/// Formats the samples per pixel of a part: `16 samples`, `12 to 16 of 64 samples`.
+/// Formats the number of samples per pixel in a share of a picture: `16 samples`, `12 to 16 of 64
+/// samples`.
 pub fn samples(film: &Film, part: &FilmPart) -> String {
     let (there, all) = (film.samples(part), film.requested_samples());
     let (minimum, maximum) = (*there.start(), *there.end());

@@ -33,7 +33,7 @@ pub struct FinishedPicture {
     pub metadata: Metadata,
     /// Estimated error of the displayed picture; `None` for a picture without random samples.
     pub error: Option<Uncertainty>,
-    /// Whether the target error is reached; `None` without a target.
+    /// Whether the target error of `--max-error` is reached; `None` without a target.
     pub converged: Option<bool>,
     /// Number of samples per pixel as text, such as `64 samples`.
     pub samples: String,

@@ -39,14 +39,15 @@ struct CaseRow {
     first_wrong: Option<String>,
 }
 
-/// Cost of correctness, in nanoseconds of CPU time per ray or sample.
+/// Cost of the library's formula against the textbook's formula, in nanoseconds of CPU time per ray
+/// or sample.
 #[derive(Clone, Copy, Debug, Serialize)]
 struct RowPrice {
     /// Name of the timed operation, done once per ray or sample.
     what: &'static str,
     /// Time of the textbook's formula.
     textbook: f64,
-    /// Additional time of the library's formula; `spread` is half the interquartile range.
+    /// Additional time of the library's formula, and its spread: half the interquartile range.
     more: f64,
     spread: f64,
 }

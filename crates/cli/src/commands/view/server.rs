@@ -47,7 +47,7 @@ fn token() -> String {
 }
 
 impl Server {
-    /// Listens on the loopback interface; port 0 selects a free port.
+    /// Opens the server's port on the loopback interface; port 0 selects a free port.
     pub fn start(port: u16, shared: Arc<SharedView>) -> io::Result<Self> {
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port))?;
         let port = listener.local_addr()?.port();

@@ -30,7 +30,7 @@ pub struct ViewRequest {
 pub struct SaveRequest {
     /// File name in the working folder.
     pub name: String,
-    /// Whether an existing file may be replaced.
+    /// Whether an existing file of this name may be replaced.
     #[serde(default)]
     pub replace: bool,
 }

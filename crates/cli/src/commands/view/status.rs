@@ -48,7 +48,7 @@ pub struct RenderProgress {
     pub samples: [u32; 2],
     pub of: Option<u32>,
     pub error: Option<Uncertainty>,
-    /// Whether the picture has no random error.
+    /// Whether the picture has no random error, so that no error is estimated.
     pub exact: bool,
     /// Each error estimate: seconds of rendering, least samples per pixel, root relMSE, and the
     /// ends of its interval.

@@ -27,7 +27,7 @@ use crate::watch::Watch;
 pub enum SubjectChange {
     /// None for the scene: only the display of the same picture changed.
     Display,
-    /// The camera moved.
+    /// A move of the camera in the prepared scene.
     Camera,
     /// A new preparation, because a setting changed.
     Preparation,
