@@ -147,8 +147,8 @@ impl Silhouette {
         }
     }
 
-    /// Returns the default view of a scene: flat objects from their front, rooms through their open
-    /// side, and all others slightly from above and from the side.
+    /// Returns the default view of a scene: of flat objects from their front, of rooms through
+    /// their open side, of all other scenes slightly from above and from the side.
     pub fn front(&self) -> View {
         let extent = Aabb::from_points(self.points.iter().copied()).extent();
         let FacingAreas { area, sum, outward } = self.faces;

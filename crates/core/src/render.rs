@@ -1,5 +1,5 @@
-//! Rendering: parallel over tiles, sequential over pixels and samples. Nothing here allocates or
-//! locks per ray.
+//! Rendering: parallel over tiles, sequential over the pixels and samples of a tile. No ray
+//! allocates memory or takes a lock.
 
 mod first_hits;
 mod lookahead;
@@ -38,7 +38,7 @@ use crate::settings::{Aov, Crop, Sampling, Settings};
 pub struct RenderOutput {
     /// The picture; of an unfinished render, the mean of the samples so far, black without any.
     pub picture: Picture,
-    /// The denoised picture, or the reason why it is missing; `None` where it was not requested.
+    /// The denoised picture, or the reason why denoising failed; `None` if it was not requested.
     pub denoised: Option<Result<DenoiseOutput, DenoiseError>>,
     /// Counters of rays and samples.
     pub counters: Counters,
@@ -124,9 +124,9 @@ impl RenderOutput {
     }
 }
 
-/// Renders the samples that `part` names and the film lacks, on the current thread pool. Passes
-/// over the picture each add some samples of one replicate, so that a stopped render has nearly
-/// equal numbers of samples everywhere.
+/// Renders the samples of `part` that the film lacks, on the current thread pool. Passes over the
+/// picture each add some samples of one replicate, so that a stopped render has nearly equal
+/// numbers of samples everywhere.
 pub(crate) fn render<'a, R: Real, T: LightTransport<'a, R>>(
     (scene, camera): (&'a Prepared<R>, &PreparedCamera<R>),
     settings: &Settings,

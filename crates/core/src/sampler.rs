@@ -37,7 +37,7 @@ pub enum Purpose {
     EmitterPoint = 3,
     /// Time within the exposure.
     Time = 4,
-    /// Choice of a light for a vertex, and the point on it.
+    /// Choice of a light for a vertex, and of a point on the light.
     Light = 5,
     /// Scattered direction at a vertex, and Russian roulette.
     Scatter = 6,
@@ -58,7 +58,7 @@ const SEQUENCE: u32 = 1 << 16;
 pub struct SampleAddress {
     /// Seed of the picture.
     pub seed: u64,
-    /// Index of the frame in its sequence.
+    /// Index of the frame in an animation.
     pub frame: u32,
     /// Column and row of the pixel.
     pub pixel: [u32; 2],
@@ -66,7 +66,7 @@ pub struct SampleAddress {
     pub replicate: u32,
     /// Index of the sample in its replicate, and of the point in each of its sequences.
     pub index: u32,
-    /// Path vertices before this one, including passed surfaces.
+    /// Number of path vertices before this vertex, passed surfaces included.
     pub bounce: u32,
     /// Hash that identifies the side branch of a path in Whitted's integrator; zero for the main
     /// path.

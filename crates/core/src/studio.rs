@@ -18,7 +18,8 @@ const ABOVE: f64 = 0.45;
 
 /// A soft light of the studio: a lobe of radiance around a direction.
 struct SoftLight {
-    /// Degrees to the right of the camera, as seen from the model, and above the horizon.
+    /// Direction of the light in degrees: to the right of the camera, as seen from the model, and
+    /// above the horizon.
     azimuth: f64,
     elevation: f64,
     /// Radiance in the middle of the lobe.

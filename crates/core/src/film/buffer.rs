@@ -10,7 +10,7 @@ use crate::settings::Crop;
 /// not need are empty.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ReplicateBuffer {
-    /// Sums of the full blocks; sums of all samples where there is only one block.
+    /// Sums of the full blocks of samples; sums of all samples if a pixel has a single block.
     pub sums: Vec<[f64; 3]>,
     /// Sums of the last block, if it is partial and not the only block; else empty.
     pub open: Vec<[f64; 3]>,

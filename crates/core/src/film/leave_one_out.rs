@@ -47,7 +47,8 @@ const ENOUGH: f64 = 0.5;
 /// about a sixth.
 const FEWEST: f64 = 40.0;
 
-/// Bound on the weight of a pixel's squared error, where a single replicate found light.
+/// Bound on the weight of a pixel's squared error, for a pixel in which a single replicate found
+/// light.
 #[derive(Clone, Copy)]
 pub(super) struct SingleReplicateBound {
     /// Largest weight of a squared error.
@@ -144,8 +145,9 @@ impl LeaveOneOut {
         }
     }
 
-    /// Whether enough light is confirmed, by a margin of two standard errors. The confirmed light
-    /// varies by about its own value, and the four held-out replicates of a pixel count as one.
+    /// Whether the held-out replicates confirm enough light, by a margin of two standard errors.
+    /// The confirmed light varies by about its own value, and the four held-out replicates of a
+    /// pixel count as one.
     pub fn is_enough(&self) -> bool {
         let error = 2.0 * self.squares.sqrt();
         self.held >= 4.0 * FEWEST && self.seen - 2.0 * error >= ENOUGH * self.weights

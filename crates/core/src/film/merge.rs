@@ -16,7 +16,7 @@ pub enum PartError {
         /// Name of the difference.
         label: String,
     },
-    /// The film cannot be continued to this number of samples.
+    /// The film cannot be continued to the requested number of samples.
     #[error(
         "it has {has} samples a pixel, which are not among the first of {requested}; of {least} they are"
     )]
@@ -25,8 +25,8 @@ pub enum PartError {
         has: u32,
         /// Requested samples per pixel.
         requested: u32,
-        /// Least number of samples per pixel, at or above the requested one, that continues the
-        /// film.
+        /// Least number of samples per pixel, at or above the requested number, to which the film
+        /// can be continued.
         least: u32,
     },
     /// Two films contain the same samples, which must not count twice.

@@ -77,13 +77,13 @@ pub struct Film {
     /// Whether the goals repeat another film's sample counts. Adaptive sampling then adds no
     /// samples.
     is_replayed: bool,
-    /// Expected number of samples of all pixels at the end; zero where unknown.
+    /// Expected number of samples of all pixels at the end of the render; zero if unknown.
     expected: u64,
     /// Record of the first time that the estimated error reached the requested error but was
     /// doubtful. Not stored in files.
     doubted: Option<DoubtedProgress>,
     counters: Counters,
-    /// Light usage counted by the renders of this film. It is no part of the picture and not stored
+    /// Light usage, counted by the renders of this film. Not a part of the picture, and not stored
     /// in files.
     usage: LightUsage,
 }
@@ -245,8 +245,8 @@ impl Film {
         self.plan.denoise.is_some()
     }
 
-    /// Returns the requested samples per pixel; `None` where they are adaptive or repeat another
-    /// film's.
+    /// Returns the requested samples per pixel; `None` if the counts are adaptive or repeat another
+    /// film's counts.
     pub fn requested_samples(&self) -> Option<u32> {
         self.goals.is_empty().then(|| self.plan.samples())
     }
@@ -453,8 +453,8 @@ impl Film {
         picture
     }
 
-    /// Returns the picture so far. A pixel that lacks samples has the mean of its present ones, or
-    /// black without any.
+    /// Returns the picture of the samples so far. A pixel without its full number of samples has
+    /// the mean of those present; it is black without any.
     pub fn picture(&self) -> Picture {
         let (plan, planes) = (&self.plan, self.replicate_stats());
         let all = 0..plan.pixels();
@@ -565,8 +565,8 @@ impl Film {
         picture.alpha = Some(alpha);
     }
 
-    /// Returns one channel of a layer's mean over the samples, weighted by the samples of each
-    /// replicate.
+    /// Returns the mean of a layer over a pixel's samples, in one channel; replicates are weighted
+    /// by their numbers of samples.
     fn layer_mean(&self, layer: usize, aov: Aov, channel: usize, pixel: usize) -> f32 {
         let (mut sum, mut count) = (0.0, 0.0);
         let tile = self.plan.tile_of(pixel);

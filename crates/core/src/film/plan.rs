@@ -210,7 +210,7 @@ impl FilmPlan {
         Ok(())
     }
 
-    /// Returns the position of the crop in the whole picture; `None` for a whole picture.
+    /// Returns the position of the crop in the uncropped picture; `None` without a crop.
     pub fn window(&self) -> Option<DataWindow> {
         let Crop {
             x,
@@ -408,7 +408,7 @@ impl FilmPlan {
         film + picture + denoised
     }
 
-    /// Returns the number of the picture's channels besides its colour.
+    /// Returns the number of channels of the picture's layers, without its colour.
     fn channels(&self) -> u64 {
         let Layers {
             mean,

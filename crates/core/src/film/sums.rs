@@ -57,7 +57,7 @@ impl PixelSums {
 pub(crate) struct SampleAccumulator<R: Real, B: BlockAccumulator<R>> {
     sums: PixelSums,
     block: B,
-    /// Samples of the block, dropped ones included.
+    /// Number of samples of the current block, dropped samples included.
     in_block: usize,
     /// Number of finite samples with any coverage, over all pixels.
     pub hits: u64,
@@ -78,7 +78,7 @@ pub(crate) trait BlockAccumulator<R: Real>: Default {
 }
 
 impl<R: Real, B: BlockAccumulator<R>> SampleAccumulator<R, B> {
-    /// Continues a pixel after `drawn` samples, dropped ones included.
+    /// Continues a pixel from its earlier sums after `drawn` samples, dropped samples included.
     #[inline(always)]
     pub fn resume(&mut self, sums: PixelSums, drawn: u32) {
         self.in_block = drawn as usize % BLOCK;
@@ -111,7 +111,7 @@ impl<R: Real, B: BlockAccumulator<R>> SampleAccumulator<R, B> {
         finite
     }
 
-    /// Ends a pixel and starts the next one.
+    /// Ends a pixel, returns its sums, and starts the next pixel.
     #[inline(always)]
     pub fn finish(&mut self) -> PixelSums {
         self.in_block = 0;

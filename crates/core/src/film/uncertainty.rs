@@ -99,8 +99,8 @@ pub struct ErrorEstimate {
     pub carriers: f64,
 }
 
-/// Estimated error of a picture, as far as its own samples show it: light that no sample found
-/// cannot be included.
+/// Estimated error of a picture from its own samples. Light that no sample found cannot be
+/// included.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[doc(alias("variance", "standard error"))]
 pub struct Uncertainty {
@@ -110,7 +110,7 @@ pub struct Uncertainty {
     pub root_relmse: ErrorEstimate,
     /// Least number of replicates of a pixel.
     pub replicates: u32,
-    /// Reason to doubt the interval of the relative error; `None` where it is reliable.
+    /// Reason to doubt the interval of the relative error; `None` for a reliable interval.
     pub doubt: Option<Doubt>,
 }
 
@@ -306,8 +306,8 @@ struct RowBand {
 }
 
 impl Film {
-    /// Estimates the error of the picture so far; `None` without random sampling, or where a pixel
-    /// has fewer than two replicates.
+    /// Estimates the error of the picture so far; `None` without random sampling, or if a pixel has
+    /// fewer than two replicates.
     pub fn uncertainty(&self) -> Option<Uncertainty> {
         self.uncertainty_and_rarity()
             .map(|(uncertainty, _)| uncertainty)

@@ -153,7 +153,7 @@ impl<R: Real> Emitters<R> {
         ) + list.cells.bytes()
     }
 
-    /// Number of emitters with a transform of their own.
+    /// Returns the number of emitters with a transform.
     #[cfg(test)]
     pub(crate) fn under_maps(&self) -> usize {
         self.list.transformed_shapes.len()

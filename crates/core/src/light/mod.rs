@@ -159,7 +159,7 @@ impl<R: Real> Lights<R> {
         }
     }
 
-    /// Builds the sky sampler. Without it the sky has no power and is never sampled.
+    /// Builds the sky sampler. Without a sampler, the sky has no power and is never sampled.
     pub fn prepare_sky(&mut self) {
         self.sky_sampler = SkySampler::new(&self.sky);
     }

@@ -218,7 +218,8 @@ fn put<const K: usize, const N: usize>(
     }
 }
 
-/// Polygons to be sampled together, each with its receiving point and two numbers in [0, 1).
+/// Batch of polygons to be sampled, each with its receiving point and two uniform numbers in
+/// [0, 1).
 #[derive(Clone, Copy)]
 pub(super) struct PolygonLanes<const N: usize> {
     corner_directions: PolygonColumns<15, N>,

@@ -218,7 +218,7 @@ impl LightTree {
     }
 }
 
-/// Greatest number below one.
+/// Greatest `f64` below 1.
 const BELOW_ONE: f64 = 1.0 - f64::EPSILON / 2.0;
 
 /// SIMD task: the traversal of [`LightTree::draw`].

@@ -20,7 +20,7 @@ impl<'a> FirstHitSums<'a> {
         }
     }
 
-    /// Continues a pixel with its earlier samples.
+    /// Continues a pixel from the sums of its earlier samples.
     pub fn resume(&mut self, buffer: &ReplicateBuffer, pixel: usize) {
         for (sum, layer) in self.sums.iter_mut().zip(&buffer.layers) {
             *sum = layer.get(pixel).copied().unwrap_or([0.0; 3]);
@@ -57,7 +57,7 @@ impl<'a> FirstHitSums<'a> {
         }
     }
 
-    /// Appends the sums of the pixel and starts the next one.
+    /// Appends the sums of the pixel to the buffer, and starts the next pixel.
     #[inline(always)]
     pub fn push(&mut self, buffer: &mut ReplicateBuffer) {
         if self.sums.is_empty() {

@@ -12,9 +12,9 @@ use crate::observer::Observer;
 /// Queue of the units of work in order, with the film that receives their results.
 pub(super) struct UnitQueue<'f> {
     film: &'f mut Film,
-    /// Next pass of each tile in each replicate that is neither finished nor in progress: pass,
-    /// replicate, tile. A thread that finds the heap empty can leave: units in progress are
-    /// continued by their own threads.
+    /// Heap of the next pass of each tile in each replicate, as (pass, replicate, tile); without
+    /// finished tiles and units in progress. A thread that finds the heap empty can end: threads
+    /// continue their own units.
     waiting: BinaryHeap<Reverse<(u32, u32, u32)>>,
     /// Number of tiles of the rendered part without any samples.
     bare: usize,
@@ -80,7 +80,8 @@ impl<'f> UnitQueue<'f> {
         })
     }
 
-    /// Returns the next pass of a tile in a replicate, and its samples.
+    /// Returns the next pass of a tile in a replicate, and the range of its samples; `None` if the
+    /// tile is finished.
     fn next(&self, tile: u32, replicate: u32) -> Option<(u32, Range<u32>)> {
         self.film.plan().pass(
             self.film.sample_goal(tile, replicate),

@@ -42,8 +42,8 @@ impl<'a> RenderStage<'a> {
         self.film.samples(&self.film.whole_part())
     }
 
-    /// Returns the estimated error of the picture with its interval; `None` where it is not yet
-    /// known, or without random sampling.
+    /// Returns the estimated error of the picture with its interval; `None` without random
+    /// sampling, or while samples are too few for an estimate.
     pub fn error(&self) -> Option<Uncertainty> {
         *self.error.get_or_init(|| self.film.uncertainty())
     }

@@ -62,7 +62,7 @@ impl<R: Real> Emitters<R> {
     }
 }
 
-/// Whether a shape is closed: no point inside sees the outside of its surface.
+/// Whether a shape is closed, so that the outside of its surface is invisible from inside.
 fn is_closed<R: Real>(shape: &AnyShape<R>) -> bool {
     matches!(
         shape,

@@ -1,4 +1,4 @@
-//! An environment map: radiance by direction, for one ray or many.
+//! Environment map of a sky: radiance by direction, looked up for a single ray or for many.
 
 use std::sync::Arc;
 
