@@ -1,5 +1,5 @@
-//! Normal maps for every integrator: applied when an interaction is made, so that integrators need
-//! not check.
+//! Normal maps for every integrator, applied when an interaction is created, so that integrators
+//! need not check for them.
 
 use raywright_bvh::{Hit, Real, Vector};
 
@@ -11,7 +11,7 @@ use crate::texture::Bump;
 
 impl<R: Real> Interaction<R> {
     /// Perturbs the shading normal by the material's normal map. Not inlined, so that surfaces
-    /// without one only pay for a check.
+    /// without a normal map pay for a check alone.
     #[inline(never)]
     pub(super) fn perturb_normal(
         &mut self,
@@ -29,7 +29,7 @@ impl<R: Real> Interaction<R> {
         }
     }
 
-    /// The normal map's value at an interaction.
+    /// Evaluates a normal map at an interaction; the tangent frame is included.
     #[inline(always)]
     pub(super) fn normal_map(
         &self,
@@ -42,7 +42,7 @@ impl<R: Real> Interaction<R> {
             .image
             .colour(&scene.texture_tables.shading_context(self));
         let [x, y, z] = [code.x(), code.y(), code.z()].map(|c| c + c - R::ONE);
-        // The image describes the relief of the front; from behind, hills are valleys.
+        // The image describes the relief of the front; from behind, hills become valleys.
         let behind = self.normal.dot(self.surface.normal) < R::ZERO;
         let scale = if behind { -bump.scale } else { bump.scale };
         let (along, mirrored) = self.along(scene, segment, hit);

@@ -1,9 +1,9 @@
-//! Texture footprint of a ray: the size of its spot on a surface, in texture coordinates. Used only
-//! for textures with mip maps.
+//! Texture footprint of a ray: the size of the ray cone's spot on a surface, in texture
+//! coordinates. Used only for textures with mip maps.
 //!
-//! A cone widens with the length of its path alone. Rough and curved surfaces would widen it
-//! further; that is left to samples, since too coarse a level mixes neighbouring parts of an atlas,
-//! and too fine a level only costs noise.
+//! A ray cone widens with the length of its path alone. Rough and curved surfaces would widen it
+//! further, but this spread is left to the samples: too coarse a level mixes neighbouring parts of
+//! an atlas, and too fine a level only costs noise.
 
 use raywright_bvh::{Hit, Real, Vector};
 
@@ -15,8 +15,8 @@ use crate::prepare::Prepared;
 impl<R: Real> Interaction<R> {
     /// Computes the footprints for the sets of texture coordinates that the material reads
     /// (Akenine-Möller et al., "Texture Level of Detail Strategies for Real-Time Ray Tracing",
-    /// 2019): by the areas of a mesh's triangles, or by a shape's derivative of u. A spot on a
-    /// slanted surface counts as wide as it is long.
+    /// 2019): by the areas of a mesh's triangles, or by a shape's derivative of u. The spot on a
+    /// slanted surface counts as a square with the edge of its longer side.
     #[inline(never)]
     pub(super) fn cover(
         &mut self,
@@ -45,8 +45,8 @@ impl<R: Real> Interaction<R> {
         let corners = data.indices[hit.primitive as usize].map(|i| i as usize);
         let [a, b, c] = corners.map(|i| data.positions.position(i));
         let (own, [x, y, z]) = ((b - a).cross(c - a), mesh.normals_at(scene, segment, hit));
-        // The area vector in the world: the cofactors of its map are those of the normals' map,
-        // times its determinant.
+        // The area vector in the world: it transforms by the cofactors of the mesh's map, which are
+        // the columns of the normals' map times the determinant of the mesh's map.
         let area = ((x * own.x + y * own.y + z * own.z) / x.dot(y.cross(z))).length();
         for set in (0..self.footprint.len()).filter(|set| mesh.sets >> set & 1 != 0) {
             let own = match data.uvs.get(set).filter(|uvs| !uvs.is_empty()) {

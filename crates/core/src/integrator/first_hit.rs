@@ -1,5 +1,5 @@
-//! First hits of camera rays: intersected as packets if they share an origin, and stored for the
-//! layers beside the colour.
+//! First hits of camera rays: intersected as packets if the rays share an origin, and stored for
+//! the layers beside the colour (albedo, normal, depth and others).
 
 use raywright_bvh::{Hit, Interval, PacketBackoff, Ray, RayPacket, Real, Vector};
 
@@ -19,8 +19,8 @@ pub(crate) struct FirstHit {
 }
 
 impl FirstHit {
-    /// Not inlined, and with its own surface point: a picture without these layers only has a check
-    /// in its loop, and keeps its surface points in registers.
+    /// Computes the data of a first hit. Not inlined, and with its own surface point: a picture
+    /// without these layers has only a check in its loop and keeps its surface points in registers.
     #[inline(never)]
     pub(super) fn new<R: Real>(
         scene: &Prepared<R>,
@@ -44,7 +44,7 @@ impl FirstHit {
         }
     }
 
-    /// The first hit of a camera ray without further path; `None` for the sky.
+    /// Traces a camera ray to its first hit, without a further path; `None` for the sky.
     pub(super) fn of_ray<R: Real>(scene: &Prepared<R>, ray: Ray<R>) -> Option<Self> {
         let segment = PathSegment {
             ray,
@@ -59,7 +59,7 @@ impl FirstHit {
     }
 }
 
-/// The hits of camera rays that were intersected together.
+/// Closest hits of a packet of camera rays; empty if the rays were not intersected as a packet.
 #[derive(Default)]
 pub(super) struct FirstHits<R: Real> {
     directions: Vec<R::Vec3>,
@@ -68,13 +68,15 @@ pub(super) struct FirstHits<R: Real> {
 }
 
 impl<R: Real> FirstHits<R> {
-    /// The hit of one ray; `None` if the rays were not intersected together.
+    /// Returns the hit of a ray of the packet (`Some(None)` for the sky); `None` if the rays were
+    /// not intersected as a packet.
     #[inline(always)]
     pub fn get(&self, ray: usize) -> Option<&Option<Hit<R>>> {
         self.hits.get(ray)
     }
 
-    /// Intersects camera rays of a common origin and time; ignores others.
+    /// Intersects camera rays as a packet if they have a common origin and time; otherwise leaves
+    /// the hits empty.
     pub fn intersect(&mut self, scene: &Prepared<R>, rays: &[Ray<R>]) {
         let Self {
             directions,

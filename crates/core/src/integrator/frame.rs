@@ -1,5 +1,6 @@
-//! The shading frame of an interaction on demand: along the texture coordinates, for anisotropy and
-//! normal maps. Nothing is stored, so pictures that need no frame do not pay for it.
+//! Shading frame of an interaction, for anisotropy and normal maps: its tangent follows the texture
+//! coordinates. Frames are computed on demand and not stored, so that pictures without a use for
+//! them do not pay.
 
 use glam::DVec3;
 use raywright_bvh::{Hit, Real, Vector};
@@ -11,9 +12,10 @@ use crate::prepare::{MeshUse, Prepared};
 use crate::scene::MeshData;
 
 impl<R: Real> Interaction<R> {
-    /// The frame about the shading normal with its tangent along the first texture coordinate, or
-    /// along the coordinates of the normal map. The bitangent is up in the image: the frame is
-    /// left-handed if the image appears mirrored, as from behind, or under a mirroring transform.
+    /// Returns the frame about the shading normal, with the tangent along the first texture
+    /// coordinate or, if the mesh has tangents, along those. The bitangent points up in the image:
+    /// the frame is left-handed if the image appears mirrored, as from behind or under a mirroring
+    /// transform.
     pub fn frame(
         &self,
         scene: &Prepared<R>,
@@ -24,7 +26,8 @@ impl<R: Real> Interaction<R> {
         ShadingFrame::from_tangent(self.normal, along, mirrored)
     }
 
-    /// Unit direction of the tangent before projection, and whether the frame is left-handed.
+    /// Returns the unit tangent in the world before projection onto the shading plane, and whether
+    /// the frame is left-handed.
     #[inline(always)]
     pub fn along(
         &self,
@@ -51,7 +54,7 @@ impl<R: Real> Interaction<R> {
 }
 
 impl<R: Real> MeshUse<R> {
-    /// Columns of the map from the mesh's normals to world normals at a hit.
+    /// Returns the columns of the map from normals of the mesh to normals in the world, at a hit.
     pub(super) fn normals_at(
         &self,
         scene: &Prepared<R>,
@@ -73,8 +76,8 @@ impl<R: Real> MeshUse<R> {
 }
 
 impl<R: Real> Prepared<R> {
-    /// Tangent at a hit in the mesh's own space, of any length, and whether an image appears
-    /// mirrored there from outside.
+    /// Returns the tangent at a hit in the mesh's own space, of any length, and whether an image
+    /// appears mirrored there from outside.
     fn tangent(&self, mesh: &MeshUse<R>, hit: &Hit<R>) -> (DVec3, bool) {
         let data = &self.meshes[mesh.mesh as usize];
         let corners = data.indices[hit.primitive as usize].map(|i| i as usize);
@@ -98,9 +101,9 @@ impl<R: Real> Prepared<R> {
     }
 }
 
-/// Direction of the first coordinate's growth on a triangle of a mesh, and whether an image appears
-/// mirrored there. Without a first set it is [`Interaction`]'s default: the barycentric coordinate
-/// of the second corner.
+/// Returns the direction in which the first texture coordinate grows on a triangle of a mesh, and
+/// whether an image appears mirrored there. A mesh without texture coordinates uses the barycentric
+/// coordinate of the second corner, as [`Interaction`] does.
 fn along_first(data: &MeshData, corners: [usize; 3]) -> (DVec3, bool) {
     let [a, b, c] = corners.map(|i| data.positions.position(i));
     let set = data.uvs.first().filter(|set| !set.is_empty());
@@ -116,11 +119,11 @@ fn along_first(data: &MeshData, corners: [usize; 3]) -> (DVec3, bool) {
     (((b - a) * v2 - (c - a) * v1) * area.signum(), area > 0.0)
 }
 
-/// Maps a tangent from a mesh's own space to the world. The first argument holds the columns of the
-/// map of normals.
+/// Maps a tangent and its mirroring from a mesh's own space to the world. The first argument holds
+/// the columns of the map of normals.
 fn to_world([x, y, z]: [DVec3; 3], own: DVec3, mirrored: bool) -> (DVec3, bool) {
-    // The map's linear part is the inverse transpose of the normals' map, so its cofactors up to
-    // the determinant.
+    // The linear part of the mesh's map is the inverse transpose of the map of normals, so its
+    // columns are the cofactors of that map, up to the determinant.
     let mapped = y.cross(z) * own.x + z.cross(x) * own.y + x.cross(y) * own.z;
     let mirrors = x.dot(y.cross(z)) < 0.0;
     (if mirrors { -mapped } else { mapped }, mirrored != mirrors)

@@ -1,6 +1,6 @@
-//! Integrators, from camera rays to radiance: Whitted ray tracing (Whitted, "An Improved
-//! Illumination Model for Shaded Display", 1980) in [`whitted`], and path tracing in
-//! [`path_tracing`]. Both implement one small trait; code that they share lies beside them.
+//! Integrators, which compute radiance along camera rays: Whitted ray tracing (Whitted, "An
+//! Improved Illumination Model for Shaded Display", 1980) in [`whitted`], and path tracing in
+//! [`path_tracing`]. Both implement one small trait; the files beside them hold their shared code.
 
 mod bump;
 mod cone;
@@ -31,13 +31,14 @@ use crate::sampler::SampleAddress;
 /// Number of camera rays in a packet.
 pub(crate) const PACKET: usize = 16;
 
-/// Result of a camera ray.
+/// Result of tracing a camera ray.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PathResult<R: Real> {
     pub radiance: R::Vec3,
     /// Coverage (alpha) of the ray.
     pub coverage: R,
-    /// Shadowed share of the studio's ground, for uncovered rays.
+    /// Share of the studio's light that is blocked where the ray reaches the ground, 0 to 1; for
+    /// uncovered rays.
     pub shadow: R,
 }
 
@@ -48,12 +49,12 @@ pub(crate) struct CameraRays<'a, R: Real> {
     pub addresses: &'a [SampleAddress],
 }
 
-/// Results of camera rays, in their order.
+/// Results of a batch of camera rays, in the order of the rays.
 #[derive(Debug, Default)]
 pub(crate) struct PathResults<R: Real> {
     pub paths: Vec<PathResult<R>>,
-    /// First hit of each ray, `None` for the sky, and its radiance without reflected light; empty
-    /// if no layer needs them.
+    /// First hit of each ray (`None` for the sky), and directly visible radiance of each ray,
+    /// without reflected light. Both lists are empty if no layer needs them.
     pub first_hits: Vec<Option<FirstHit>>,
     pub direct: Vec<R::Vec3>,
 }
@@ -65,20 +66,21 @@ impl<R: Real> PathResults<R> {
         self.direct.clear();
     }
 
-    /// The first hit of a ray, and its radiance without reflected light.
+    /// Returns the first hit of a ray, and the ray's directly visible radiance, without reflected
+    /// light.
     pub fn first(&self, index: usize) -> (Option<&FirstHit>, R::Vec3) {
         let direct = self.direct.get(index).copied().unwrap_or(Vector::ZERO);
         (self.first_hits.get(index).and_then(Option::as_ref), direct)
     }
 }
 
-/// An integrator: computes the radiance along camera rays; one per worker.
+/// An integrator: computes the radiance along camera rays. Each worker thread has its own.
 pub(crate) trait LightTransport<'a, R: Real> {
     /// Most camera rays in a batch.
     const BATCH: usize;
 
-    /// An integrator for paths of at most `max_depth` segments. `keeps_first`: whether layers need
-    /// the first hits of camera rays.
+    /// Creates an integrator for paths of at most `max_depth` segments. `keeps_first`: whether
+    /// layers need the first hits of camera rays.
     fn new(
         scene: &'a Prepared<R>,
         max_depth: u32,
@@ -86,13 +88,13 @@ pub(crate) trait LightTransport<'a, R: Real> {
         observer: &'a dyn Observer,
     ) -> Self;
 
-    /// Computes the results of camera rays, overwriting `out`.
+    /// Computes the results of camera rays, and overwrites `out` with them.
     fn trace(&mut self, rays: CameraRays<'_, R>, out: &mut PathResults<R>);
 
-    /// The first hit of a ray without further path; `None` for the sky.
+    /// Traces a camera ray to its first hit, without a further path; `None` for the sky.
     fn first_hit(&mut self, ray: Ray<R>) -> Option<FirstHit>;
 
-    /// Returns the counters since the last call.
+    /// Returns the counters of rays since the last call.
     fn take_counters(&mut self) -> Counters;
 
     /// Whether the observer cancelled a path midway, so that the results are invalid.
@@ -100,7 +102,8 @@ pub(crate) trait LightTransport<'a, R: Real> {
         false
     }
 
-    /// Usage of lights at the end of tracing; empty for an integrator that does not count it.
+    /// Returns the usage of lights after all rays are traced; empty for an integrator that does not
+    /// count usage.
     fn into_light_usage(self) -> LightUsage
     where
         Self: Sized,

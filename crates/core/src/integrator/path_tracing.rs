@@ -3,8 +3,8 @@
 //! Combining Sampling Techniques for Monte Carlo Rendering", 1995). The estimate is unbiased,
 //! except for paths beyond the depth limit.
 //!
-//! A path's state is plain numbers ([`PathState`]), and the next segment does not depend on other
-//! paths traced beside it.
+//! The state of a path is plain numbers ([`PathState`]). The next segment of a path does not depend
+//! on the other paths in the same wavefront.
 
 mod bsdf_lanes;
 mod classic;
@@ -48,8 +48,8 @@ pub(crate) struct PathTracer<'a, R: Real> {
     scene: &'a Prepared<R>,
     counters: Counters,
     usage: LightUsage,
-    /// Whether first hits of camera rays are kept; the first hit of the current path, and its
-    /// radiance without reflected light.
+    /// Whether first hits of camera rays are kept; the first hit of the current path, and the
+    /// path's directly visible radiance, without reflected light.
     keeps_first: bool,
     first: Option<FirstHit>,
     direct: R::Vec3,
@@ -103,12 +103,12 @@ impl<'a, R: Real> LightTransport<'a, R> for PathTracer<'a, R> {
     }
 }
 
-/// Density by solid angle from which on a lobe counts as a mirror: it is seven times narrower than
-/// the sun's disc of 1/14,700 sr, so hardly any direction sampled towards a light falls into the
-/// lobe.
+/// Density by solid angle above which a lobe counts as a mirror: the lobe is then seven times
+/// narrower than the sun's disc of 1/14,700 sr, and hardly any direction sampled towards a light
+/// falls into it.
 const NARROW: f64 = 1e5;
 
-/// State of a path: everything that its next segment depends on.
+/// State of a path: all data on which its next segment depends.
 #[derive(Clone, Copy, Debug)]
 struct PathState<R: Real> {
     /// The next ray.
@@ -123,46 +123,49 @@ struct PathState<R: Real> {
     draws: VertexSamples,
     /// Segments traced so far.
     traced: u32,
-    /// Segments among them that end at index-matched boundaries, and all surfaces passed unchanged.
+    /// Number of segments that end at index-matched boundaries, and number of surfaces passed
+    /// unchanged.
     matched: u32,
     passages: u32,
     /// Whether the path has hit a surface.
     hit: bool,
-    /// Blocked share of the studio's light where the camera ray reaches the ground.
+    /// Share of the studio's light that is blocked where the camera ray reaches the ground, 0 to 1.
     shadow: R,
-    /// Least density of a scattered direction before the last vertex: how diffuse the path has
-    /// become.
+    /// Least density of a scattered direction before the last vertex, by solid angle: small after a
+    /// diffuse reflection.
     min_pdf: f64,
     /// Media around the path.
     media: Media,
-    /// The vertex that the ray left.
+    /// Origin of the ray: the previous vertex.
     previous: PreviousVertex<R>,
     /// Wavelength in nanometres after dispersion; `None` for a white path.
     wavelength: Option<f64>,
 }
 
-/// Numbers in [0, 1) that nearly every vertex needs.
+/// Uniform numbers in [0, 1) that nearly every vertex of a path needs.
 #[derive(Clone, Copy, Debug, Default)]
 struct VertexSamples {
-    /// For choosing a light and sampling a point on it.
+    /// Numbers for the choice of a light and of a point on the light.
     light: [f32; 4],
-    /// For the lobe, its direction, and Russian roulette.
+    /// Numbers for the choice of a lobe, the direction, and Russian roulette.
     scatter: [f32; 4],
 }
 
-/// The previous vertex of a path, as needed for the density of sampling its light otherwise.
+/// The previous vertex of a path: the data that give the density with which light sampling would
+/// have chosen the ray's direction.
 #[derive(Clone, Copy, Debug)]
 struct PreviousVertex<R: Real> {
-    /// The vertex, and its normal on the receiving side; zero if both sides receive light.
+    /// Position of the vertex, and its unit normal on the receiving side; zero if both sides
+    /// receive light.
     from: R::Vec3,
     normal: R::Vec3,
-    /// Density of the direction by solid angle; infinite if no light could have been sampled
-    /// instead: for camera rays and delta lobes.
+    /// Density by solid angle of the scattered direction. Infinite for camera rays and delta lobes,
+    /// whose directions light sampling cannot choose.
     density: f64,
 }
 
 impl<R: Real> PathTracer<'_, R> {
-    /// The initial path of a camera ray.
+    /// Returns the initial state of a camera ray's path.
     #[inline(always)]
     fn camera_path(&self, ray: Ray<R>, address: SampleAddress) -> PathState<R> {
         PathState {
@@ -191,7 +194,7 @@ impl<R: Real> PathTracer<'_, R> {
         }
     }
 
-    /// Keeps the first hit of a camera ray, if layers need it.
+    /// Records the first hit of a path's camera ray, if layers need it.
     #[inline(always)]
     fn keep_first(&mut self, path: &PathState<R>, hit: &Hit<R>) {
         if self.keeps_first && path.traced == 0 && path.passages == 0 {
@@ -199,7 +202,8 @@ impl<R: Real> PathTracer<'_, R> {
         }
     }
 
-    /// Continues a path through a surface that is absent at the hit.
+    /// Continues a path through a surface that is absent at the hit, because of alpha or nesting.
+    /// Returns whether the path goes on.
     fn pass(&mut self, path: &mut PathState<R>, interaction: &Interaction<R>) -> bool {
         path.address.bounce += 1;
         let rest = path.segment.rest;
@@ -213,7 +217,8 @@ impl<R: Real> PathTracer<'_, R> {
         self.counts_passage(path)
     }
 
-    /// Counts a surface that a path passed unchanged. Returns whether it may pass more.
+    /// Counts a surface that a path passed unchanged. Returns whether the path may pass further
+    /// surfaces.
     fn counts_passage(&mut self, path: &mut PathState<R>) -> bool {
         path.passages += 1;
         let ends = path.passages > MOST_PASSAGES;
@@ -222,7 +227,7 @@ impl<R: Real> PathTracer<'_, R> {
     }
 
     /// Whether a path has reached its depth limit. Segments between index-matched boundaries count
-    /// as one.
+    /// as a single segment.
     #[inline(always)]
     fn is_at_limit(&self, path: &PathState<R>) -> bool {
         path.traced - path.matched >= self.max_depth

@@ -1,4 +1,4 @@
-//! Evaluation of a physical material's inputs at a point, for every integrator.
+//! Evaluation of a physical material's inputs at a surface point, for every integrator.
 
 use raywright_bvh::{Real, Vector};
 
@@ -8,7 +8,7 @@ use crate::scene::{AlphaMode, Physical as PhysicalData};
 use crate::texture::ShadingContext;
 
 impl<R: Real> PhysicalTransmission<R> {
-    /// Transmissive share of the surface at a point.
+    /// Returns the transmissive share of the surface at a point, 0 to 1.
     #[inline(always)]
     fn share_at(&self, context: &ShadingContext<'_, R>) -> R {
         Real::clamp(self.share.number(context), R::ZERO, R::ONE)
@@ -16,7 +16,7 @@ impl<R: Real> PhysicalTransmission<R> {
 }
 
 impl<R: Real> PhysicalInputs<R> {
-    /// Base colour at a point.
+    /// Returns the base colour at a point, vertex colours included.
     #[inline]
     pub fn base_at(&self, context: &ShadingContext<'_, R>) -> R::Vec3 {
         let colour = self.base.tint(context, R::Vec3::ONE);
@@ -28,7 +28,8 @@ impl<R: Real> PhysicalInputs<R> {
         }
     }
 
-    /// Index of refraction at a point.
+    /// Returns the dielectric boundary at a point: index of refraction and reflectance at normal
+    /// incidence.
     #[inline(always)]
     pub fn boundary_at(&self, context: &ShadingContext<'_, R>) -> DielectricBoundary<R> {
         match &self.index {
@@ -44,7 +45,7 @@ impl<R: Real> PhysicalInputs<R> {
         }
     }
 
-    /// The metallic-roughness model at a point.
+    /// Returns the metallic-roughness model at a point.
     #[inline(always)]
     pub fn model_at(&self, context: &ShadingContext<'_, R>) -> MetallicRoughness<R> {
         let (boundary, base) = (self.boundary_at(context), self.base_at(context));
@@ -69,7 +70,8 @@ impl<R: Real> PhysicalInputs<R> {
         }
     }
 
-    /// Transmittance for shadow rays at a point.
+    /// Returns the transmittance for shadow rays at a point, 0 to 1: the share that is absent by
+    /// alpha or transmissive.
     pub fn passes_at(&self, context: &ShadingContext<'_, R>) -> R {
         let through = self.transmission.as_ref().map_or(R::ZERO, |transmission| {
             transmission.of_light(transmission.share_at(context))
@@ -77,7 +79,7 @@ impl<R: Real> PhysicalInputs<R> {
         R::ONE - self.alpha_at(context) * (R::ONE - through)
     }
 
-    /// Coverage at a point: 0 or 1 for a mask.
+    /// Returns the coverage (alpha) at a point, 0 to 1; 0 or 1 alone for a mask.
     pub fn alpha_at(&self, context: &ShadingContext<'_, R>) -> R {
         let alpha = || {
             let alpha = self.opacity.number(context);
@@ -88,8 +90,8 @@ impl<R: Real> PhysicalInputs<R> {
             }
         };
         match self.alpha {
-            // Compared in `f32`, the precision of files: an alpha at the cutoff counts as at the
-            // cutoff in every precision, from whichever of the two it was rounded.
+            // Compared in `f32`, the precision of files: an alpha rounded to or from the cutoff
+            // counts as equal to the cutoff in every precision.
             AlphaMode::Mask { cutoff } if (alpha().to_f64() as f32) < cutoff as f32 => R::ZERO,
             AlphaMode::Opaque | AlphaMode::Mask { .. } => R::ONE,
             AlphaMode::Blend => Real::clamp(alpha(), R::ZERO, R::ONE),

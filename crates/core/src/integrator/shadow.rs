@@ -1,4 +1,5 @@
-//! Visibility of lights: shadow rays under the scene's rule.
+//! Visibility of lights: shadow rays, their origins and lengths under the scene's spawn rule, and
+//! their transmittance.
 
 use raywright_bvh::{Hit, Interval, Ray, Real, Vector};
 
@@ -18,7 +19,8 @@ pub(crate) struct ShadowResult<R> {
 }
 
 impl<R: Real> Prepared<R> {
-    /// Shadow ray from a surface to a light sample, and its range; `None` if they coincide.
+    /// Returns the shadow ray from a surface to a light sample, and its range; `None` if both
+    /// points coincide.
     #[inline(always)]
     pub(super) fn shadow_ray(
         &self,
@@ -68,8 +70,8 @@ impl<R: Real> Prepared<R> {
         }
     }
 
-    /// A light sample, redirected to the lamp's centre for hard shadows; `None` if the lamp hides
-    /// itself.
+    /// Returns a light sample, redirected to the lamp's centre if the lamp casts hard shadows;
+    /// `None` if the lamp itself hides its sampled point.
     #[inline(always)]
     pub(super) fn aim_at_middle(
         &self,
@@ -85,13 +87,15 @@ impl<R: Real> Prepared<R> {
         }
     }
 
-    /// Whether a hit on the way to a lamp's centre is the lamp itself.
+    /// Whether a hit of a shadow ray to a lamp's centre is the lamp itself.
     #[inline(always)]
     pub(super) fn is_own(&self, target: &LightTarget<R>, hit: &Hit<R>) -> bool {
         matches!(*target, LightTarget::Middle { emitter, .. } if self.lights.emitters.index_of(hit.outermost(), hit.primitive) == Some(emitter))
     }
 
-    /// Traces a shadow ray; callers count it.
+    /// Traces a shadow ray, and returns its transmittance and the distance of its nearest occluder.
+    /// Without `want_distance`, the distance may be that of a farther occluder, because an opaque
+    /// occluder may end the traversal. Callers count the ray.
     #[inline]
     pub(super) fn trace_shadow(
         &self,
@@ -150,7 +154,7 @@ impl<R: Real> Prepared<R> {
 }
 
 impl<R: Real> Interaction<R> {
-    /// Distance to the target of a shadow ray.
+    /// Returns the distance to the target of a shadow ray; infinite for targets at infinity.
     pub(super) fn distance_to(&self, target: &LightTarget<R>) -> R {
         match target {
             LightTarget::Infinity => R::INFINITY,
@@ -162,8 +166,9 @@ impl<R: Real> Interaction<R> {
     }
 }
 
-/// A product of factors in [0, 1] with bits independent of their order, because the accelerator
-/// visits occluders in any order: beyond the first factor, logarithms are summed as integers.
+/// Product of transmittances in [0, 1], whose bits do not depend on the order of the factors,
+/// because the accelerator visits occluders in any order. With more than one factor, logarithms are
+/// summed as integers.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Transmittance {
     pub opaque: bool,
@@ -198,7 +203,8 @@ impl Transmittance {
     }
 }
 
-/// Transmittance of one occluder.
+/// Returns the transmittance of an occluder for shadow rays, by the alpha and the transmission of
+/// its material.
 #[inline]
 fn occluder_transmittance<R: Real>(scene: &Prepared<R>, ray: &Ray<R>, hit: &Hit<R>) -> R {
     let material = &scene.materials[scene.objects[hit.outermost() as usize].material as usize];

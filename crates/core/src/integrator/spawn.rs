@@ -1,4 +1,4 @@
-//! Rays that leave a surface: their origins, and exact directions for refraction.
+//! Rays that leave a surface: their origins, and exact directions of reflected and refracted rays.
 
 use glam::DVec3;
 use raywright_bvh::{Hit, Ray, Real, Vector};
@@ -8,17 +8,17 @@ use crate::interaction::Interaction;
 use crate::material::{Glass, Interface};
 use crate::prepare::{Prepared, PreparedSpawn};
 
-/// Least distances of valid hits.
+/// Least distances at which a hit counts, from the ray's origin.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LeastDistances<R> {
     /// For camera rays.
     pub camera: R,
-    /// For all other rays but shadow rays.
+    /// For all other rays except shadow rays.
     pub secondary: R,
 }
 
 impl<R: Real> Prepared<R> {
-    /// Least distances of valid hits under the scene's rule.
+    /// Returns the least distances at which hits count, under the scene's spawn rule.
     pub(crate) fn least_distances(&self) -> LeastDistances<R> {
         match self.rules.spawn {
             PreparedSpawn::ErrorBound => LeastDistances {
@@ -36,8 +36,9 @@ impl<R: Real> Prepared<R> {
         }
     }
 
-    /// The ray that leaves a surface in a unit direction. `side` is the normal's factor where the
-    /// offset is constant: 1 for the side that the ray came from, −1 for the other.
+    /// Returns the ray that leaves a surface in a unit direction. `side` is the factor of the
+    /// normal in a constant offset: 1 for the side from which the incoming ray arrived, −1 for the
+    /// other side.
     #[inline(always)]
     pub(crate) fn spawn(
         &self,
@@ -59,13 +60,14 @@ impl<R: Real> Prepared<R> {
         Ray::new(origin, direction)
     }
 
-    /// Whether the hit side of a surface emits.
+    /// Whether the side of a surface that a ray hit emits light.
     #[inline(always)]
     pub(super) fn shines(&self, interaction: &Interaction<R>) -> bool {
         interaction.outside || !self.objects[interaction.object as usize].culled
     }
 
-    /// A glass boundary at a hit, with all known digits.
+    /// Returns the dielectric interface at a hit, from directions and normals in `f64` before
+    /// rounding.
     #[inline(always)]
     pub(super) fn interface(
         &self,
@@ -97,7 +99,7 @@ impl<R: Real> Prepared<R> {
     }
 }
 
-/// A direction as stored, and its rounding error.
+/// Rounds a direction to the precision; returns the rounded direction and its rounding error.
 #[inline(always)]
 pub(super) fn round_direction<R: Real>(exact: DVec3) -> (R::Vec3, R::Vec3) {
     let stored = R::Vec3::from_f64(exact);
@@ -105,8 +107,8 @@ pub(super) fn round_direction<R: Real>(exact: DVec3) -> (R::Vec3, R::Vec3) {
 }
 
 impl<R: Real> Interaction<R> {
-    /// Factor that turns the shading normal to the ray's side, also if the object's normal always
-    /// points outwards.
+    /// Returns the sign, ±1, that turns the shading normal to the ray's side, also for objects
+    /// whose normal always points outwards.
     #[inline(always)]
     pub(super) fn side(&self) -> R {
         if self.direction.dot(self.normal) > R::ZERO {
@@ -116,7 +118,7 @@ impl<R: Real> Interaction<R> {
         }
     }
 
-    /// The shading normal on the ray's side.
+    /// Returns the shading normal on the side from which the ray arrived.
     #[inline(always)]
     pub(super) fn facing_normal(&self) -> R::Vec3 {
         self.normal * self.side()

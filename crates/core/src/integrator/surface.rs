@@ -1,4 +1,4 @@
-//! Creation of an interaction from a hit.
+//! Creation of an interaction from a hit: surface point, texture coordinates and shading normal.
 
 use raywright_bvh::{Hit, Ray, Real, Vector};
 
@@ -7,22 +7,21 @@ use crate::material::reflecting_above;
 use crate::prepare::{ObjectRecord, Prepared};
 use crate::scene::MOST_UV_SETS;
 
-/// A segment of a path.
+/// A segment of a path: its ray, and data that one ray passes to the next.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PathSegment<R: Real> {
     pub ray: Ray<R>,
     /// Rounding error of the stored direction.
     pub rest: R::Vec3,
-    /// Distance from the ray's beginning to its origin: positive for a distant camera, zero
-    /// otherwise.
+    /// Distance from the eye to the ray's origin for rays of a distant camera; zero otherwise.
     pub ahead: R,
-    /// Length of the path before, for the width of the camera's ray cone; negative if unused, as
-    /// for shadow rays.
+    /// Length of the path before this segment, for the width of the camera's ray cone; negative if
+    /// unused, as for shadow rays.
     pub before: R,
 }
 
 impl<R: Real> PathSegment<R> {
-    /// A segment of an exact ray that begins at its origin.
+    /// Creates a segment from an exact ray, for which no ray cone is needed.
     pub fn from_ray(ray: Ray<R>) -> Self {
         Self {
             ray,
@@ -32,7 +31,7 @@ impl<R: Real> PathSegment<R> {
         }
     }
 
-    /// The segment of a camera ray, without the ray.
+    /// Creates the segment of a camera ray; the caller sets the ray itself.
     #[inline(always)]
     pub fn from_camera(scene: &Prepared<R>) -> Self {
         let before = if scene.cone.is_some() {
@@ -40,7 +39,7 @@ impl<R: Real> PathSegment<R> {
         } else {
             -R::ONE
         };
-        // For a distant camera, part of the way lies before the ray's origin.
+        // For a distant camera, part of the segment lies before the ray's origin.
         let nowhere = Ray::new(Vector::ZERO, Vector::ZERO);
         Self {
             ray: nowhere,
@@ -51,7 +50,7 @@ impl<R: Real> PathSegment<R> {
     }
 
     /// Continues with the next segment of the path, at the same time. Updated in place and vector
-    /// by vector, since a copied segment would have to wait for its own numbers.
+    /// by vector, because a copied segment would wait for its own numbers to be stored.
     #[inline(always)]
     pub fn advance(&mut self, ray: &Ray<R>, rest: R::Vec3) {
         if self.before >= R::ZERO {
@@ -64,7 +63,7 @@ impl<R: Real> PathSegment<R> {
         self.ahead = R::ZERO;
     }
 
-    /// Beginning of the segment.
+    /// Returns the beginning of the segment: the ray's origin, or the eye of a distant camera.
     #[inline(always)]
     pub fn start(&self) -> R::Vec3 {
         if self.ahead == R::ZERO {
@@ -76,7 +75,7 @@ impl<R: Real> PathSegment<R> {
 }
 
 impl<R: Real> Interaction<R> {
-    /// The interaction of a hit.
+    /// Creates the interaction of a hit.
     #[inline(always)]
     pub fn from_hit(scene: &Prepared<R>, segment: &PathSegment<R>, hit: &Hit<R>) -> Self {
         let mut interaction = Self::begun(scene, segment, hit);
@@ -98,7 +97,7 @@ impl<R: Real> Interaction<R> {
         }
     }
 
-    /// The interaction without the normal map.
+    /// Creates the interaction of a hit without applying the material's normal map.
     #[inline(always)]
     pub fn smooth(scene: &Prepared<R>, segment: &PathSegment<R>, hit: &Hit<R>) -> Self {
         let mut interaction = Self::begun(scene, segment, hit);
@@ -106,7 +105,7 @@ impl<R: Real> Interaction<R> {
         interaction
     }
 
-    /// An interaction with the data common to all hits, to be completed by [`Self::finish`].
+    /// Creates an interaction with the geometric data of a hit; [`Self::finish`] completes it.
     #[inline(always)]
     pub fn begun(scene: &Prepared<R>, segment: &PathSegment<R>, hit: &Hit<R>) -> Self {
         let mut interaction = Self::NOWHERE;
@@ -114,15 +113,15 @@ impl<R: Real> Interaction<R> {
         interaction
     }
 
-    /// [`Self::begun`] in place.
+    /// Fills in the geometric data of a hit, in place.
     #[inline(always)]
     pub fn begin(&mut self, scene: &Prepared<R>, segment: &PathSegment<R>, hit: &Hit<R>) {
         self.surface = scene.geometry.surface(&segment.ray, hit);
         self.begin_located(scene, &segment.ray, hit);
     }
 
-    /// [`Self::begin`] for a known surface: field by field, since an interaction is large and would
-    /// be copied.
+    /// Fills in the geometric data of a hit for which `surface` is already set. Field by field,
+    /// because an interaction is large and would be copied.
     #[inline(always)]
     pub fn begin_located(&mut self, scene: &Prepared<R>, ray: &Ray<R>, hit: &Hit<R>) {
         self.object = hit.outermost();
@@ -139,7 +138,8 @@ impl<R: Real> Interaction<R> {
         self.colour = [R::ONE; 4];
     }
 
-    /// Adds the data that depend on the object, the camera and the mesh, except the normal map.
+    /// Fills in the data that depend on the object, the camera and the mesh: texture coordinates,
+    /// footprints and shading normal, except the normal map.
     #[inline(always)]
     pub fn finish(&mut self, scene: &Prepared<R>, segment: &PathSegment<R>, hit: &Hit<R>) {
         let (ray, record) = (&segment.ray, &scene.objects[self.object as usize]);
@@ -170,7 +170,7 @@ impl<R: Real> Interaction<R> {
         }
     }
 
-    /// Interpolates the attributes of the mesh's vertices.
+    /// Interpolates normals, texture coordinates and colours of the mesh's vertices at a hit.
     fn attributes(
         &mut self,
         scene: &Prepared<R>,
@@ -213,8 +213,8 @@ impl<R: Real> Interaction<R> {
         };
         let mut sets = mesh.sets;
         if sets & 1 != 0 {
-            // Without a set, the barycentric coordinates of the second and the third corner in the
-            // file's order.
+            // A mesh without texture coordinates uses the barycentric coordinates of the second and
+            // the third corner, in the order of the file.
             self.uv[0] = uv(0).unwrap_or(if mesh.flipped { [v, u] } else { [u, v] });
             sets &= !1;
         }

@@ -1,8 +1,8 @@
-//! Whitted ray tracing: local lighting, mirror reflection and refraction, for both families of
+//! Whitted ray tracing: local lighting, mirror reflection and refraction, for classic and physical
 //! materials.
 //!
-//! A path carries its throughput. Where a surface scatters two rays, one of them becomes a path of
-//! its own, traced before the first path continues.
+//! A path carries its throughput. If a surface scatters two rays, one of them becomes a side
+//! branch: a path of its own, traced to its end before the first path continues.
 
 mod classic;
 mod physical;
@@ -26,22 +26,22 @@ use crate::sampler::{Purpose, SampleAddress, pair};
 use crate::scene::AlphaMode;
 use crate::settings::Settings;
 
-/// Number of divisions of paths between checks for cancellation.
+/// Number of side branches between checks for cancellation.
 const DIVISIONS: u32 = 4096;
 
 /// Whitted's ray tracer.
 pub(crate) struct WhittedTracer<'a, R: Real> {
     scene: &'a Prepared<R>,
     counters: Counters,
-    /// Stack of paths that wait for their side branches; empty between camera rays.
+    /// Stack of paths that wait until their side branches end; empty between camera rays.
     waiting: Vec<WhittedState<R>>,
-    /// Checked for cancellation while paths divide, since the branches of one pixel may take
+    /// Checked for cancellation while paths branch, because the branches of a single pixel may take
     /// unlimited time.
     observer: &'a dyn Observer,
     divisions: u32,
     stopped: bool,
-    /// Whether first hits of camera rays are kept; the first hit of the latest ray, and its
-    /// radiance without reflected light.
+    /// Whether first hits of camera rays are kept; the first hit of the latest camera ray, and its
+    /// directly visible radiance, without reflected light.
     keeps_first: bool,
     first: Option<FirstHit>,
     direct: R::Vec3,
@@ -115,7 +115,7 @@ impl<'a, R: Real> LightTransport<'a, R> for WhittedTracer<'a, R> {
 }
 
 impl<R: Real> WhittedTracer<'_, R> {
-    /// The initial path of a camera ray.
+    /// Returns the initial state of a camera ray's path.
     #[inline(always)]
     fn camera_path(&mut self, ray: &Ray<R>, address: &SampleAddress) -> WhittedState<R> {
         self.first = None;
@@ -138,7 +138,7 @@ impl<R: Real> WhittedTracer<'_, R> {
         path
     }
 
-    /// The hit of a path's ray.
+    /// Returns the closest hit of a path's ray.
     #[inline(always)]
     fn hit(&self, path: &WhittedState<R>) -> Option<Hit<R>> {
         let min = if path.camera {
@@ -156,8 +156,8 @@ impl<R: Real> WhittedTracer<'_, R> {
         )
     }
 
-    /// Advances a path by one segment with the given hit. Returns a side branch, which must be
-    /// traced to its end first, with its radiance added.
+    /// Advances a path by a segment that ends at the given hit. Returns a side branch, if any: the
+    /// caller has to trace the branch to its end and add its radiance before the path continues.
     #[inline(always)]
     fn advance(
         &mut self,
@@ -211,7 +211,7 @@ impl<R: Real> WhittedTracer<'_, R> {
         }
     }
 
-    /// Colour of an edge at a camera ray's hit.
+    /// Returns the wireframe's colour if a camera ray hits an edge.
     #[inline(always)]
     fn edge(
         &self,
@@ -226,7 +226,7 @@ impl<R: Real> WhittedTracer<'_, R> {
         }
     }
 
-    /// Ends the path of a camera ray on an edge with the edge's colour.
+    /// Ends the path of a camera ray on a wireframe edge, with the colour of the edge.
     fn draw_edge(&mut self, path: &mut WhittedState<R>, edge: R::Vec3) -> Option<WhittedState<R>> {
         let shown = path.throughput * edge;
         path.radiance += shown;
@@ -237,7 +237,8 @@ impl<R: Real> WhittedTracer<'_, R> {
         path.leave([None; 2])
     }
 
-    /// Adds directly visible radiance of a camera ray, if it is kept.
+    /// Adds radiance to the directly visible radiance of a camera ray, if layers need it. `camera`:
+    /// whether the radiance arrives along the camera ray.
     #[inline(always)]
     fn record_direct(&mut self, camera: bool, radiance: R::Vec3) {
         if camera && self.keeps_first {
@@ -245,7 +246,8 @@ impl<R: Real> WhittedTracer<'_, R> {
         }
     }
 
-    /// Traces a path to its end, its side branches included. The hit of its first ray may be known.
+    /// Traces a path and its side branches to their ends. `known_hit` is the hit of the first ray,
+    /// if already known.
     fn follow(&mut self, path: &mut WhittedState<R>, mut known_hit: Option<Option<Hit<R>>>) {
         while path.segments > 0 || self.resume(path) {
             let hit = match known_hit.take() {
@@ -258,8 +260,8 @@ impl<R: Real> WhittedTracer<'_, R> {
         }
     }
 
-    /// Pushes a path that waits for its side branch, which is traced first. Not inlined, like
-    /// [`Self::resume`]'s work: most paths never divide.
+    /// Pushes a path onto the stack of waiting paths, and continues with its side branch. Not
+    /// inlined: most paths never branch.
     #[inline(never)]
     fn defer(&mut self, path: &mut WhittedState<R>, aside: WhittedState<R>) {
         self.divisions = self.divisions.wrapping_add(1);
@@ -274,7 +276,8 @@ impl<R: Real> WhittedTracer<'_, R> {
         }
     }
 
-    /// Resumes the path that waits for this ended one; false if none does.
+    /// Replaces an ended path by the path that waits for it, if any. Returns whether a path
+    /// continues.
     #[inline(always)]
     fn resume(&mut self, path: &mut WhittedState<R>) -> bool {
         !self.waiting.is_empty() && self.resume_deferred(path)
@@ -287,7 +290,7 @@ impl<R: Real> WhittedTracer<'_, R> {
             path.radiance += state.radiance;
             path.covered += state.covered;
             path.passages = state.passages;
-            // The path may have ended with its wait.
+            // The waiting path may itself have no segments left.
             if path.segments > 0 {
                 return true;
             }
@@ -295,8 +298,8 @@ impl<R: Real> WhittedTracer<'_, R> {
         false
     }
 
-    /// Continues a path in the same direction beyond a surface, with its new throughput; this takes
-    /// no segment.
+    /// Continues a path in the same direction beyond a surface, with its new throughput. Takes no
+    /// segment.
     fn pass(
         &mut self,
         path: &mut WhittedState<R>,
@@ -310,7 +313,7 @@ impl<R: Real> WhittedTracer<'_, R> {
         self.count_passage(path);
     }
 
-    /// Continues a path beyond an index-matched boundary, which acts only as a tint.
+    /// Continues a path beyond an index-matched boundary, which only tints its throughput.
     fn pass_border(
         &mut self,
         path: &mut WhittedState<R>,
@@ -323,7 +326,7 @@ impl<R: Real> WhittedTracer<'_, R> {
         self.pass(path, interaction, throughput);
     }
 
-    /// The continued ray of a path beyond a surface.
+    /// Returns the ray that continues a path's ray beyond a surface.
     fn behind(&self, path: &WhittedState<R>, interaction: &Interaction<R>) -> Ray<R> {
         Ray {
             culls: path.segment.ray.culls,
@@ -333,7 +336,7 @@ impl<R: Real> WhittedTracer<'_, R> {
         }
     }
 
-    /// Counts a surface that a path passed unchanged, and ends the path beyond the limit.
+    /// Counts a surface that a path passed unchanged, and ends the path if it passed too many.
     fn count_passage(&mut self, path: &mut WhittedState<R>) {
         path.passages += 1;
         if path.passages > MOST_PASSAGES {
@@ -342,7 +345,7 @@ impl<R: Real> WhittedTracer<'_, R> {
         }
     }
 
-    /// Shadow ray between a surface and a light sample.
+    /// Traces and counts a shadow ray from a surface to a light sample.
     #[inline]
     fn shadow_result(
         &mut self,
@@ -367,7 +370,8 @@ impl<R: Real> WhittedTracer<'_, R> {
         }
     }
 
-    /// A sampled point of an emitter that lights the hit, with its transmittance.
+    /// Samples a point of an emitter chosen by power. Returns the light sample and the
+    /// transmittance of its shadow ray, 0 to 1; `None` if no light arrives.
     fn emitter(
         &mut self,
         interaction: &Interaction<R>,

@@ -1,8 +1,8 @@
-//! Wireframe: edges of triangles at camera rays' first hits, one pixel wide, antialiased by
-//! samples, and unlit.
+//! Wireframe: lines along the edges of triangles at first hits of camera rays, one pixel wide,
+//! unlit, and antialiased by samples.
 //!
-//! A line on both sides of an edge is half a pixel wide on each. On triangles of a few pixels its
-//! width is limited to a share of the triangle, so that a dense mesh becomes grey instead of black.
+//! On each side of an edge the line is half a pixel wide. On triangles of a few pixels its width is
+//! limited to a share of the triangle, so that a dense mesh becomes grey instead of black.
 
 use glam::DVec3;
 use raywright_bvh::{Hit, Real, Vector};
@@ -15,15 +15,15 @@ use crate::prepare::{Prepared, PreparedMaterial};
 /// Greatest width of a line, as a share of the distance from its edge to the opposite corner.
 const WIDEST: f64 = 1.0 / 12.0;
 
-/// Radiance of lines on bright and on dark surfaces, and the luminance of the base colour between
-/// both.
+/// Radiance of lines on bright and on dark surfaces, and the luminance of the base colour that
+/// separates bright from dark.
 const DARK: f64 = 0.01;
 const BRIGHT: f64 = 0.6;
 const BETWEEN: f64 = 0.12;
 
 impl<R: Real> Prepared<R> {
-    /// Colour of an edge at a camera ray's hit; `None` beside edges, on other shapes, and if no
-    /// edges are drawn.
+    /// Returns the line's colour if a camera ray hits an edge; `None` beside edges, on shapes
+    /// without triangles, and if the scene draws no edges.
     #[inline(always)]
     pub(super) fn edge_at(
         &self,
@@ -45,8 +45,8 @@ impl<R: Real> Prepared<R> {
             .is_some_and(|mesh| self.meshes[mesh.mesh as usize].is_cap)
     }
 
-    /// Whether a ray passes an edge of its triangle by less than half a pixel, by the width of its
-    /// cone there.
+    /// Whether a ray passes an edge of its triangle at a distance below half a pixel, measured by
+    /// the width of the ray's cone at the hit.
     #[inline(never)]
     fn is_on_edge(&self, segment: &PathSegment<R>, hit: &Hit<R>) -> bool {
         let Some(corners) = self.geometry.corners(&segment.ray, hit) else {

@@ -1,5 +1,6 @@
-//! Evaluation and sampling of BSDFs for light samples: one source for a single vertex of any
-//! surface and for several on common ones. Numbers are moved from columns into lanes and back here.
+//! Evaluation and sampling of BSDFs at vertices. The same source serves a single vertex of any
+//! surface and several vertices of common surfaces side by side; this file also moves numbers
+//! between columns and SIMD lanes.
 
 use core::array::from_fn;
 
@@ -13,18 +14,18 @@ use crate::material::{
 };
 use crate::number::{Lanes, Mask, Number, Vector3};
 
-/// Response of surfaces to a light.
+/// BSDF values of surfaces for the direction of a sampled light.
 #[derive(Clone, Copy)]
 pub(super) struct LightResponse<N: Number> {
-    /// BSDF value, and its diffuse part for lights without highlights.
+    /// BSDF value, and its diffuse part, for lights that make no highlights.
     pub value: N::Vec3,
     pub diffuse: N::Vec3,
-    /// Density with which the BSDF samples the light's direction.
+    /// Density by solid angle with which the BSDF samples the light's direction.
     pub density: N,
 }
 
-/// Evaluates surfaces for a light's direction and a view. `dull`: whether the light, of several
-/// any, makes no highlights.
+/// Evaluates the BSDFs of surfaces for a light's direction and a view direction. `dull`: whether
+/// the light, or any of several lights, makes no highlights.
 #[inline(always)]
 pub(super) fn eval_light<N: Number, L: LobeFamily<N>, const MOST: usize>(
     bsdf: &Bsdf<N, L, MOST>,
@@ -44,23 +45,23 @@ pub(super) fn eval_light<N: Number, L: LobeFamily<N>, const MOST: usize>(
     }
 }
 
-/// Responses and samples of surfaces, in columns.
+/// BSDF values and BSDF samples of vertices, in columns.
 #[derive(Clone, Copy)]
 pub(super) struct BsdfLanes<R: Real> {
     pub value: Vec3Column<R>,
     pub diffuse: Vec3Column<R>,
     /// Densities with which the BSDFs sample the lights' directions.
     pub light_density: Column<R>,
-    /// Validity of the sampled direction, its weight, and its density: infinite for mirrors and
-    /// clear glass.
+    /// Validity of the sampled direction, the direction, its weight, and its density; the density
+    /// is infinite for mirrors and clear glass.
     pub some: Column<bool>,
     pub direction: Vec3Column<R>,
     pub weight: Vec3Column<R>,
     pub density: Column<R>,
 }
 
-/// Task: responses of common surfaces. `MATTE`: surfaces without specular reflection, with a single
-/// lobe of the same numbers.
+/// SIMD task: evaluates and samples the BSDFs of common surfaces. `MATTE`: surfaces without
+/// specular reflection, which have a single lobe with the same numbers as the full model.
 pub(super) struct BsdfTask<'a, R: Real, const MATTE: bool> {
     pub vertices: &'a VertexLanes<R>,
     pub lights: &'a LightLanes<R>,
@@ -103,14 +104,14 @@ impl<R: Real> BsdfLanes<R> {
         density: [R::ZERO; LANES],
     };
 
-    /// Sets the response of one vertex.
+    /// Sets the BSDF values of the vertex in a lane.
     pub fn put_response(&mut self, lane: usize, response: &LightResponse<R>) {
         set_lane::<R>(&mut self.value, lane, response.value);
         set_lane::<R>(&mut self.diffuse, lane, response.diffuse);
         self.light_density[lane] = response.density;
     }
 
-    /// Sets the sample of one vertex.
+    /// Sets the BSDF sample of the vertex in a lane.
     pub fn put_sample(&mut self, lane: usize, bsdf_sample: &BsdfSample<R>) {
         self.some[lane] = bsdf_sample.some;
         set_lane::<R>(&mut self.direction, lane, bsdf_sample.direction);
@@ -122,7 +123,8 @@ impl<R: Real> BsdfLanes<R> {
         };
     }
 
-    /// Adds the responses and samples of as many vertices as a number has lanes.
+    /// Evaluates and samples as many vertices as the number type `N` has lanes, starting at the
+    /// lane `from`.
     #[inline(always)]
     fn add<N: Number, const MATTE: bool>(
         &mut self,
@@ -179,7 +181,7 @@ impl<R: Real> BsdfLanes<R> {
     }
 }
 
-/// One of several vertices, with its data.
+/// A vertex in a lane of a batch, with the data of its path and its light.
 pub(super) struct LaneVertex<'a, R: Real> {
     pub slice: &'a WavefrontSlice<'a, R>,
     pub vertices: &'a VertexLanes<R>,
@@ -188,12 +190,13 @@ pub(super) struct LaneVertex<'a, R: Real> {
 }
 
 impl<R: Real> LaneVertex<'_, R> {
-    /// Unit direction to the viewer.
+    /// Returns the unit direction back along the incoming ray.
     pub fn view(&self) -> R::Vec3 {
         -lane_vector::<R>(&self.vertices.direction, self.lane)
     }
 
-    /// Unit direction to the sampled light, if any, and whether the light makes no highlights.
+    /// Returns the unit direction to the sampled light, and whether the light makes no highlights;
+    /// `None` without a light.
     pub fn light(&self) -> Option<(R::Vec3, bool)> {
         let is_seen = self.lights.target_kinds[self.lane] != LightTargetKind::Nothing;
         is_seen.then(|| {
@@ -204,18 +207,19 @@ impl<R: Real> LaneVertex<'_, R> {
         })
     }
 
-    /// Numbers in [0, 1) for the lobe, the direction, and Russian roulette.
+    /// Returns the uniform numbers in [0, 1) for the lobe, the direction (two numbers), and Russian
+    /// roulette.
     pub fn numbers(&self) -> [R; 4] {
         self.vertices.numbers.map(|column| column[self.lane])
     }
 
-    /// The interaction at the vertex.
+    /// Returns the interaction at the vertex.
     pub fn interaction(&self) -> &Interaction<R> {
         self.slice.of(self.vertices.place[self.lane]).1
     }
 }
 
-/// Loads a number's lanes from a column.
+/// Loads the SIMD lanes of a number from a column, starting at the lane `from`.
 #[inline(always)]
 fn load<N: Number, R: Real>(column: &Column<R>, from: usize) -> N {
     N::of_lanes(|lane| Real::to_f64(column[from + lane]))
@@ -267,7 +271,7 @@ impl<N: Number> SimdTask for PerturbNormals<'_, N> {
     }
 }
 
-/// A mask from a function of the lane.
+/// Returns a SIMD mask from a predicate of the lane.
 #[inline(always)]
 fn mask<N: Number>(yes: impl Fn(usize) -> bool) -> N::Mask {
     let mut mask = N::Mask::default();
@@ -277,7 +281,8 @@ fn mask<N: Number>(yes: impl Fn(usize) -> bool) -> N::Mask {
     mask
 }
 
-/// Perturbed normals of at most as many vertices as there are lanes.
+/// Computes the perturbed normals of at most [`LANES`] vertices; `these` returns the normal map's
+/// value in a lane.
 #[inline(always)]
 pub(super) fn perturbed_normals<'a, R: Real>(
     these: impl Fn(usize) -> &'a NormalMap<R>,

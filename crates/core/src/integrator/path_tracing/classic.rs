@@ -1,4 +1,4 @@
-//! BSDFs of classic materials in a path tracer.
+//! BSDFs of classic materials for path tracing.
 
 use raywright_bvh::{Real, Vector};
 
@@ -8,10 +8,11 @@ use crate::prepare::{ClassicInputs, SpecularInputs};
 use crate::scene::SpecularModel;
 use crate::texture::ShadingContext;
 
-/// The lobes of a classic surface: `local`·`colour`·`diffuse` is Lambert's albedo, `specular`
-/// microfacets as sharp as its exponent, `reflection` a mirror of its weight at every angle,
-/// `transmission` a smooth dielectric, given as `glass` with its relative index. Reflectance beyond
-/// one in total is taken from the diffuse lobe.
+/// Returns the BSDF of a classic surface. The albedo of its Lambertian lobe is
+/// `local`·`colour`·`diffuse`. `specular` becomes microfacets as sharp as its exponent,
+/// `reflection` a mirror with the same weight at every angle, and `transmission` a smooth
+/// dielectric, given as `glass` with its relative index. If the lobes reflect more than one in
+/// total, the excess is taken from the diffuse lobe.
 #[inline(always)]
 pub(super) fn lobes<R: Real>(
     (m, glass): (&ClassicInputs<R>, Option<&Glass<R>>),
@@ -73,8 +74,8 @@ pub(super) fn lobes<R: Real>(
     }
 }
 
-/// A matte surface as a metallic-roughness model without specular reflection: the same numbers as
-/// its single lobe.
+/// Returns a matte classic surface as a metallic-roughness model without specular reflection, whose
+/// single lobe has the same numbers.
 #[inline(always)]
 pub(super) fn matte<R: Real>(
     m: &ClassicInputs<R>,
@@ -93,9 +94,10 @@ pub(super) fn matte<R: Real>(
     }
 }
 
-/// The perceptual roughness √α of a highlight's exponent: α = √(2/(n + 2)) about the half vector
-/// ("Microfacet Models for Refraction through Rough Surfaces", Walter et al. 2007); a highlight
-/// about the mirrored view has the same width at a quarter of the exponent.
+/// Returns the perceptual roughness √α for a highlight's exponent n: α = √(2/(n + 2)) for a lobe
+/// about the half vector ("Microfacet Models for Refraction through Rough Surfaces", Walter et al.
+/// 2007). A highlight about the mirrored view direction has the same width at a quarter of the
+/// exponent.
 fn roughness<R: Real>(specular: &SpecularInputs<R>) -> R {
     let exponent = f64::from(specular.exponent);
     let about_half = match specular.model {

@@ -1,5 +1,5 @@
-//! Light found by scattering: emission of surfaces that a path hits, or the sky, with its weight of
-//! multiple importance sampling.
+//! Light found by BSDF sampling: emission of surfaces that a path hits, and the sky, with the
+//! weights of multiple importance sampling.
 
 use raywright_bvh::{Hit, Real, Vector};
 
@@ -10,7 +10,8 @@ use crate::light::{LightId, LightTarget, SkySample};
 use crate::settings::LightSampling;
 
 impl<R: Real> PathTracer<'_, R> {
-    /// Adds the emission of a hit surface, with its weight.
+    /// Adds the emission of a hit surface to the path's radiance, with its weight of multiple
+    /// importance sampling.
     #[inline]
     pub(super) fn emits(
         &mut self,
@@ -55,7 +56,8 @@ impl<R: Real> PathTracer<'_, R> {
         self.see(path.traced == 1, emitted);
     }
 
-    /// Adds directly visible emission of camera rays, if it is kept.
+    /// Adds radiance to the directly visible radiance of a camera ray, if layers need it. `camera`:
+    /// whether the radiance arrives along the camera ray.
     #[inline(always)]
     pub(super) fn see(&mut self, camera: bool, radiance: R::Vec3) {
         if camera && self.keeps_first {
@@ -63,8 +65,8 @@ impl<R: Real> PathTracer<'_, R> {
         }
     }
 
-    /// Ends the path of a camera ray on an edge with the edge's colour. The albedo is black there,
-    /// so that denoising keeps the edge.
+    /// Ends the path of a camera ray on a wireframe edge, with the colour of the edge. The stored
+    /// albedo is black there, so that denoising keeps the edge.
     pub(super) fn draw_edge(&mut self, path: &mut PathState<R>, edge: R::Vec3) {
         let shown = path.throughput * edge;
         path.radiance += shown;
@@ -74,7 +76,8 @@ impl<R: Real> PathTracer<'_, R> {
             .for_each(|first| first.albedo = [0.0; 3]);
     }
 
-    /// Radiance of a ray that escapes to the sky, with its weight.
+    /// Returns the sky's radiance along a ray that escapes, with its weight of multiple importance
+    /// sampling.
     #[inline(always)]
     pub(super) fn escaped(&mut self, path: &PathState<R>, sky_sample: &SkySample<R>) -> R::Vec3 {
         let direction = path.segment.ray.direction;
@@ -92,15 +95,15 @@ impl<R: Real> PathTracer<'_, R> {
             })
     }
 
-    /// Whether a path was scattered diffusely before and then left as by a mirror: it hits lights
-    /// by chance alone.
+    /// Whether a path was scattered diffusely before, and its last direction came from a mirror:
+    /// such a path hits lights by chance alone.
     #[inline(always)]
     pub(super) fn is_unaided(&self, path: &PathState<R>) -> bool {
         path.min_pdf < NARROW && path.previous.density >= NARROW
     }
 
-    /// Weight of scattering in finding a hit light; `drawn` is the density of sampling the light
-    /// for the probability of its choice.
+    /// Returns the weight of BSDF sampling for a light that a path hit. `drawn` returns the density
+    /// of sampling the hit point by light sampling, given the probability of choosing the light.
     #[inline(always)]
     fn found(&self, path: &PathState<R>, light: LightId, drawn: impl FnOnce(f64) -> f64) -> R {
         let PreviousVertex {

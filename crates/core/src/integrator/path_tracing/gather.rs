@@ -1,6 +1,6 @@
-//! Evaluation of materials at hits: vertices enter queues by kind after the work that needs only
-//! the point itself. Common surfaces, rough and opaque without layers, are by far the majority in
-//! real models.
+//! Evaluation of materials at hits: each vertex enters a queue of its kind, after the work that
+//! depends on its own point alone. Common surfaces (rough, opaque, without layers) are by far the
+//! majority in real models.
 
 use core::f64::consts::PI;
 
@@ -20,14 +20,14 @@ use crate::scene::AlphaMode;
 use crate::texture::Bump;
 
 /// Queues of vertices by kind: common surfaces without specular reflection, other common surfaces,
-/// and all others. Kept to reuse the memory of the lists.
+/// and all remaining surfaces. Kept between wavefronts to reuse the memory of the lists.
 #[derive(Default)]
 pub(super) struct VertexQueues<R: Real> {
     pub matte: VertexList<R>,
     pub glossy: VertexList<R>,
     pub general: VertexList<R>,
     pub surfaces: GeneralSurfaces<R>,
-    /// Normal maps' values, with the indices of their vertices among the glossy ones.
+    /// Values of normal maps, each with the index of its vertex in the glossy queue.
     normal_maps: Vec<(usize, NormalMap<R>)>,
 }
 
@@ -54,12 +54,12 @@ impl<R: Real> VertexQueues<R> {
     }
 }
 
-/// A common surface at a hit: its model, its factor on delta lights, and its normal map.
+/// A common surface at a hit: its material model, its factor on delta lights, and its normal map.
 type CommonSurface<'a, R> = (MetallicRoughness<R>, R, Option<&'a Bump<R>>);
 
 impl<R: Real> PathTracer<'_, R> {
-    /// Adds a hit to the queues of vertices. Returns whether the path has another ray, now or after
-    /// shading.
+    /// Adds the vertex at a hit to the queue of its kind. Returns whether the path has another ray,
+    /// now or after shading.
     #[inline(always)]
     pub(super) fn gather(
         &mut self,
@@ -103,7 +103,7 @@ impl<R: Real> PathTracer<'_, R> {
         let Some((mut model, gain, bump)) = common else {
             return self.gather_other(index, (path, hit, interaction), vertices);
         };
-        // A matte surface does not depend on an index.
+        // A matte surface does not depend on an index of refraction.
         if self.nests() && matches!(material, PreparedMaterial::Physical(_)) {
             self.immersed(
                 path,
@@ -135,7 +135,7 @@ impl<R: Real> PathTracer<'_, R> {
         true
     }
 
-    /// The common surface of a material; `None` for other materials.
+    /// Evaluates the common surface of a material at a hit; `None` for a material of another kind.
     #[inline(always)]
     fn common<'a>(
         &self,
@@ -155,8 +155,8 @@ impl<R: Real> PathTracer<'_, R> {
         surface.0.is_rough().then_some(surface)
     }
 
-    /// Continues a path through a surface that is absent at the hit or leaves it unchanged. Returns
-    /// whether the path goes on; `None` at a real hit.
+    /// Continues a path through a surface that is absent at the hit or leaves the path unchanged.
+    /// Returns whether the path goes on; `None` if the surface is present.
     #[inline]
     fn pass_by(&mut self, path: &mut PathState<R>, interaction: &Interaction<R>) -> Option<bool> {
         if let PreparedMaterial::Physical(m) = &self.scene.materials[interaction.material as usize]
@@ -182,7 +182,8 @@ impl<R: Real> PathTracer<'_, R> {
         Some(self.pass_matched(path, interaction, tint))
     }
 
-    /// Adds a vertex on an uncommon surface to the general queue, unless the path ends there.
+    /// Adds a vertex on an uncommon surface to the general queue. Returns false if the path ends at
+    /// the surface, because the surface is unlit or the depth limit is reached.
     fn gather_other(
         &mut self,
         index: u32,

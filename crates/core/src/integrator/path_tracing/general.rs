@@ -1,5 +1,5 @@
-//! Vertices on uncommon surfaces, each with its own lobes: creation, response to lights and
-//! sampling. All later stages are shared with common surfaces.
+//! Vertices on uncommon surfaces, each with its own lobes: their creation, and evaluation and
+//! sampling of their BSDFs. All later stages are shared with common surfaces.
 
 use core::f64::consts::PI;
 
@@ -24,10 +24,11 @@ enum SurfaceLobes<R: Real> {
     Mixture(MixtureSurface<R>),
 }
 
-/// Surfaces of these vertices; kept to reuse the memory of the lists.
+/// Surfaces of the vertices in the general queue; kept to reuse the memory of the lists.
 #[derive(Default)]
 pub(super) struct GeneralSurfaces<R: Real> {
-    /// The lobes of each surface, and the glass for exact mirror and refracted directions.
+    /// The lobes of each surface, and the glass from which exact mirror and refracted directions
+    /// are computed.
     each: Vec<(SurfaceLobes<R>, Option<Glass<R>>)>,
     layered: Vec<LayeredBsdf<R>>,
     layered_used: usize,
@@ -39,7 +40,7 @@ impl<R: Real> GeneralSurfaces<R> {
         self.layered_used = 0;
     }
 
-    /// An unused layered BSDF, and its index.
+    /// Returns an unused layered BSDF and its index.
     fn open_layered(&mut self) -> (&mut LayeredBsdf<R>, usize) {
         let index = self.layered_used;
         if index == self.layered.len() {
@@ -50,7 +51,7 @@ impl<R: Real> GeneralSurfaces<R> {
     }
 }
 
-/// The sides on which the lobes receive sampled light.
+/// Returns the sides of a surface on which its BSDF receives sampled light.
 fn sides<R: Real, L: LobeFamily<R>, const MOST: usize>(bsdf: &Bsdf<R, L, MOST>) -> LitSides {
     match (bsdf.is_delta(), bsdf.is_transmissive()) {
         (true, _) => LitSides::None,
@@ -60,7 +61,8 @@ fn sides<R: Real, L: LobeFamily<R>, const MOST: usize>(bsdf: &Bsdf<R, L, MOST>) 
 }
 
 impl<R: Real> PathTracer<'_, R> {
-    /// Adds a hit to these vertices. Returns false if its material needs no vertex.
+    /// Builds the lobes of the surface at a hit and adds its vertex. Returns false if the material
+    /// needs no vertex.
     pub(super) fn gather_general(
         &self,
         position: u32,
@@ -150,8 +152,8 @@ impl<R: Real> PathTracer<'_, R> {
         true
     }
 
-    /// Responses of these vertices to their lights, and how their paths go on; `before` is the
-    /// number of earlier vertices.
+    /// Evaluates and samples the BSDFs of a batch of general vertices, and sets the properties of
+    /// their scattered rays. `before` is the number of earlier vertices in the queue.
     pub(super) fn shade_general(
         &self,
         slice: &WavefrontSlice<'_, R>,
@@ -188,7 +190,7 @@ impl<R: Real> PathTracer<'_, R> {
         vertex_response
     }
 
-    /// Response of lobes at a vertex, and how its path goes on.
+    /// Evaluates and samples a BSDF at a vertex, and returns the properties of the scattered ray.
     fn shade_vertex<L: LobeFamily<R>, const MOST: usize>(
         &self,
         vertex: &LaneVertex<'_, R>,
@@ -210,11 +212,11 @@ impl<R: Real> PathTracer<'_, R> {
         }
         let (index, mut rest) = (vertex.vertices.place[vertex.lane], Vector::ZERO);
         let (path, interaction) = vertex.slice.of(index);
-        // A coat may mirror about its own normal.
+        // A coat may mirror about its own normal, so its directions stay as sampled.
         if let Some(glass) = glass.filter(|_| bsdf_sample.delta && (through || !L::COATED))
             && let Some(hit) = &vertex.slice.hits[index as usize]
         {
-            // Including the digits lost in storing the direction.
+            // The exact direction, with the digits that storing it loses.
             let interface = self.scene.interface(&path.segment, hit, interaction, glass);
             let exact = if through {
                 interface.refracted
@@ -225,7 +227,7 @@ impl<R: Real> PathTracer<'_, R> {
                 exact.map_or((bsdf_sample.direction, rest), round_direction::<R>);
         }
         let material = &self.scene.materials[interaction.material as usize];
-        // Among delta lobes only thin walls transmit straight, if their alpha is opaque.
+        // Among delta lobes, only thin walls of opaque alpha transmit straight.
         let straight =
             L::COATED && bsdf_sample.delta && through && material.is_thin() && material.covers();
         vertex_response.put_sample(vertex.lane, &bsdf_sample);

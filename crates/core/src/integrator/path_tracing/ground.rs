@@ -1,5 +1,5 @@
-//! The studio's ground, which is no surface: camera rays that reach it see the backdrop, dimmed by
-//! the share of the studio's light that the scene blocks there.
+//! The studio's ground, which is not a surface: camera rays that reach it see the backdrop, dimmed
+//! by the share of the studio's light that the scene blocks there.
 
 use raywright_bvh::{Interval, Ray, Real, Vector};
 
@@ -8,9 +8,9 @@ use crate::light::LightTarget;
 use crate::sampler::{Purpose, Sequence, fours};
 
 impl<R: Real> PathTracer<'_, R> {
-    /// Visible share of the studio's light where escaped camera rays reach the ground, one after
-    /// the other: one direction each, sampled by the light from there. 1 without a ground, or far
-    /// from the scene.
+    /// Returns for each escaped camera ray the visible share of the studio's light, 0 to 1, at the
+    /// ray's point on the ground: a single shadow ray in a direction sampled by the studio's light.
+    /// 1 without a ground, and far from the scene.
     pub(super) fn light_on_ground<'a>(
         &mut self,
         paths: impl Iterator<Item = &'a PathState<R>>,

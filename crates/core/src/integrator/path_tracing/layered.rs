@@ -1,4 +1,5 @@
-//! Vertices on layered surfaces. Not inlined, so that surfaces without layers only pay for a check.
+//! Vertices on layered surfaces. Their functions are not inlined, so that surfaces without layers
+//! pay for a check alone.
 
 use raywright_bvh::{Hit, Real, Vector};
 
@@ -16,7 +17,8 @@ use crate::sampler::{Purpose, SampleAddress, pair};
 use crate::texture::{Bump, InputProduct, PreparedInput, ShadingContext};
 
 impl<R: Real> PathTracer<'_, R> {
-    /// Builds the lobes of a layered surface at a hit, and returns its refractive glass, if any.
+    /// Builds the BSDF of a layered surface at a hit in `bsdf`, and returns the surface's
+    /// refractive glass; `None` without refraction.
     #[inline(never)]
     pub(super) fn layers_at(
         &self,
@@ -68,7 +70,7 @@ impl<R: Real> PathTracer<'_, R> {
     }
 }
 
-/// Evaluates the inputs of layers at a hit.
+/// Evaluates the material inputs of layers at a hit.
 struct PointReader<'a, R: Real> {
     scene: &'a Prepared<R>,
     segment: &'a PathSegment<R>,
@@ -110,7 +112,8 @@ impl<R: Real> ReadAt<InputStage<R>, R> for PointReader<'_, R> {
         *input
     }
 
-    /// The unperturbed shading normal, or perturbed by the layer's own normal map.
+    /// The shading normal without the base's normal map, perturbed by the layer's own normal map if
+    /// it has one.
     fn normal(&self, input: &Option<Bump<R>>) -> R::Vec3 {
         let (interaction, normal) = (self.interaction, self.normal);
         let own = if self.bumpy || input.is_some() {
@@ -123,7 +126,7 @@ impl<R: Real> ReadAt<InputStage<R>, R> for PointReader<'_, R> {
         } else {
             interaction.normal
         };
-        // On the side of the surface's normal.
+        // On the same side as the normal of the lobes.
         if normal == interaction.normal {
             own
         } else {
@@ -143,7 +146,8 @@ impl<R: Real> ReadAt<InputStage<R>, R> for PointReader<'_, R> {
     }
 }
 
-/// The path's wavelength; a white path samples one here.
+/// Returns the path's wavelength in nanometres. A white path samples its wavelength here, and its
+/// throughput is tinted by the wavelength's weight.
 pub(super) fn wavelength<R: Real>(path: &mut PathState<R>) -> f64 {
     *path.wavelength.get_or_insert_with(|| {
         let [u, _] = pair(

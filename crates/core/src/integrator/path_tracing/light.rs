@@ -1,4 +1,4 @@
-//! Light sampling at vertices, and its weights of multiple importance sampling.
+//! Light sampling at vertices, and the weights of multiple importance sampling.
 
 use core::array::from_fn;
 
@@ -11,8 +11,9 @@ use crate::light::{
 };
 use crate::settings::LightSampling;
 
-/// Power heuristic: weight of a technique by the squared densities of two (Veach, Guibas 1995). No
-/// density is squared by itself, so that none overflows.
+/// Returns the weight of a technique by the power heuristic: own²/(own² + other²) for the densities
+/// of both techniques (Veach, Guibas 1995). The ratio is squared, not each density, so that no
+/// square overflows.
 #[inline(always)]
 pub(super) fn weight(own: f64, other: f64) -> f64 {
     if own == other {
@@ -22,7 +23,7 @@ pub(super) fn weight(own: f64, other: f64) -> f64 {
     1.0 / (1.0 + ratio * ratio)
 }
 
-/// The sampled lights of vertices; kept to reuse the memory of the lists.
+/// The lights chosen and sampled for vertices; kept to reuse the memory of the lists.
 #[derive(Default)]
 pub(super) struct LightQueries<R: Real> {
     chosen_lights: Vec<Option<ChosenLight<R>>>,
@@ -30,14 +31,14 @@ pub(super) struct LightQueries<R: Real> {
 }
 
 impl<R: Real> LightQueries<R> {
-    /// Batches of as many lights as lanes.
+    /// Iterates over batches of [`LANES`] chosen lights with their samples.
     pub fn lanes(&self) -> impl Iterator<Item = (&[Option<ChosenLight<R>>], &LightLanes<R>)> {
         self.chosen_lights.chunks(LANES).zip(&self.lights)
     }
 }
 
 impl<R: Real> PathTracer<'_, R> {
-    /// Samples a light for each vertex.
+    /// Chooses a light for each vertex, samples it, and sets the weighting of the sample.
     pub(super) fn sample_lights(
         &self,
         slice: &WavefrontSlice<'_, R>,
@@ -102,8 +103,8 @@ impl<R: Real> PathTracer<'_, R> {
         }
     }
 
-    /// Weighting of a light sample of this density; `None` if the light is found by scattering
-    /// alone.
+    /// Returns the weighting of a sample of a light with this density; `None` if the light is found
+    /// by BSDF sampling alone.
     #[inline(always)]
     fn strategy(&self, light: LightId, density: Density) -> Option<MisStrategy> {
         Some(match (density, light) {

@@ -1,5 +1,5 @@
-//! Index-matched boundaries, which light passes unchanged but for a tint: they take no segment of a
-//! path.
+//! Index-matched boundaries: surfaces with the same index of refraction on both sides, which light
+//! passes straight, changed by a tint alone. They take no segment of a path.
 
 use raywright_bvh::{Real, Vector};
 
@@ -9,7 +9,8 @@ use crate::interaction::Interaction;
 use crate::prepare::{PreparedMaterial, RefractiveIndex};
 
 impl<R: Real> PathTracer<'_, R> {
-    /// The tint of a surface that is an index-matched boundary and nothing else.
+    /// Returns the tint of a surface that is only an index-matched boundary; `None` for other
+    /// surfaces. Inlined tests exclude most surfaces.
     #[inline(always)]
     pub(super) fn matched(
         &self,

@@ -1,4 +1,4 @@
-//! Media of a path: the stack of bodies around it, and their absorption.
+//! Media of a path: the stack of bodies that contain the current point, and the absorption in them.
 
 use raywright_bvh::{Interval, Real, Vector};
 
@@ -6,14 +6,14 @@ use super::super::PathSegment;
 use super::{PathState, PathTracer};
 use crate::interaction::Interaction;
 
-/// Most media around a path; deeper ones are ignored.
+/// Greatest number of media around a path; media nested more deeply are ignored.
 const DEEPEST: usize = 7;
 
-/// Most surfaces tested for the media around the camera.
+/// Greatest number of surfaces crossed in the search for the media around the camera.
 const MOST_CROSSINGS: u32 = 64;
 
-/// Materials of the media that a path has entered and not left, the last one last. Media are
-/// identified by their materials.
+/// Stack of the media that a path has entered and not left; the medium entered last is on top.
+/// Media are identified by their materials.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Media {
     inside: [u32; DEEPEST],
@@ -21,7 +21,8 @@ pub(super) struct Media {
 }
 
 impl Media {
-    /// The media beyond a boundary that is hit from outside or from inside.
+    /// Returns the stack beyond a boundary of a material: with the material on top if the boundary
+    /// is hit from `outside`, or without the last entry of the material.
     pub fn beyond(mut self, material: u32, outside: bool) -> Self {
         let count = self.count as usize;
         if outside {
@@ -33,7 +34,7 @@ impl Media {
         self
     }
 
-    /// Inserts a medium before the ones from an index on, which lie inside it.
+    /// Inserts a medium at an index of the stack, below the media from that index on.
     fn insert(&mut self, index: usize, material: u32) {
         if (self.count as usize) < DEEPEST {
             self.inside
@@ -43,7 +44,7 @@ impl Media {
         }
     }
 
-    /// Whether a path is in the medium of a material.
+    /// Whether the stack contains the medium of a material.
     pub fn has(&self, material: u32) -> bool {
         self.last_of(material).is_some()
     }
@@ -54,8 +55,8 @@ impl Media {
             .rposition(|&m| m == material)
     }
 
-    /// The medium of the greatest priority, the last among equals; without priorities all are
-    /// equal.
+    /// Returns the medium of the greatest priority, and of equal media the one entered last. With
+    /// an empty list of priorities, all media are equal.
     fn first_by(&self, priorities: &[u32]) -> Option<u32> {
         let inside = self.inside[..self.count as usize].iter().copied();
         if priorities.is_empty() {
@@ -67,8 +68,8 @@ impl Media {
 }
 
 impl<R: Real> PathTracer<'_, R> {
-    /// The media around the camera: those that a ray leaves more often than it enters them, the
-    /// innermost first.
+    /// Finds the media around the camera: those that a ray from the camera leaves more often than
+    /// it enters them, the innermost on top.
     pub(super) fn media_of_camera(&self) -> Media {
         let (scene, mut entered, mut around) = (self.scene, Media::default(), Media::default());
         let mut segment =
@@ -106,7 +107,7 @@ impl<R: Real> PathTracer<'_, R> {
         around
     }
 
-    /// The media of a path beyond a surface; a thin wall does not change them.
+    /// Returns the media of a path beyond a surface; a thin wall does not change them.
     #[inline]
     pub(super) fn beyond(&self, media: &Media, interaction: &Interaction<R>) -> Media {
         let bounds = self.scene.materials[interaction.material as usize].bounds_body();
@@ -117,17 +118,18 @@ impl<R: Real> PathTracer<'_, R> {
         }
     }
 
-    /// The effective medium among those around.
+    /// Returns the effective medium among overlapping media, the one of greatest priority; `None`
+    /// outside of media.
     #[inline]
     pub(super) fn around(&self, media: &Media) -> Option<u32> {
         media.first_by(&self.scene.priorities)
     }
 
-    /// Attenuates a path by the absorption on its way to a hit.
+    /// Attenuates a path's throughput by absorption along the segment to a hit.
     #[inline(always)]
     pub(super) fn pass_media(&self, path: &mut PathState<R>, interaction: &Interaction<R>) {
         if self.scene.absorbs {
-            // Includes a body that the path entered without a recorded hit.
+            // A hit from inside implies a body around the path, even if no hit recorded the entry.
             let around = self
                 .around(&path.media)
                 .or((!interaction.outside).then_some(interaction.material));
@@ -135,12 +137,12 @@ impl<R: Real> PathTracer<'_, R> {
         }
     }
 
-    /// Transmittance of the media along an unoccluded shadow ray.
+    /// Returns the transmittance of the effective medium along an unoccluded shadow ray.
     pub(super) fn media_transmittance(&self, media: &Media, distance: R) -> R::Vec3 {
         self.body_transmittance(self.around(media).filter(|_| self.scene.absorbs), distance)
     }
 
-    /// Transmittance through a medium; 1 outside of media.
+    /// Returns the transmittance of a medium over a distance; 1 without a medium.
     fn body_transmittance(&self, body: Option<u32>, distance: R) -> R::Vec3 {
         let absorption =
             body.and_then(|material| self.scene.materials[material as usize].absorption());
@@ -150,7 +152,8 @@ impl<R: Real> PathTracer<'_, R> {
     }
 }
 
-/// Transmittance for an absorption coefficient per metre (Beer and Lambert).
+/// Returns the transmittance over a distance in metres, for an absorption coefficient per metre
+/// (Beer and Lambert).
 fn beer_lambert<R: Real>(absorption: R::Vec3, distance: R) -> R::Vec3 {
     // A zero distance absorbs nothing even for infinite absorption, and zero absorption nothing
     // even over an infinite distance.

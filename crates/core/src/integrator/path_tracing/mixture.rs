@@ -1,5 +1,5 @@
-//! Mixture surfaces, which reflect, refract or diffuse each ray by chance, as a family of shaders
-//! does ([`crate::scene::Mixture`]).
+//! Mixture surfaces, which reflect, refract or diffuse each ray by chance, as in a published family
+//! of shaders ([`crate::scene::Mixture`]).
 
 use core::f64::consts::PI;
 
@@ -15,13 +15,14 @@ use crate::material::{Bsdf, BsdfSample, Interface, Lambert, ShadingFrame, cosine
 use crate::prepare::PreparedMaterial;
 use crate::scene::Mixture;
 
-/// Least probability by which the published shader divides.
+/// Least probability by which the published shader divides the throughput.
 const LEAST_CHANCE: f64 = 0.001;
 
 /// A mixture surface at a hit.
 pub(super) struct MixtureSurface<R: Real> {
     albedo: R::Vec3,
-    /// Probabilities of reflection and of refraction; the rest is diffuse.
+    /// Probabilities of mirror reflection and of refraction; the remaining probability is that of
+    /// diffuse reflection.
     mirrored: f64,
     through: f64,
     interface: Interface,
@@ -72,8 +73,8 @@ impl<R: Real> MixtureSurface<R> {
         1.0 - self.mirrored - self.through
     }
 
-    /// The sides on which the surface receives sampled light: none with the published shader's own
-    /// roulette, which finds lights by scattering alone.
+    /// Returns the sides on which the surface receives sampled light: none under the published
+    /// shader's own roulette, which finds lights by scattering alone.
     pub fn sides(&self, m: &Mixture) -> LitSides {
         if !m.published_roulette && self.diffused() > 0.0 {
             LitSides::One
@@ -84,7 +85,8 @@ impl<R: Real> MixtureSurface<R> {
 }
 
 impl<R: Real> PathTracer<'_, R> {
-    /// Response of a mixture surface at a vertex, and how the path goes on.
+    /// Evaluates and samples a mixture surface at a vertex, and returns the properties of the
+    /// scattered ray.
     #[inline(never)]
     pub(super) fn shade_mixture(
         &self,

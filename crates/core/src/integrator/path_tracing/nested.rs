@@ -1,11 +1,11 @@
 //! Nested dielectrics: the effective medium of overlapping bodies, and the relative index of
-//! boundaries between them ("Simple Nested Dielectrics in Ray Traced Images", Schmidt, Budge 2002).
-//! The effective medium is the entered body of the greatest priority, the last among equals; a
-//! boundary with the same medium on both sides is ignored. So liquid may reach into its glass,
-//! where exact contact would leave gaps or a film of air.
+//! boundaries between bodies ("Simple Nested Dielectrics in Ray Traced Images", Schmidt, Budge
+//! 2002). The effective medium is the entered body of the greatest priority, and of equal bodies
+//! the one entered last; a boundary with the same effective medium on both sides is ignored. So a
+//! liquid may reach into its glass, where exact contact would leave gaps or a film of air.
 //!
-//! Used only if the table of priorities is not empty; not inlined, so that other scenes only pay
-//! for a check.
+//! Used only if the table of priorities is not empty. Functions are not inlined, so that other
+//! scenes pay for a check alone.
 
 use raywright_bvh::Real;
 
@@ -17,13 +17,13 @@ use crate::prepare::{DielectricBoundary, PreparedMaterial};
 use crate::texture::ShadingContext;
 
 impl<R: Real> PathTracer<'_, R> {
-    /// Whether media have priorities.
+    /// Whether the scene's media have priorities, so that their boundaries are nested dielectrics.
     #[inline(always)]
     pub(super) fn nests(&self) -> bool {
         !self.scene.priorities.is_empty()
     }
 
-    /// Whether a material bounds a refractive body.
+    /// Whether surfaces of a material are boundaries of a refractive body.
     pub(super) fn bounds_glass(&self, material: u32) -> bool {
         match &self.scene.materials[material as usize] {
             PreparedMaterial::Classic(m) => m.transmission.is_some() && m.mixture.is_none(),
@@ -32,8 +32,8 @@ impl<R: Real> PathTracer<'_, R> {
         }
     }
 
-    /// The media on the near and on the far side of a boundary. A body that is left counts as
-    /// entered, even without a recorded hit.
+    /// Returns the media on the ray's side of a boundary and on the far side. A body that the ray
+    /// leaves counts as entered, even if no hit recorded the entry.
     fn sides(&self, media: &Media, interaction: &Interaction<R>) -> [Media; 2] {
         let known = interaction.outside || media.has(interaction.material);
         let near = if known {
@@ -44,7 +44,8 @@ impl<R: Real> PathTracer<'_, R> {
         [near, near.beyond(interaction.material, interaction.outside)]
     }
 
-    /// The media beyond a boundary that is hidden by a body of greater priority on both sides.
+    /// Returns the media beyond a boundary that a body of greater priority on both sides hides;
+    /// `None` for a boundary that is not hidden.
     #[inline(never)]
     pub(super) fn hidden(&self, media: &Media, interaction: &Interaction<R>) -> Option<Media> {
         if !self.bounds_glass(interaction.material) {
@@ -54,7 +55,8 @@ impl<R: Real> PathTracer<'_, R> {
         (self.around(&near) == self.around(&far)).then_some(far)
     }
 
-    /// Index of refraction of a medium, at the path's wavelength if the medium is dispersive.
+    /// Returns the index of refraction of a medium, at the path's wavelength if the medium is
+    /// dispersive; 1 without a medium.
     fn index_of(
         &self,
         path: &mut PathState<R>,
@@ -88,8 +90,9 @@ impl<R: Real> PathTracer<'_, R> {
         }
     }
 
-    /// Index of a surface's inside over its outside, where either may be a medium: for glass by the
-    /// effective media of both sides, for other surfaces over the medium around.
+    /// Returns the index of refraction inside a surface over the index outside, where both sides
+    /// may be media. For glass: by the effective media of both sides; for other surfaces: over the
+    /// index of the medium around.
     #[inline(never)]
     pub(super) fn relative_index(
         &self,
@@ -101,7 +104,7 @@ impl<R: Real> PathTracer<'_, R> {
             let around = self.around(&path.media);
             let [own, around] =
                 [Some(interaction.material), around].map(|body| self.index_of(path, body, context));
-            // In a medium without an index, as in air.
+            // A medium without an index counts as air.
             return if around > 0.0 { own / around } else { own };
         }
         let [near, far] = self
@@ -115,7 +118,8 @@ impl<R: Real> PathTracer<'_, R> {
         }
     }
 
-    /// Adapts a plain physical surface to the medium around it.
+    /// Adapts the reflectance and the glass of a physical surface without layers to the medium
+    /// around it.
     #[inline(never)]
     pub(super) fn immersed(
         &self,

@@ -1,29 +1,32 @@
-//! Russian roulette: paths of low throughput end by chance, and survivors are weighted for them.
+//! Russian roulette: paths of low throughput end by chance, and the throughput of surviving paths
+//! is divided by their probability of survival.
 
 use raywright_bvh::{Real, Vector};
 
 use super::PathState;
 use crate::settings::Roulette;
 
-/// Number of segments from which on a path may end at any brightness, so that paths in a white room
-/// without absorption end too: after twenty more on average. The depth limit ends paths earlier.
+/// Number of segments from which on a path of any brightness may end, so that even paths in a white
+/// room without absorption end: on average after twenty more segments. The depth limit may end
+/// paths earlier.
 const ENDS_FROM: u32 = 64;
 
-/// Probability of survival from there on.
+/// Greatest probability of survival from [`ENDS_FROM`] segments on.
 const GOES_ON: f64 = 0.95;
 
 impl<R: Real> PathState<R> {
-    /// Greatest probability of survival at the next vertex; infinite without roulette.
+    /// Returns the greatest probability of survival at the path's next vertex; infinite without
+    /// roulette.
     #[inline(always)]
     pub fn most_survival(&self, roulette: Roulette) -> R {
         most_survival(self.traced, roulette)
     }
 }
 
-/// [`PathState::most_survival`] for a number of segments.
+/// Returns the greatest probability of survival after `traced` segments; infinite without roulette.
 #[inline(always)]
 fn most_survival<R: Real>(traced: u32, roulette: Roulette) -> R {
-    // Before the fourth segment, roulette costs more by noise than it saves in time in most scenes.
+    // Before the fourth segment, roulette adds more noise than it saves time in most scenes.
     let first = match roulette {
         Roulette::Early => 1,
         Roulette::Late => 4,
@@ -38,12 +41,13 @@ fn most_survival<R: Real>(traced: u32, roulette: Roulette) -> R {
     }
 }
 
-/// Throughput after roulette with a survival probability of at most `maximum`, and whether the path
-/// survives; no roulette if `maximum` is infinite. Without a branch, for several paths side by
-/// side.
+/// Applies Russian roulette: returns the new throughput, and whether the path survives. The
+/// probability of survival is the greatest component of the throughput, at most `maximum`; an
+/// infinite `maximum` means no roulette. Without branches, so that several paths are computed side
+/// by side.
 #[inline(always)]
 pub(super) fn survive<R: Real>(throughput: R::Vec3, maximum: R, u_roulette: R) -> (R::Vec3, bool) {
-    // Ends NaN too.
+    // NaN ends the path too, because every comparison with NaN is false.
     let survival = throughput.max_element().min(maximum);
     let may_end = maximum < R::INFINITY;
     let divided = throughput * (R::ONE / survival);
@@ -56,14 +60,14 @@ pub(super) fn survive<R: Real>(throughput: R::Vec3, maximum: R, u_roulette: R) -
     )
 }
 
-/// Whether a throughput is non-zero; true for NaN.
+/// Whether any component of a throughput is not zero; true for NaN.
 #[inline(always)]
 pub(super) fn is_some<R: Real>(v: R::Vec3) -> bool {
     (v.x() != R::ZERO) | (v.y() != R::ZERO) | (v.z() != R::ZERO)
 }
 
-/// Whether all components are finite. A path with a component that is not makes its sample invalid,
-/// which is then dropped and counted.
+/// Whether all components of a throughput are finite. An infinite or undefined component makes the
+/// path's sample invalid; such samples are dropped and counted.
 #[inline(always)]
 pub(super) fn is_number<R: Real>(v: R::Vec3) -> bool {
     let (x, y, z) = (Real::abs(v.x()), Real::abs(v.y()), Real::abs(v.z()));

@@ -1,4 +1,4 @@
-//! Scattered rays: how a path leaves a vertex in the sampled direction.
+//! Scattered rays: the continuation of a path from a vertex in the sampled direction.
 
 use raywright_bvh::{Ray, Real, Vector};
 
@@ -15,15 +15,16 @@ use crate::prepare::PreparedSpawn;
 pub(super) struct ScatteredRay<R: Real> {
     /// Rounding error of the stored direction.
     pub rest: R::Vec3,
-    /// Whether a delta lobe scattered the ray, and whether the ray goes through the surface.
+    /// Whether a delta lobe scattered the ray, and whether the ray is transmitted through the
+    /// surface.
     pub smooth: bool,
     pub through: bool,
-    /// Whether the ray goes straight through, as shadow rays do.
+    /// Whether the ray is transmitted without a change of direction, as shadow rays are.
     pub straight: bool,
 }
 
 impl<R: Real> ScatteredRay<R> {
-    /// A ray from a rough opaque surface.
+    /// Properties of a ray from a rough opaque surface.
     pub const REFLECTED: Self = Self {
         rest: <R::Vec3 as Vector<R>>::ZERO,
         smooth: false,
@@ -33,7 +34,7 @@ impl<R: Real> ScatteredRay<R> {
 }
 
 impl<R: Real> PathTracer<'_, R> {
-    /// Continues a path in the sampled direction.
+    /// Continues the path of a vertex in the sampled direction.
     #[inline(always)]
     pub(super) fn continue_path(
         &mut self,
@@ -73,8 +74,8 @@ impl<R: Real> PathTracer<'_, R> {
         self.leave(path, interaction, leaves, (&ray, lit), scattered_ray);
     }
 
-    /// Continues a path along a ray, with its throughput and the density of its direction. `lit`:
-    /// normal of the side on which lights were sampled; zero for both.
+    /// Continues a path along a ray, with the new throughput and the density of the ray's
+    /// direction. `lit`: normal of the side on which lights were sampled; zero for both sides.
     #[inline(always)]
     pub(super) fn leave(
         &mut self,
@@ -92,7 +93,8 @@ impl<R: Real> PathTracer<'_, R> {
         path.segment.advance(ray, scattered_ray.rest);
         path.throughput = throughput;
         path.address.bounce += 1;
-        // Light samples from before a thin wall still cover paths that pass straight through it.
+        // Light samples taken before a thin wall still cover paths that pass straight through the
+        // wall.
         if !scattered_ray.straight {
             path.min_pdf = path.min_pdf.min(path.previous.density);
             path.previous = PreviousVertex {

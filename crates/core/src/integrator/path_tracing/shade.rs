@@ -1,5 +1,5 @@
-//! Shading of several vertices: reflected light and scattered rays, step by step, each step for all
-//! vertices. Each vertex has the bits that it would have alone.
+//! Shading of a batch of vertices: reflected light, shadow rays and scattered rays, step by step,
+//! each step for all vertices. A vertex has the same bits in any batch.
 
 use raywright_bvh::{Real, SimdTask, Vector, run_widest};
 
@@ -9,8 +9,8 @@ use super::roulette::{is_number, is_some, survive};
 use super::vertices::{LitSides, MisStrategy, VertexLanes};
 use crate::light::{Column, LANES, LightLanes, LightTargetKind, Vec3Column, lane_vector, set_lane};
 
-/// Results of shading vertices. Each step is a function of its own, so that the compiler knows that
-/// outputs do not alias inputs.
+/// Results of shading a batch of vertices. Each step is a function of its own, so that the compiler
+/// knows that outputs do not alias inputs.
 #[derive(Clone, Copy)]
 pub(super) struct ShadedLanes<R: Real> {
     pub lit: LitLanes<R>,
@@ -19,7 +19,7 @@ pub(super) struct ShadedLanes<R: Real> {
 }
 
 impl<R: Real> ShadedLanes<R> {
-    /// Shades vertices with these responses to their lights. `reach`: greatest shadow distance of
+    /// Shades vertices from their BSDF values and samples. `reach`: greatest shadow distance of
     /// infinitely distant delta lights.
     #[inline]
     pub fn of(
@@ -47,11 +47,10 @@ impl<R: Real> ShadedLanes<R> {
     }
 }
 
-/// Reflected light of vertices.
+/// Reflected light of vertices, before the visibility of their lights is known.
 #[derive(Clone, Copy)]
 pub(super) struct LitLanes<R: Real> {
-    /// Whether unoccluded light would be reflected or transmitted, and whether the light shines
-    /// through the surface.
+    /// Whether the surface reflects or transmits the light if unoccluded, and whether it transmits.
     pub is_lit: Column<bool>,
     pub is_through: Column<bool>,
     pub sent: Vec3Column<R>,
@@ -116,12 +115,12 @@ impl<R: Real> SimdTask for LightTask<'_, R> {
     }
 }
 
-/// Shadow rays to surfaces and to infinity.
+/// Shadow rays from vertices to sampled points of surfaces and to infinity.
 #[derive(Clone, Copy)]
 pub(super) struct ShadowRays<R: Real> {
     pub start: Vec3Column<R>,
     pub directions: Vec3Column<R>,
-    /// Zero or negative if nothing can lie in between.
+    /// Length of the ray; zero or negative if no object fits between vertex and light.
     pub length: Column<R>,
 }
 
@@ -181,7 +180,7 @@ impl<R: Real> SimdTask for ShadowTask<'_, R> {
     }
 }
 
-/// Scattered rays of paths.
+/// Scattered rays of vertices after Russian roulette.
 #[derive(Clone, Copy)]
 pub(super) struct NextRays<R: Real> {
     pub continues: Column<bool>,

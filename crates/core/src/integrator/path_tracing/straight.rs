@@ -1,8 +1,8 @@
-//! Light that arrives straight through surfaces: thin walls, boundaries hidden by a body of greater
-//! priority, and partly transparent surfaces. Surfaces are visited in order along the ray, because
-//! absorption depends on the media entered before.
+//! Light that arrives straight through surfaces: through thin walls, through boundaries hidden by a
+//! body of greater priority, and through partly transparent surfaces. Surfaces are visited in order
+//! along the shadow ray, because absorption depends on the media entered before.
 //!
-//! Used only in scenes with thin walls or priorities.
+//! Used only in scenes with thin walls or priorities of media, and for lamps of varying emission.
 
 use raywright_bvh::{Hit, Interval, Real, Vector};
 
@@ -15,9 +15,10 @@ use crate::prepare::PreparedMaterial;
 use crate::scene::AlphaMode;
 
 impl<R: Real> PathTracer<'_, R> {
-    /// Transmittance of a light, in each channel, along a shadow ray that begins in `media`;
-    /// absorption is included. Each thin wall takes a segment, as for paths. For an emitter of
-    /// varying emission the result is its emission at the ray's hit, evaluated as for paths.
+    /// Returns the transmittance of each channel along the shadow ray to a light sample, absorption
+    /// included; `media` contain the ray's origin. Each thin wall takes a segment, as for paths.
+    /// For an emitter of varying emission, returns the transmitted emission at the ray's hit,
+    /// evaluated as for paths.
     #[inline(never)]
     pub(super) fn straight_transmittance(
         &mut self,
@@ -27,8 +28,8 @@ impl<R: Real> PathTracer<'_, R> {
         surface_interaction: &Interaction<R>,
     ) -> R::Vec3 {
         let varied = emitter.filter(|&emitter| self.scene.lights.emitters.varies(emitter));
-        // Seen from its own plane, a flat lamp may be hit far from its sampled point, and then
-        // again and again.
+        // Seen from nearly its own plane, a flat lamp may be hit far from its sampled point, again
+        // and again.
         let flat = emitter.is_some_and(|emitter| self.scene.lights.emitters.is_flat(emitter));
         let sizeless = light.density == Density::Delta;
         let (mut from, mut share, mut segments) = (
@@ -80,8 +81,8 @@ impl<R: Real> PathTracer<'_, R> {
                     == emitter;
             let is_there = is_own && (flat || is_at(&interaction, &light.target));
             let (transmittance, counts) = if varied.is_some() && (hit.t >= before || is_there) {
-                // All surfaces before the light were passed: this hit is the light, or the light is
-                // hidden.
+                // All surfaces before the light were passed: this hit is the light itself, or a
+                // surface that hides it.
                 let own = is_own && self.scene.shines(&interaction);
                 let (material, context) = (
                     &self.scene.materials[interaction.material as usize],
@@ -114,7 +115,8 @@ impl<R: Real> PathTracer<'_, R> {
         Vector::ZERO
     }
 
-    /// Straight transmittance of a surface, and whether passing it takes a segment.
+    /// Returns the transmittance of a surface without a change of direction, and whether passing
+    /// the surface takes a segment.
     fn wall_transmittance(
         &self,
         path: &PathState<R>,
@@ -159,7 +161,7 @@ impl<R: Real> PathTracer<'_, R> {
     }
 }
 
-/// Whether a hit coincides with a lamp's sampled point, within rounding.
+/// Whether a hit coincides with the sampled point of a lamp, within rounding.
 fn is_at<R: Real>(interaction: &Interaction<R>, target: &LightTarget<R>) -> bool {
     let LightTarget::Surface(target) = target else {
         return false;

@@ -1,4 +1,4 @@
-//! Visibility of a vertex's sampled light: shadow rays and transmittance.
+//! Visibility of the light sampled at a vertex: shadow rays and their transmittance.
 
 use raywright_bvh::{Hit, Interval, Ray, Real, Vector};
 
@@ -16,7 +16,8 @@ use crate::prepare::{PreparedMaterial, PreparedSpawn};
 use crate::scene::AlphaMode;
 
 impl<R: Real> PathTracer<'_, R> {
-    /// Adds the reflected light of a sampled light, times its visibility.
+    /// Adds the reflected light of the sampled light to the path's radiance, times the light's
+    /// visibility.
     #[inline(always)]
     pub(super) fn add_light(
         &mut self,
@@ -87,8 +88,8 @@ impl<R: Real> PathTracer<'_, R> {
             && matches!(scene.rules.spawn, PreparedSpawn::ErrorBound)
     }
 
-    /// Visible part of `sent`, the unoccluded light that a surface reflects, or transmits if
-    /// `through`.
+    /// Returns the visible part of `scattered`: the light that the surface would reflect, or
+    /// transmit if `through`, without occlusion.
     #[inline(always)]
     fn arriving_radiance(
         &mut self,
@@ -145,7 +146,7 @@ impl<R: Real> PathTracer<'_, R> {
         scattered
     }
 
-    /// Visible share of a light at an interaction.
+    /// Traces a shadow ray to a light sample, and returns the visible share of the light, 0 to 1.
     #[inline]
     fn transmitted_share(&mut self, light: &LightSample<R>, interaction: &Interaction<R>) -> R {
         // If the light lies at the ray's origin, nothing blocks it.
@@ -197,8 +198,9 @@ impl<R: Real> PathTracer<'_, R> {
         }
     }
 
-    /// Straight transmittance of an occluder: of its absent share, and of delta lights if it casts
-    /// no shadow. Area lights are found by paths too, which hit every object.
+    /// Returns the transmittance of an occluder without a change of direction: its share that is
+    /// absent by alpha. Objects that cast no shadow transmit delta lights fully; area lights are
+    /// found by paths too, which hit every object.
     fn occluder_transmittance(&self, ray: &Ray<R>, hit: &Hit<R>, sizeless: bool) -> R {
         let record = &self.scene.objects[hit.outermost() as usize];
         if sizeless && !record.casts_shadow {

@@ -1,4 +1,4 @@
-//! Vertices in columns (structure of arrays), as lanes read them.
+//! Batches of vertices in columns (structure of arrays), one vertex in each SIMD lane.
 
 use raywright_bvh::{Hit, Real};
 
@@ -8,18 +8,18 @@ use crate::light::{Column, LANES, SurfaceLanes, Vec3Column, set_lane};
 use crate::material::MetallicRoughness;
 use crate::settings::Roulette;
 
-/// One segment of many paths.
+/// The current segment of the paths in a wavefront: views of their states, hits and interactions.
 pub(super) struct WavefrontSlice<'a, R: Real> {
     pub paths: &'a mut [PathState<R>],
     /// Indices of the paths with a hit.
     pub active: &'a [u32],
-    /// Their interactions, in the same order, and the hits.
+    /// Interactions and hits of the active paths, in the order of `active`.
     pub interactions: &'a mut [Interaction<R>],
     pub hits: &'a [Option<Hit<R>>],
 }
 
 impl<R: Real> WavefrontSlice<'_, R> {
-    /// The path and the interaction of a vertex.
+    /// Returns the path and the interaction of a vertex, by its index among the active paths.
     #[inline(always)]
     pub fn of(&self, index: u32) -> (&PathState<R>, &Interaction<R>) {
         (
@@ -32,7 +32,7 @@ impl<R: Real> WavefrontSlice<'_, R> {
 /// Sides on which a surface receives sampled light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum LitSides {
-    /// None: delta lobes alone.
+    /// Neither side: all lobes are delta lobes.
     None,
     /// The side of its normal.
     One,
@@ -40,14 +40,15 @@ pub(super) enum LitSides {
     Both,
 }
 
-/// Weighting of a light sample.
+/// Weighting of a light sample in multiple importance sampling.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum MisStrategy {
     /// The BSDF value alone, without a weight.
     Value,
-    /// The BSDF value for a delta light; `shines`: whether it makes highlights.
+    /// The BSDF value for a delta light, without a weight; `shines`: whether the light makes
+    /// highlights.
     Delta { shines: bool },
-    /// The BSDF value, weighted by the densities of both techniques.
+    /// The BSDF value, weighted by the densities of light sampling and of BSDF sampling.
     Weighed,
 }
 
@@ -58,7 +59,7 @@ impl MisStrategy {
     }
 }
 
-/// A batch of vertices, with data of their paths.
+/// A batch of at most [`LANES`] vertices, with the data of their paths.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct VertexLanes<R: Real> {
     /// Number of vertices.
@@ -72,14 +73,14 @@ pub(super) struct VertexLanes<R: Real> {
     /// Unit direction of the incoming ray.
     pub direction: Vec3Column<R>,
     pub sides: Column<LitSides>,
-    /// Base colour of common surfaces; and metallic, roughness, and the dielectric's reflectance at
-    /// normal and at grazing incidence, unused for matte ones.
+    /// Base colour of common surfaces. In `terms`: metallic, roughness, and the dielectric's
+    /// reflectance at normal and at grazing incidence; unused for matte surfaces.
     pub base: Vec3Column<R>,
     pub terms: [Column<R>; 4],
-    /// Factor on delta lights, because their unit differs between the two families of materials.
+    /// Factor on delta lights, whose unit differs between classic and physical materials.
     pub gain: Column<R>,
     pub throughput: Vec3Column<R>,
-    /// Numbers in [0, 1) for the lobe, the direction, and Russian roulette.
+    /// Uniform numbers in [0, 1) for the lobe, the direction (two numbers), and Russian roulette.
     pub numbers: [Column<R>; 4],
     /// Greatest probability of survival; infinite without roulette.
     pub most_survival: Column<R>,
@@ -142,7 +143,7 @@ impl<R: Real> VertexLanes<R> {
         lane
     }
 
-    /// Sets the model of a lane's common surface.
+    /// Sets the material model of the common surface in a lane.
     #[inline(always)]
     pub fn put_model(&mut self, lane: usize, model: &MetallicRoughness<R>) {
         set_lane::<R>(&mut self.base, lane, model.base);
@@ -163,7 +164,7 @@ impl<R: Real> VertexLanes<R> {
     }
 }
 
-/// A list of vertices; kept to reuse its memory.
+/// A list of vertices in batches; kept to reuse its memory.
 #[derive(Clone, Debug, Default)]
 pub(super) struct VertexList<R: Real> {
     lanes: Vec<VertexLanes<R>>,
@@ -182,7 +183,7 @@ impl<R: Real> VertexList<R> {
             .map_or(0, |last| last * LANES + self.lanes[last].len)
     }
 
-    /// A batch with room for a vertex.
+    /// Returns the last batch if it has room for a vertex, else a new batch.
     #[inline(always)]
     pub fn open(&mut self) -> &mut VertexLanes<R> {
         if self.used == 0 || self.lanes[self.used - 1].is_full() {

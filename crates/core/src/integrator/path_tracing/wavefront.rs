@@ -1,6 +1,7 @@
 //! Wavefront path tracing: many paths at a time, stage by stage, one segment of all paths before
-//! the next. Memory requests of one path overlap with the computation of others, and rays, sky and
-//! surfaces each have the caches to themselves. No path's bits depend on the other paths.
+//! the next segment. Memory requests of one path overlap with computations of other paths, and
+//! rays, sky and surfaces each have the caches to themselves. The bits of a path do not depend on
+//! other paths.
 
 use raywright_bvh::{Hit, Interval, Real, Vector, run_widest};
 
@@ -26,12 +27,12 @@ pub(super) struct Wavefront<R: Real> {
     hits: Vec<Option<Hit<R>>>,
     /// Sky samples of the escaped paths.
     sky_samples: Vec<SkySample<R>>,
-    /// Interactions of the other paths, and spare entries.
+    /// Interactions of the paths with a hit, followed by spare entries.
     interactions: Vec<Interaction<R>>,
     sequences: Vec<(Sequence, u32)>,
     draws: Vec<[f32; 4]>,
     vertices: VertexQueues<R>,
-    /// Sampled lights of the vertices of one kind.
+    /// Sampled lights of the vertices in one queue.
     requested: LightQueries<R>,
     /// Whether each active path survives.
     survives: Vec<bool>,
@@ -63,7 +64,7 @@ impl<R: Real> PathTracer<'_, R> {
         self.finish(wave, results);
     }
 
-    /// Starts the paths of camera rays and finds their first hits: rays of a common origin are
+    /// Starts the paths of camera rays and finds their first hits; rays of a common origin are
     /// intersected as packets.
     fn start(
         &mut self,
@@ -112,7 +113,7 @@ impl<R: Real> PathTracer<'_, R> {
         hits.extend(active.iter().map(|&index| self.hit(&paths[index as usize])));
     }
 
-    /// The hit of a path's ray.
+    /// Returns the closest hit of a path's ray.
     #[inline(always)]
     fn hit(&self, path: &PathState<R>) -> Option<Hit<R>> {
         let min = if path.traced == 0 {
@@ -130,7 +131,8 @@ impl<R: Real> PathTracer<'_, R> {
         )
     }
 
-    /// Ends the paths without a hit, with the radiance of the sky or of the backdrop before it.
+    /// Ends the paths without a hit: adds the radiance of the sky or, for camera rays, of the
+    /// backdrop in front of the sky.
     fn escape(
         &mut self,
         Wavefront {
@@ -191,8 +193,8 @@ impl<R: Real> PathTracer<'_, R> {
         hits.retain(Option::is_some);
     }
 
-    /// Computes points, frames and coordinates of hits; their texels are prefetched before any is
-    /// read.
+    /// Computes points, frames and texture coordinates of hits, and prefetches their texels, before
+    /// any texel is read.
     fn locate(
         &self,
         Wavefront {
@@ -270,7 +272,7 @@ impl<R: Real> PathTracer<'_, R> {
         }
     }
 
-    /// Evaluates materials, adds emission, and puts vertices into queues by kind.
+    /// Evaluates materials, adds emission, and puts each vertex into the queue of its kind.
     fn evaluate(&mut self, wave: &mut Wavefront<R>, results: &mut PathResults<R>) {
         let Wavefront {
             paths,
@@ -299,7 +301,7 @@ impl<R: Real> PathTracer<'_, R> {
         }
     }
 
-    /// Shades the vertices, kind by kind.
+    /// Shades the vertices, queue by queue.
     fn shade(
         &mut self,
         Wavefront {
@@ -364,9 +366,9 @@ impl<R: Real> PathTracer<'_, R> {
         );
     }
 
-    /// Shades vertices of one kind and continues their paths. `shade_lanes` returns the responses
-    /// of a batch to its lights, given the number of vertices before it; it sets the properties of
-    /// scattered rays that differ from rough opaque surfaces.
+    /// Shades the vertices of one queue and continues their paths. `shade_lanes` evaluates and
+    /// samples the BSDFs of a batch, given the number of vertices before the batch; it also sets
+    /// the properties of scattered rays that differ from those of rough opaque surfaces.
     fn shade_each(
         &mut self,
         slice: &mut WavefrontSlice<'_, R>,
@@ -424,7 +426,7 @@ impl<R: Real> PathTracer<'_, R> {
         }
     }
 
-    /// Results of the paths, clamped and veiled as the scene requires.
+    /// Returns the results of the paths: clamps radiance and adds the veil, as the scene requires.
     fn finish(
         &self,
         wave: &Wavefront<R>,
@@ -459,7 +461,7 @@ impl<R: Real> PathTracer<'_, R> {
     }
 }
 
-/// Keeps the surviving paths.
+/// Removes the ended paths from the active paths.
 fn compact<R: Real>(
     Wavefront {
         active, survives, ..
@@ -469,7 +471,8 @@ fn compact<R: Real>(
     active.retain(|_| continues.next() == Some(&true));
 }
 
-/// Factor that clamps a radiance's brightest channel to a limit.
+/// Returns the factor that reduces the brightest channel of a radiance to `maximum`; 1 if it is
+/// below.
 fn clamp_share<R: Real>(radiance: R::Vec3, maximum: R) -> R {
     let brightest = radiance.max_element();
     if brightest > maximum {

@@ -1,4 +1,4 @@
-//! The classic material model: its terms in the order of the documented shaders.
+//! Whitted shading of a classic material: its terms in the order of the documented shaders.
 
 use glam::DVec3;
 use raywright_bvh::{Hit, Real, Vector};
@@ -111,8 +111,9 @@ impl<R: Real> WhittedTracer<'_, R> {
         ])
     }
 
-    /// colour·(ambient + Σ diffuse·light) + Σ specular + rim. Stores the first light's direction
-    /// and shadow in `context`, for the expressions of reflection weights.
+    /// Returns the local term of a classic surface: colour·(ambient + Σ diffuse·light) + Σ specular
+    /// + rim. Stores the direction and the shadow of the first light in `context`, for expressions
+    /// of reflection weights.
     #[inline(always)]
     fn local(
         &mut self,
@@ -188,7 +189,8 @@ impl<R: Real> WhittedTracer<'_, R> {
         local
     }
 
-    /// Highlights of the reflection: without a shadow ray, as for the documented preset's mirror.
+    /// Returns the sum of the highlights on the reflection. Shadow rays are traced only if the
+    /// material requires them, which the mirror of the documented preset does not.
     fn highlights(
         &mut self,
         specular: &SpecularInputs<R>,
@@ -215,7 +217,8 @@ impl<R: Real> WhittedTracer<'_, R> {
         sum
     }
 
-    /// Refraction and reflection of glass: one ray, or both with their Fresnel weights.
+    /// Returns the refracted and the reflected ray of glass: a single ray, or both with their
+    /// Fresnel weights.
     #[inline(always)]
     pub(super) fn refract(
         &mut self,
@@ -228,7 +231,7 @@ impl<R: Real> WhittedTracer<'_, R> {
         if path.segments <= 1 {
             return [None; 2];
         }
-        // A normal that is not flipped to the viewer points away from a ray inside.
+        // A normal that is not flipped towards the viewer points away from a ray inside the body.
         let (side, interface) = (
             interaction.side(),
             self.scene.interface(&path.segment, hit, interaction, glass),
@@ -273,7 +276,7 @@ impl<R: Real> WhittedTracer<'_, R> {
     }
 }
 
-/// Value of a highlight towards a light in unit direction `l`.
+/// Returns the value of a highlight for a light in the unit direction `l`.
 #[inline(always)]
 fn lobe<R: Real>(s: &SpecularInputs<R>, interaction: &Interaction<R>, l: R::Vec3) -> R {
     let cosine = match s.model {

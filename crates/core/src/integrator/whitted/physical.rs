@@ -1,5 +1,6 @@
-//! Whitted shading of a physical material: base colour lit by the lights and by the sky's
-//! cosine-weighted mean, smooth reflection and refraction traced, rough lobes as local highlights.
+//! Whitted shading of a physical material: base colour lit by the lights and by the cosine-weighted
+//! mean of the sky; smooth reflection and refraction by traced rays; rough lobes as local
+//! highlights.
 
 use raywright_bvh::{Hit, Real, Vector};
 
@@ -13,8 +14,10 @@ use crate::sampler::{Branch, SampleAddress};
 use crate::scene::TransmissionChoice;
 
 impl<R: Real> WhittedTracer<'_, R> {
-    /// Partly transparent surfaces: the path continues behind a fully transparent point, or waits
-    /// for the path behind a partly transparent one. `None` at an opaque point, and after the wait.
+    /// Splits a path at a partly transparent surface. At a fully transparent point the path
+    /// continues behind the surface (`Some(None)`). At a partly transparent point the path behind
+    /// becomes a side branch, which is returned, and the path itself waits for it. `None` at an
+    /// opaque point, and after the wait: the surface is then shaded.
     pub(super) fn cutout(
         &mut self,
         m: &PhysicalInputs<R>,
@@ -40,7 +43,7 @@ impl<R: Real> WhittedTracer<'_, R> {
             rest: path.segment.rest,
         };
         let (camera, segments, share) = (path.camera, path.segments, path.share * (R::ONE - alpha));
-        // Behind a partly transparent surface the path still counts as a camera ray.
+        // Behind a partly transparent surface the ray still counts as a camera ray.
         let mut behind = WhittedState {
             camera,
             segments,
@@ -92,7 +95,7 @@ impl<R: Real> WhittedTracer<'_, R> {
         *radiance += throughput * self.lit(&model, interaction, mirror, address);
         let dielectric = R::ONE - model.metallic;
         if let Some(glass) = model.glass.filter(|_| dielectric > R::ZERO) {
-            // Paint reflects like glass, from outside alone.
+            // An opaque dielectric share reflects like glass, but from outside alone.
             let mirrored = if interaction.outside {
                 R::ONE
             } else {
@@ -137,7 +140,8 @@ impl<R: Real> WhittedTracer<'_, R> {
         path.leave([onward, None])
     }
 
-    /// Direct light and the sky's mean, as diffuse reflection and rough highlights.
+    /// Returns the local light of a physical surface: direct light and the mean of the sky,
+    /// reflected diffusely and by rough highlights.
     fn lit(
         &mut self,
         model: &MetallicRoughness<R>,

@@ -1,13 +1,12 @@
-//! State of a Whitted path. Advancing a path is separate from the order of tracing, so that paths
-//! may be traced one by one or many at a time, in any order, with the same bits.
+//! State of a Whitted path. The step that advances a path does not depend on the order of tracing,
+//! so that paths may be traced one after the other or many at a time, with the same bits.
 
 use raywright_bvh::{Hit, Ray, Real, Vector};
 
 use super::super::PathSegment;
 use crate::sampler::{Branch, SampleAddress};
 
-/// State of a path: everything that its next segment depends on, as plain numbers, so that paths
-/// can lie side by side.
+/// State of a path: all data on which its next segment depends, as plain numbers.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct WhittedState<R: Real> {
     /// The next ray.
@@ -24,12 +23,13 @@ pub(crate) struct WhittedState<R: Real> {
     pub passages: u32,
     /// Whether the next ray still counts as a camera ray.
     pub camera: bool,
-    /// Share of the camera ray, while it counts as one: less than one behind partly transparent
-    /// surfaces.
+    /// Share of the camera ray that this path carries, while its rays count as camera rays: less
+    /// than 1 behind partly transparent surfaces.
     pub share: R,
-    /// Covered share of the camera ray, side branches included.
+    /// Share of the camera ray that surfaces cover, side branches included, 0 to 1.
     pub covered: R,
-    /// The hit, if its path waits for the path behind it.
+    /// The hit on a partly transparent surface, while the path waits for the side branch behind the
+    /// surface.
     pub hit: Option<Hit<R>>,
 }
 
@@ -38,18 +38,18 @@ pub(crate) struct WhittedState<R: Real> {
 pub(crate) struct NextRay<R: Real> {
     pub ray: Ray<R>,
     pub throughput: R::Vec3,
-    /// Rounding error of the stored direction. Only the next interface uses it: leaving glass near
-    /// the critical angle magnifies the error thousands of times, and a slab then turns a ray that
-    /// it should only shift.
+    /// Rounding error of the stored direction. Only the next interface reads this error: at an exit
+    /// from glass near the critical angle, the error grows thousands of times, and a slab would
+    /// turn a ray that it should only shift.
     pub rest: R::Vec3,
 }
 
-/// The scattered rays of a surface: the path's own, and one for a side branch, which is traced
-/// first and adds its radiance to this path.
+/// The scattered rays of a surface: the ray of the path itself, and the ray of a side branch, which
+/// is traced first and adds its radiance to the path.
 pub(crate) type ScatteredRays<R> = [Option<NextRay<R>>; 2];
 
 impl<R: Real> WhittedState<R> {
-    /// The path of a side branch at the current vertex.
+    /// Returns the state of a side branch that starts at the path's current vertex.
     pub fn branch(&self, next: &NextRay<R>, branch: Branch) -> Self {
         let mut segment = self.segment;
         segment.advance(&next.ray, next.rest);
@@ -67,8 +67,8 @@ impl<R: Real> WhittedState<R> {
         }
     }
 
-    /// Finishes the vertex and continues with the scattered rays. Returns a side branch that must
-    /// be traced to its end first, if any.
+    /// Finishes the vertex and continues the path with the scattered rays. Returns a side branch,
+    /// if any, which must be traced to its end first.
     #[inline(always)]
     pub fn leave(&mut self, [onward, aside]: ScatteredRays<R>) -> Option<Self> {
         let aside = aside.map(|next| self.branch(&next, Branch::Reflected));
