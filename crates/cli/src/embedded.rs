@@ -159,8 +159,8 @@ mod tests {
         EmbeddedCommand::new(command, words.iter().map(OsString::from).collect())
     }
 
-    /// Protects: arguments mean the same as on the command line, a wrong one gives the same
-    /// message, and files are refused.
+    /// Protects: flags mean the same as on the command line, a wrong flag gives the same message,
+    /// and flags for files are refused.
     #[test]
     fn words_are_those_of_the_program() {
         let request = |words: &[&str]| request("render", words);

@@ -284,8 +284,7 @@ mod tests {
         assert_eq!(refused.exit, Exit::Usage);
     }
 
-    /// Protects: only a named EXR picture holds layers; a PNG, standard output or an unnamed file
-    /// does not.
+    /// Protects: an EXR picture holds layers; a PNG, named or not, and standard output do not.
     #[test]
     fn layers_need_a_named_exr() {
         let file = |format| OutputTarget::File("a".into(), format);

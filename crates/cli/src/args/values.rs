@@ -541,7 +541,7 @@ mod tests {
         }
     }
 
-    /// Protects: shares count from one, and the error of a malformed share says so.
+    /// Protects: shares count from one, and the error of a malformed share explains the count.
     #[test]
     fn shares_are_counted_from_one() {
         assert_eq!(share("1/1"), Ok(PictureShare { number: 1, of: 1 }));
@@ -678,7 +678,8 @@ mod tests {
         }
     }
 
-    /// Protects: the error names the wrong value among several, and the fault of a film's times.
+    /// Protects: the error names the wrong value among several, and the error in the times of a
+    /// film.
     #[test]
     fn what_is_wrong_is_named() {
         assert!(

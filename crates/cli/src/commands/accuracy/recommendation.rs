@@ -224,9 +224,9 @@ mod tests {
         assert_eq!(RenderCommand::new("preset:x", &[]).flags(&[]), "");
     }
 
-    /// Protects: the summary has the current error and time, and for each named setting its own
-    /// error, as in the tables, and its time. It says so where no setting qualifies, names more
-    /// samples where they were not measured, and names a budget where a setting is in doubt.
+    /// Protects: the summary has the current error and time, and the error and time of each
+    /// recommended setting, as in the tables. If no setting qualifies, the summary states this; it
+    /// names more samples if they were not measured, and a budget if a setting is in doubt.
     #[test]
     fn the_recommendation_is_a_sentence() {
         let command = RenderCommand::new("x.glb", &[]);

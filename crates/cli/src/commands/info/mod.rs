@@ -341,7 +341,7 @@ mod tests {
 
     use super::*;
 
-    /// Protects: kinds have their names in scene files.
+    /// Protects: kinds of shapes, lights, materials and skies have their names in scene files.
     #[test]
     fn kinds_have_their_file_names() {
         let o = [0.0; 3];

@@ -219,8 +219,8 @@ fn parse(bytes: &[u8]) -> Result<Option<(HttpRequest, usize, usize)>, HttpRespon
 mod tests {
     use super::*;
 
-    /// Protects: well-formed requests are parsed; ambiguous ones, and requests larger than the page
-    /// sends, are refused.
+    /// Protects: well-formed requests are parsed; ambiguous requests, and requests larger than the
+    /// page sends, are refused.
     #[test]
     fn requests_are_read_or_refused() {
         let status = |text: &str| {

@@ -302,7 +302,7 @@ fn remember(
 mod tests {
     use super::*;
 
-    /// Protects: the pixels of the first sketch are large enough for its target time, at any size
+    /// Protects: the pixels of the first preview are large enough for its target time, at any size
     /// and speed.
     #[test]
     fn sketches_take_their_time() {

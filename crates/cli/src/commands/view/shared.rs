@@ -191,7 +191,8 @@ mod tests {
         );
     }
 
-    /// Protects: a new status is returned at once, and each wish has a new number even if repeated.
+    /// Protects: a new status is returned at once, and each request of the page has a new number
+    /// even if repeated.
     #[test]
     fn news_come_at_once() {
         let shared = SharedView::default();
