@@ -1,70 +1,70 @@
-//! Counts of a render's work: counted per worker, summed at the end.
+//! Counters of a render's work, counted per thread and summed at the end.
 
 use core::ops::AddAssign;
 
 use serde::{Deserialize, Serialize};
 
-/// Limit on the surfaces that the rays of a sample may pass unchanged: fully or partly transparent
-/// coverage, or a boundary between equal media. Such a passage is no segment of a path. The limit
-/// only guarantees termination; rays that reach it are counted.
+/// Largest number of surfaces that the rays of a sample may pass unchanged: surfaces with an alpha
+/// below 1, or boundaries between equal media. Such a passage does not start a new path segment.
+/// The limit only guarantees termination; rays that reach it are counted.
 pub(crate) const MOST_PASSAGES: u32 = 1 << 13;
 
-/// Rays by kind, and samples kept and dropped.
+/// Numbers of rays by kind, and of kept and dropped samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Counters {
-    /// Rays from the camera.
+    /// Number of camera rays.
     pub camera: u64,
-    /// Mirror-reflected rays.
+    /// Number of mirror-reflected rays.
     pub reflection: u64,
-    /// Refracted rays.
+    /// Number of refracted rays.
     pub refraction: u64,
-    /// Rays scattered into a random direction.
+    /// Number of rays scattered into a random direction.
     pub scatter: u64,
-    /// Rays towards lights.
+    /// Number of shadow rays.
     pub shadow: u64,
-    /// Paths that continued by a mirror, a lobe as narrow, or glass after a diffuse scattering
-    /// event. Lamps and suns that such a path hits cannot be sampled directly, so their light is
-    /// found by chance alone. Counted where the scene has lamps or a sky with small bright parts.
+    /// Number of paths that continued by a mirror, a nearly specular lobe, or glass after a diffuse
+    /// bounce. Lamps and suns that these paths hit cannot be sampled directly (caustics). Counted
+    /// if the scene has lamps or a sky with small bright parts.
     #[serde(default)]
     pub unaided: u64,
-    /// Lamps, and small bright parts of a sky, that such paths hit.
+    /// Number of lamps, and of small bright parts of a sky, that the paths of `unaided` hit.
     #[serde(default)]
     pub found: u64,
-    /// Samples that entered the film.
+    /// Number of samples that entered the film.
     pub samples: u64,
-    /// Samples dropped because their value was not finite.
+    /// Number of samples dropped because their value was not finite.
     pub dropped: u64,
-    /// Rays that ended because the rays of their sample had passed the greatest number of surfaces
-    /// with no or partial coverage.
+    /// Number of rays that ended because the rays of their sample had passed the largest number of
+    /// surfaces with an alpha below 1 or without a change of medium.
     #[serde(default)]
     pub cut_short: u64,
-    /// Samples whose camera ray hit a surface.
+    /// Number of samples whose camera ray hit a surface.
     #[serde(rename = "met")]
     pub hits: u64,
 }
 
-/// Loss of samples or rays, to be reported with the picture.
+/// Loss of samples or rays in a render, to be reported with the picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SampleLoss {
-    /// Samples dropped because their value was not finite.
+    /// Number of samples dropped because their value was not finite.
     NotFinite {
         /// Number of dropped samples.
         dropped: u64,
-        /// Number of all samples.
+        /// Number of all samples, dropped ones included.
         of: u64,
     },
-    /// Rays that ended because the rays of their sample had passed the greatest number of surfaces
-    /// with no or partial coverage.
+    /// Number of rays that ended because the rays of their sample had passed the largest number of
+    /// surfaces with an alpha below 1 or without a change of medium.
     CutShort {
-        /// Number of rays.
+        /// Number of ended rays.
         rays: u64,
-        /// Greatest number of surfaces that the rays of a sample may pass.
+        /// Largest number of surfaces that the rays of a sample may pass unchanged.
         most: u32,
     },
 }
 
 impl Counters {
-    /// Returns the losses that occurred.
+    /// Returns the losses of samples and rays that occurred.
     pub fn losses(&self) -> impl Iterator<Item = SampleLoss> + use<> {
         let Self {
             samples,

@@ -8,19 +8,20 @@
 
 use raywright_bvh::scalar::{Real, Vector};
 
-/// Most octaves that a sum may have: the last one repeats 2²³ times within a unit, the resolution
-/// of an f32.
+/// Largest number of octaves of a sum. The last octave repeats 2²³ times within a unit, the
+/// resolution of an f32.
 pub const MAX_OCTAVES: u32 = 24;
 
 /// Period of the lattice, and number of hash values.
 const PERIOD: usize = 289;
 
-/// perm(x) = (34 x² + x) mod 289 for every sum of two values below 289. The length is a power of
-/// two, so that a masked index needs no bounds check; the remaining entries are never read.
+/// Permutation table: (34 x² + x) mod 289 for every sum x of two values below 289. The length is a
+/// power of two, so that a masked index needs no bounds check; the remaining entries are never
+/// read.
 static PERMUTATION: [u16; 1024] = permutation();
 
-/// Length-corrected gradient of each hash value, in the renderer's scalar. Length of the table as
-/// in [`PERMUTATION`].
+/// Length-corrected gradient of each hash value, in f32 and f64. The length of the table is a power
+/// of two, as in [`PERMUTATION`].
 static GRADIENTS_F32: [[f32; 3]; 512] = narrow(gradients());
 static GRADIENTS_F64: [[f64; 3]; 512] = gradients();
 static PLANE_GRADIENTS_F32: [[f32; 2]; 512] = narrow(plane_gradients());
@@ -36,14 +37,14 @@ const fn permutation() -> [u16; 1024] {
     table
 }
 
-/// Returns the gradient of a hash value before its length correction: a point of an octahedron over
-/// a 7 × 7 grid.
+/// Returns the gradient of a hash value before the correction of its length: a point of an
+/// octahedron over a 7 × 7 grid.
 ///
 /// For 42 of the 289 hash values the point lies exactly on the octahedron's fold (c = 0 in real
-/// arithmetic), and rounding decides its side. The reference pictures were made in single
-/// precision, with the division by 7 written as a product with the rounded 1/7. That arithmetic is
-/// the definition here, in every precision: each operation below is one correctly rounded f32
-/// operation, and their order matters.
+/// arithmetic), and rounding decides its side. The reference pictures were made in f32, with the
+/// division by 7 written as a product with the rounded 1/7. That arithmetic defines the gradients
+/// in every precision: each operation in this function is one correctly rounded f32 operation, and
+/// their order matters.
 const fn octahedron_point(hash: usize) -> [f32; 3] {
     const SEVENTH: f32 = 1.0 / 7.0;
     let scaled = hash as f32 * SEVENTH;
@@ -59,7 +60,8 @@ const fn octahedron_point(hash: usize) -> [f32; 3] {
     [a, b, c]
 }
 
-/// Tangent of 1/√x at the mean squared length of the gradients: normalises lengths to first order.
+/// Returns the factor that normalises a gradient of this squared length to first order: the tangent
+/// of 1/√x at the mean squared length.
 const fn length_correction(squared: f64) -> f64 {
     1.792_842_914_001_59 - 0.853_734_720_953_14 * squared
 }
@@ -77,7 +79,8 @@ const fn gradients() -> [[f64; 3]; 512] {
     table
 }
 
-/// Gradients in the plane: 41 points of a square. No hash value depends on rounding.
+/// Returns the table of gradients in the plane: 41 points of a square, length-corrected. No hash
+/// value depends on rounding.
 const fn plane_gradients() -> [[f64; 2]; 512] {
     let mut table = [[0.0; 2]; 512];
     let mut hash = 0;
@@ -105,16 +108,17 @@ const fn narrow<const N: usize>(table: [[f64; N]; 512]) -> [[f32; N]; 512] {
     narrowed
 }
 
-/// The compiler removes the other branch, because the size of the scalar type is a constant.
+/// Whether the scalar type is f32. The size of the type is a constant, so the compiler removes the
+/// other branch.
 #[inline(always)]
 const fn is_single<R: Real>() -> bool {
     size_of::<R>() == size_of::<f32>()
 }
 
-/// Returns the two lattice coordinates around `x`, modulo 289, and the distance of `x` from the
-/// first one, in [0, 1).
+/// Returns the lattice coordinates below and above `x`, modulo 289, and the distance of `x` from
+/// the lower one, in [0, 1).
 ///
-/// Beyond 2³¹ every f32 is a whole number (2⁶³ for f64): the distance is zero, and the cell is
+/// Beyond 2³¹ (2⁶³ for f64) every value is a whole number: the distance is zero, and the cell is
 /// arbitrary.
 #[inline(always)]
 fn cell<R: Real>(x: R) -> ([usize; 2], R) {
@@ -152,7 +156,7 @@ fn permute(x: usize) -> usize {
     usize::from(PERMUTATION[x & 1023])
 }
 
-/// 6 t⁵ − 15 t⁴ + 10 t³.
+/// Perlin's interpolation weight 6 t⁵ − 15 t⁴ + 10 t³.
 #[inline(always)]
 fn quintic<R: Real>(t: R) -> R {
     t * t * t * (t * (t * R::from_f32(6.0) - R::from_f32(15.0)) + R::from_f32(10.0))
@@ -163,7 +167,7 @@ fn blend<R: Real>(a: R, b: R, t: R) -> R {
     a + (b - a) * t
 }
 
-/// Gradient noise at a point of space.
+/// Returns gradient noise at a point of space, within about ±1.
 #[inline]
 pub fn noise3<R: Real>(p: R::Vec3) -> R {
     let ([x0, x1], x) = cell(p.x());
@@ -180,7 +184,7 @@ pub fn noise3<R: Real>(p: R::Vec3) -> R {
     };
     let (u, v, w) = (x - R::ONE, y - R::ONE, z - R::ONE);
     let (fade_x, fade_y, fade_z) = (quintic(x), quintic(y), quintic(z));
-    // Interpolation along z, at the hash of the cell's x and y.
+    // Interpolates along z, for the hash of a corner's x and y.
     let row = |hash: usize, x: R, y: R| {
         blend(
             corner(permute(hash + z0), x, y, z),
@@ -196,7 +200,7 @@ pub fn noise3<R: Real>(p: R::Vec3) -> R {
     R::from_f64(2.2) * blend(face0, face1, fade_x)
 }
 
-/// Gradient noise at a point of a plane.
+/// Returns gradient noise at a point of a plane, within about ±1.
 #[inline]
 pub fn noise2<R: Real>(x: R, y: R) -> R {
     let ([x0, x1], x) = cell(x);
@@ -226,7 +230,8 @@ pub fn noise2<R: Real>(x: R, y: R) -> R {
     R::from_f64(2.3) * blend(side0, side1, fade_x)
 }
 
-/// Σ n(2ⁱ) / 2ⁱ for i below `octaves`.
+/// Returns the octave sum Σ n(2ⁱ) / 2ⁱ for i below `octaves`, where `noise` is n as a function of
+/// the frequency.
 #[inline(always)]
 fn sum<R: Real>(octaves: u32, mut noise: impl FnMut(R) -> R) -> R {
     let (mut total, mut frequency, mut amplitude) = (R::ZERO, R::ONE, R::ONE);
@@ -239,23 +244,24 @@ fn sum<R: Real>(octaves: u32, mut noise: impl FnMut(R) -> R) -> R {
     total
 }
 
-/// Returns the sum of octaves, each with twice the frequency and half the amplitude of the
-/// previous: Σ n(2ⁱ p) / 2ⁱ.
+/// Returns fractional Brownian motion at a point of space: Σ n(2ⁱ p) / 2ⁱ over i below `octaves`,
+/// with gradient noise n.
 pub fn fbm3<R: Real>(p: R::Vec3, octaves: u32) -> R {
     sum(octaves, |frequency| noise3::<R>(p * frequency))
 }
 
-/// Returns the sum of the octaves' absolute values: Σ |n(2ⁱ p)| / 2ⁱ.
+/// Returns turbulence at a point of space: Σ |n(2ⁱ p)| / 2ⁱ over i below `octaves`, with gradient
+/// noise n.
 pub fn turbulence3<R: Real>(p: R::Vec3, octaves: u32) -> R {
     sum(octaves, |frequency| noise3::<R>(p * frequency).abs())
 }
 
-/// [`fbm3`] in the plane.
+/// Returns fractional Brownian motion at a point of a plane, as [`fbm3`] does in space.
 pub fn fbm2<R: Real>(x: R, y: R, octaves: u32) -> R {
     sum(octaves, |frequency| noise2(x * frequency, y * frequency))
 }
 
-/// [`turbulence3`] in the plane.
+/// Returns turbulence at a point of a plane, as [`turbulence3`] does in space.
 pub fn turbulence2<R: Real>(x: R, y: R, octaves: u32) -> R {
     sum(octaves, |frequency| {
         noise2(x * frequency, y * frequency).abs()

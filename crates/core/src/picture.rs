@@ -1,7 +1,6 @@
-//! A finished picture as plain data: the film's result, and the input of files, displays and
-//! metrics.
+//! Picture as plain data: the result of a film, and the input of files, displays and metrics.
 
-/// A picture: linear scene-referred colour, optional coverage and any number of additional layers.
+/// Picture: linear scene-referred colour, optional coverage and any number of additional layers.
 ///
 /// Every buffer holds `width · height` entries, row by row from the top, each row from the left.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -11,46 +10,46 @@ pub struct Picture {
     pub width: u32,
     /// Height in pixels.
     pub height: u32,
-    /// Radiance in linear Rec. 709 primaries, premultiplied by the coverage where the picture has
-    /// one (associated alpha).
+    /// Radiance in linear Rec. 709 primaries; in a picture with coverage, multiplied by the
+    /// coverage (associated alpha).
     pub rgb: Vec<[f32; 3]>,
-    /// Coverage, 0 (background) to 1; `None` where every pixel is covered.
+    /// Coverage of each pixel, 0 (background) to 1; `None` if every pixel is covered.
     pub alpha: Option<Vec<f32>>,
-    /// Part of the coverage that is a shadow on a studio's ground, black; `None` where all coverage
-    /// is surfaces.
+    /// Part of the coverage that is a black shadow on a studio's ground; `None` if surfaces are all
+    /// of the coverage.
     pub shadow: Option<Vec<f32>>,
     /// Additional channels, in no particular order; names are unique.
     pub layers: Vec<Layer>,
-    /// Position in a larger picture; `None` for a whole picture.
+    /// Position of a crop in the whole picture; `None` for a whole picture.
     pub window: Option<DataWindow>,
 }
 
-/// Position of a picture in a larger one, like the data window of an OpenEXR file in its display
+/// Position of a crop in the whole picture, like the data window of an OpenEXR file in its display
 /// window.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct DataWindow {
-    /// Column and row of the first pixel in the whole; negative outside of it.
+    /// Column and row of the crop's first pixel in the whole picture; negative outside of it.
     pub origin: [i32; 2],
-    /// Width and height of the whole in pixels.
+    /// Width and height of the whole picture in pixels.
     pub full: [u32; 2],
 }
 
-/// An additional channel of a picture.
+/// Additional channel of a picture.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Layer {
     /// Channel name as in files, for example `depth.Z` or `albedo.R`.
     pub name: String,
-    /// One number per pixel. Identifiers are exact up to 2²⁴.
+    /// One number per pixel, row by row. Integers, such as object indices, are exact up to 2²⁴.
     pub samples: Vec<f32>,
 }
 
-/// Meaning of the numbers of a picture that was read from a file.
+/// Encoding of the numbers of a picture that was read from a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Encoding {
-    /// Display values in 0..1, after a tone map and a transfer curve (a PNG).
+    /// Display values in 0..1, after a tone map and a transfer curve (as in PNG files).
     Display,
-    /// Linear scene-referred radiance (an EXR).
+    /// Linear scene-referred radiance (as in EXR files).
     Linear,
 }
 
@@ -84,8 +83,8 @@ impl Picture {
             .copied()
     }
 
-    /// Returns the picture with unassociated alpha: colours divided by the coverage, black without
-    /// coverage.
+    /// Returns the picture with unassociated (straight) alpha: colours divided by the coverage;
+    /// black without coverage.
     #[must_use]
     pub fn straight(&self) -> Self {
         let mut straight = self.clone();
@@ -95,8 +94,8 @@ impl Picture {
         straight
     }
 
-    /// Returns the share of a pixel covered by surfaces, and the share covered by the ground's
-    /// shadow.
+    /// Returns the shares, 0 to 1, of a pixel that surfaces cover and that the ground's shadow
+    /// covers.
     ///
     /// # Panics
     /// If the picture has a coverage and the pixel does not exist.
@@ -110,7 +109,7 @@ impl Picture {
         ]
     }
 
-    /// Returns the picture without its shadow: the coverage of surfaces alone.
+    /// Returns the picture without the ground's shadow, with the coverage of surfaces alone.
     #[must_use]
     pub fn without_shadow(&self) -> Self {
         let surfaces = (0..self.pixels()).map(|pixel| self.coverage(pixel)[0]);
@@ -121,8 +120,8 @@ impl Picture {
         }
     }
 
-    /// Returns the colour of a pixel's surfaces, not multiplied by the coverage, or `None` without
-    /// surfaces.
+    /// Returns the colour of a pixel's surfaces, not multiplied by the coverage; `None` for a pixel
+    /// without surfaces.
     pub(crate) fn surface_colour(&self, pixel: usize) -> Option<[f32; 3]> {
         if self.alpha.is_none() {
             return Some(self.rgb[pixel]);
@@ -131,7 +130,7 @@ impl Picture {
         (surfaces > 0.0).then(|| straight_colour(self.rgb[pixel], surfaces))
     }
 
-    /// Returns the picture composited over a background colour.
+    /// Returns the picture composited over a linear background colour, without coverage.
     #[must_use]
     pub fn over(&self, colour: [f64; 3]) -> Self {
         let mut over = Self {
@@ -146,12 +145,12 @@ impl Picture {
         over
     }
 
-    /// Returns the layer with this name.
+    /// Returns the layer with this name, or `None`.
     pub fn layer(&self, name: &str) -> Option<&Layer> {
         self.layers.iter().find(|layer| layer.name == name)
     }
 
-    /// Whether every buffer has one entry per pixel. Every reader of a picture relies on this.
+    /// Whether every buffer has one entry per pixel, as all users of a picture require.
     pub fn is_consistent(&self) -> bool {
         let n = self.pixels();
         self.rgb.len() == n
@@ -164,7 +163,7 @@ impl Picture {
     }
 }
 
-/// Divides a colour by its coverage; black without coverage.
+/// Returns a colour divided by its coverage `alpha`; black without coverage.
 fn straight_colour(rgb: [f32; 3], alpha: f32) -> [f32; 3] {
     if alpha > 0.0 {
         rgb.map(|x| x / alpha)

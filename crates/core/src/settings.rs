@@ -1,5 +1,4 @@
-//! Settings of a render besides the scene: every choice that the command line can override,
-//! resolved to plain values.
+//! Settings of a render: every choice that the command line can override, resolved to plain values.
 
 mod check;
 mod rungs;
@@ -15,13 +14,14 @@ use crate::scene::{Camera, Integrator, Pattern, Scene};
 pub use check::SettingsError;
 pub use rungs::{AreaShadows, LightSampling, Microfacets, PrecisionChoice, Roulette, SamplerKind};
 
-/// Returns the default number of replicates for a number of samples of the general sampler: as few
-/// as the error estimate allows, because each replicate is less uniform than all samples together.
+/// Returns the default number of replicates, into which the samples of a pixel are divided for the
+/// error estimate. As few as possible are used, because the samples of a replicate are less uniform
+/// than all samples together.
 ///
-/// Two replicates are the fewest that give an estimate, and their intervals hold from eight samples
-/// on. But one degree of freedom makes wide intervals (Student's factor for 95 % is 12.7). From 64
-/// samples on, which are four times sixteen, the intervals of four replicates hold (factor 3.18) at
-/// little cost. `benches/README.md` has the figures of 1 to 8.
+/// Two replicates are the fewest that give an estimate, and their 95 % intervals hold from eight
+/// samples on. Their single degree of freedom makes the intervals wide (Student's factor 12.7).
+/// From 64 samples on, four replicates of sixteen samples give intervals that hold (factor 3.18) at
+/// little cost. `benches/README.md` has the figures of 1 to 8 replicates.
 pub fn replicates(samples: u32) -> u32 {
     match samples {
         0..8 => 1,
@@ -30,19 +30,19 @@ pub fn replicates(samples: u32) -> u32 {
     }
 }
 
-/// Placement of samples in a pixel.
+/// Positions and number of the samples in a pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sampling {
-    /// A fixed pattern.
+    /// A fixed pattern of positions, the same in every pixel.
     Pattern(Pattern),
-    /// Samples of the general sampler, at least one.
+    /// Number of samples at random positions, at least one.
     General(u32),
 }
 
 impl Sampling {
-    /// Resolves `--spp`. The pattern's own count keeps the pattern, one sample of a pattern scene
-    /// is the pixel's centre, and any other number uses the general sampler. `None`: as in the
-    /// scene.
+    /// Returns the sampling of a scene with the number of samples of `--spp`; `None` keeps the
+    /// scene's sampling. In a scene with a pattern, the pattern's own count keeps the pattern, one
+    /// sample is the pixel's centre, and any other number uses random positions.
     pub fn resolve(scene: &Scene, spp: Option<u32>) -> Self {
         match (scene.render.pattern, spp) {
             (Some(pattern), None) => Self::Pattern(pattern),
@@ -53,7 +53,7 @@ impl Sampling {
         }
     }
 
-    /// Returns the samples per pixel.
+    /// Returns the number of samples per pixel.
     pub fn count(self) -> u32 {
         match self {
             Self::Pattern(pattern) => pattern.count(),
@@ -75,7 +75,7 @@ impl Sampling {
     }
 }
 
-/// A rectangle of the picture in pixels, counted from the top left.
+/// Rectangle of a picture in pixels, counted from the top left.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[doc(alias("crop window", "SubImage"))]
 pub struct Crop {
@@ -89,18 +89,18 @@ pub struct Crop {
     pub height: u32,
 }
 
-/// Background: radiance of camera rays that hit nothing.
+/// Radiance of camera rays that hit nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Background {
     /// The sky.
     #[default]
     Environment,
-    /// Transparent black; reflections and light still come from the sky. A studio's ground keeps
-    /// its shadows, as covering black.
+    /// Transparent black. The sky still lights the scene and is still reflected. The shadows on a
+    /// studio's ground are kept, as black with coverage.
     Transparent,
 }
 
-/// Layers besides the colour.
+/// Layer that a render stores besides the colour (arbitrary output variable).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[doc(alias = "GBufferFilm")]
@@ -114,17 +114,17 @@ pub enum Aov {
     /// Radiance of camera rays without scattered light: lamps, the sky and unlit surfaces; mean
     /// over the samples.
     Emission,
-    /// Distance along the pixel-centre ray, −1 for the sky.
+    /// Distance of the hit along the ray through the pixel's centre, in metres; −1 for the sky.
     Depth,
-    /// Index of the object that the pixel-centre ray hits, −1 for the sky.
+    /// Index of the object that the ray through the pixel's centre hits; −1 for the sky.
     Object,
-    /// Index of its material, −1 for the sky.
+    /// Index of the material that the ray through the pixel's centre hits; −1 for the sky.
     Material,
-    /// Number of finite samples.
+    /// Number of finite samples of the pixel.
     Samples,
-    /// Standard error of the pixel's mean, per channel, from the means of its replicates: 0 without
-    /// random sampling, −1 where fewer than two replicates leave it unknown (fewer than eight
-    /// samples, or a fixed pattern under random lights).
+    /// Standard error of the pixel's mean, per channel, estimated from the means of its replicates.
+    /// 0 without random sampling; −1 if unknown, because the pixel has fewer than two replicates
+    /// (fewer than eight samples, or a fixed pattern under random lights).
     StandardError,
 }
 
@@ -143,26 +143,26 @@ impl Aov {
     ];
 }
 
-/// Settings of a render besides the scene.
+/// Settings of a render, besides the scene.
 #[derive(Clone, Debug, PartialEq)]
 #[doc(alias = "RenderOptions")]
 pub struct Settings {
     /// Width and height of the whole picture in pixels, 1 to [`Settings::MOST_EDGE`].
     pub size: [u32; 2],
-    /// Rendered part of the picture; `None`: the whole.
+    /// Rendered rectangle of the picture; `None` renders the whole picture.
     pub crop: Option<Crop>,
-    /// Camera; `None`: framed automatically.
+    /// Camera; `None` frames the scene automatically.
     pub camera: Option<Camera>,
-    /// Samples of a pixel, 1 to [`Settings::MOST_SAMPLES`].
+    /// Positions of the samples in a pixel, and their number, 1 to [`Settings::MOST_SAMPLES`].
     pub sampling: Sampling,
-    /// Pixel filter: the weight of a pixel's surroundings in the pixel; used for samples at random
-    /// places.
+    /// Pixel filter: the distribution of random sample positions around the pixel's centre. Fixed
+    /// patterns ignore it.
     pub filter: PixelFilter,
-    /// Greatest number of ray segments of a path, at least one; Whitted's integrator uses at most
-    /// [`Settings::MOST_SEGMENTS`]. [`Settings::UNLIMITED`]: only Russian roulette ends paths.
+    /// Greatest number of ray segments of a path, at least one. Whitted ray tracing uses at most
+    /// [`Settings::MOST_SEGMENTS`]. With [`Settings::UNLIMITED`] only Russian roulette ends paths.
     pub max_depth: u32,
     /// Greatest radiance of the brightest channel of a path-traced sample; brighter samples are
-    /// scaled down. Fewer fireflies at the price of lost light. `None`: no clamping.
+    /// scaled down. Clamping removes fireflies at the price of lost light. `None` does not clamp.
     pub clamp: Option<f64>,
     /// Integrator.
     pub integrator: Integrator,
@@ -172,50 +172,52 @@ pub struct Settings {
     pub fresnel: FresnelRule,
     /// Treatment of light scattered between microfacets.
     pub microfacets: Microfacets,
-    /// Part of a lamp that must be visible for its light to arrive.
+    /// Point of an area light that must be visible for its light to arrive.
     pub area_shadows: AreaShadows,
     /// Start of Russian roulette.
     pub roulette: Roulette,
-    /// Source of random numbers.
+    /// Source of the random numbers.
     pub sampler: SamplerKind,
     /// Output format of files; pictures do not depend on it.
     pub output: Output,
-    /// Seed of the general sampler.
+    /// Seed of the random numbers.
     pub seed: u64,
     /// Frame number in an animation, so that neighbouring frames have different noise.
     pub frame: u32,
-    /// Number of independent parts of the samples, where there are as many samples; errors are
-    /// estimated from the spread of their means. `None`: see [`replicates`].
+    /// Number of replicates, independent parts of a pixel's samples, if the pixel has as many
+    /// samples. Errors are estimated from the variance of the replicates' means. `None` uses
+    /// [`replicates`].
     pub replicates: Option<u32>,
-    /// Whether the finished picture is denoised: less noise for a bias that is estimated with it.
-    /// The samples are then taken in four replicates, from eight samples on, and the layers that
-    /// [`crate::denoise`] reads are kept.
+    /// Whether the finished picture is denoised, which replaces noise by a smaller bias with an
+    /// estimate of the error. The samples are then taken in four replicates, from eight samples on,
+    /// and the layers that [`crate::denoise`] reads are kept.
     pub denoise: bool,
-    /// Requested root relMSE of the picture, above zero. Samples are added where the error is,
-    /// until the upper end of its interval is below, at most as many as in `sampling`. `None`:
-    /// every pixel takes the samples of `sampling`.
+    /// Requested root relMSE of the picture, above zero. Samples are added to the pixels with the
+    /// largest errors, at most as many as in `sampling`, until the upper end of the error's
+    /// interval is below the requested error. `None` takes all samples of `sampling` in every
+    /// pixel.
     pub max_error: Option<f64>,
     /// Precision of the arithmetic.
     pub precision: PrecisionChoice,
-    /// Scan or tree.
+    /// Accelerator: linear scan or tree.
     pub accelerator: AcceleratorKind,
-    /// Switched-off effects, from [`crate::effects::SWITCHABLE`].
+    /// Effects that are switched off, from [`crate::effects::SWITCHABLE`].
     pub without: EffectSet,
     /// Radiance of camera rays that hit nothing.
     pub background: Background,
     /// Whether the edges of triangles are drawn at the first hits of camera rays.
     pub wireframe: bool,
-    /// Additional layers.
+    /// Layers to store besides the colour.
     pub aovs: Vec<Aov>,
     /// Edge of a tile in pixels; pictures do not depend on it.
     pub tile_size: u32,
-    /// Greatest total of [`Memory`](crate::Memory) in bytes, checked by the estimate before the
-    /// preparation; `None`: no limit.
+    /// Greatest total of [`Memory`](crate::Memory) in bytes; a larger estimate is refused before
+    /// preparation. `None` sets no limit.
     pub max_memory: Option<u64>,
 }
 
 impl Settings {
-    /// Greatest limit on the segments of a path.
+    /// Greatest number of segments of a path in Whitted ray tracing.
     pub const MOST_SEGMENTS: u32 = 64;
 
     /// Greatest edge of a picture in pixels.
@@ -224,16 +226,17 @@ impl Settings {
     /// Greatest number of samples of a pixel: the length of the sampler's sequence.
     pub const MOST_SAMPLES: u32 = 65_536;
 
-    /// No limit on the segments of a path: only Russian roulette ends it.
+    /// Value of `max_depth` without a limit: only Russian roulette ends paths.
     pub const UNLIMITED: u32 = u32::MAX;
 
-    /// Returns the radiance behind a studio's ground in a picture with coverage: that of a white
-    /// page, or the clamp if lower.
+    /// Returns the radiance assumed behind a studio's ground in a picture with coverage: 1, as of a
+    /// white page, or the clamp if that is lower.
     pub(crate) fn page_radiance(&self) -> f64 {
         self.clamp.map_or(1.0, |maximum| maximum.min(1.0))
     }
 
-    /// Returns the scene's own settings, with its first camera.
+    /// Returns the settings in a scene, with its first camera and with defaults for all other
+    /// choices.
     pub fn from_scene(scene: &Scene) -> Self {
         Self {
             size: scene.render.size,

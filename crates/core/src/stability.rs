@@ -1,6 +1,6 @@
-//! Hard cases of numerics: the difficulty of each, and the bound that it must keep. Each case is a
-//! test, or several, whose name begins with its number. The cases that are functions here are
-//! measured by programs, too.
+//! Hard cases of numerics: situations in which textbook formulas lose digits, each with a bound
+//! that the library must keep. Each case is one or several tests whose names begin with its number.
+//! Cases that are functions in this module are also measured by programs.
 
 mod cameras;
 mod fresnel;
@@ -14,23 +14,22 @@ pub use raywright_bvh::stability::Measurement;
 pub use raywright_bvh::stability::contest::Contest;
 pub use raywright_bvh::stability::judge::{Outcome, RayCount};
 
-/// A hard case.
+/// Hard case of numerics, with its difficulty and its bound.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct HardCase {
     /// A letter and two digits: P primitives, T traversal, S spawned rays and shading, M sampling,
     /// F camera and film.
     pub number: &'static str,
-    /// Difficulty.
+    /// Difficulty of the case, in words.
     pub hard: &'static str,
-    /// Bound, in words.
+    /// Bound that the result must keep, in words.
     pub bound: &'static str,
-    /// Part of the case without a counterpart in this program, with the reason; `None` where the
-    /// whole case is covered.
+    /// Part of the case that does not apply to this program, with the reason; `None` if the whole
+    /// case is covered.
     pub left_out: Option<&'static str>,
 }
 
-/// One case per line: number, difficulty, bound and omitted part, separated by a bar between two
-/// spaces.
+/// List of the cases, one per line: number, difficulty, bound and omitted part, separated by ` | `.
 const LIST: &str = include_str!("stability/cases.txt");
 
 /// Iterates over all hard cases in the order of the list.
@@ -48,10 +47,10 @@ pub fn hard_cases() -> impl Iterator<Item = HardCase> {
     })
 }
 
-/// Measures a case in both precisions and, for a tree traversal, with every kernel of this
-/// processor; `None` for a case that is a test alone.
+/// Measures the hard case with this number, in both precisions and, for a tree traversal, with
+/// every kernel of the processor; `None` for a case that is only a test.
 pub fn measure(number: &str, rays: RayCount) -> Option<Vec<Measurement>> {
-    /// A case of both precisions.
+    /// Measures a case in both precisions.
     macro_rules! both {
         ($module:ident::$of:ident) => {
             [$module::$of::<f32>(rays), $module::$of::<f64>(rays)].concat()

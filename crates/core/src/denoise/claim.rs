@@ -14,8 +14,9 @@
 //! a further standard error, which does not shrink in larger pictures.
 //!
 //! A doubt about the noisy picture's error (`Doubt`) applies to the denoised picture too, because
-//! light that no sample found is missing in both. The estimate is also doubtful if few pixels carry
-//! the noisy picture's error.
+//! light that no sample found is missing in both. The estimate is also doubtful if light is rare in
+//! the noisy picture: two weightings of its relative error differ widely, even if other pixels
+//! confirm the light.
 
 use core::array::from_fn;
 

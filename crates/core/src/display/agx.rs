@@ -1,14 +1,15 @@
-//! AgX, base look: Troy Sobotka, "AgX" (2022), with the Rec. 2020 matrices of Blender 4.0's
-//! configuration (Eary Chow, 2023), which Filament and three.js share. So `agx` has the same
-//! meaning here as in those viewers.
+//! AgX tone map with its base look: Troy Sobotka, "AgX" (2022), with the Rec. 2020 matrices of
+//! Blender 4.0's configuration (Eary Chow, 2023). Filament and three.js use the same matrices, so
+//! `agx` gives the same colours as those viewers.
 //!
-//! The contrast curve is Sobotka's own sigmoid, not the polynomial that shaders substitute: the
-//! polynomial differs from it by up to 0.006, is negative near black and misses white.
+//! The contrast curve is Sobotka's sigmoid. Shaders often replace it by a polynomial, which differs
+//! by up to 0.006, is negative near black and misses white.
 
 use super::matrix::transform;
 use raywright_bvh::scalar::Real;
 
-/// Linear Rec. 709 to linear Rec. 2020 (ITU-R BT.2087-0, four digits), and back (ITU-R BT.2407-0).
+/// Matrices from linear Rec. 709 to linear Rec. 2020 (ITU-R BT.2087-0, four digits), and from Rec.
+/// 2020 to Rec. 709 (ITU-R BT.2407-0).
 const REC709_TO_REC2020: [[f64; 3]; 3] = [
     [0.6274, 0.3293, 0.0433],
     [0.0691, 0.9195, 0.0113],
@@ -20,8 +21,8 @@ const REC2020_TO_REC709: [[f64; 3]; 3] = [
     [-0.0182, -0.1006, 1.1187],
 ];
 
-/// Contracts the gamut before the curve, so that strong colours move towards white; the outset
-/// partly reverts it.
+/// Matrix that contracts the gamut before the curve, so that strong colours move towards white. The
+/// outset, after the curve, partly reverts the contraction.
 const INSET: [[f64; 3]; 3] = [
     [
         0.856_627_153_315_983,
@@ -57,17 +58,17 @@ const OUTSET: [[f64; 3]; 3] = [
     ],
 ];
 
-/// Range of the logarithmic encoding: 10 stops below and 6.5 above middle grey 0.18, as base-2
-/// logarithms.
+/// Range of the logarithmic encoding as base-2 logarithms: from 10 stops below to 6.5 stops above
+/// middle grey, 0.18.
 const LOG2_MIN: f64 = -12.473_93;
 const LOG2_MAX: f64 = 4.026_069;
 
-/// AgX with its two curves tabulated, because its cost is otherwise four powers per channel.
+/// AgX tone map with its two curves in tables, which save four powers per channel.
 #[derive(Clone, Debug)]
 pub(super) struct Agx {
-    /// The contrast curve over the logarithmic scale.
+    /// Contrast curve, from positions on the logarithmic scale to display values.
     contrast: Ramp,
-    /// Converts the curve's result, display values of a pure 2.2 display, to linear values.
+    /// Curve from display values of a display with gamma 2.2 to display-linear values.
     linearise: Ramp,
 }
 
@@ -79,8 +80,8 @@ impl Agx {
         }
     }
 
-    /// Maps a colour with finite, non-negative channels; channels of the result may leave 0..1
-    /// slightly.
+    /// Maps a linear Rec. 709 colour with finite, non-negative channels to display-linear values.
+    /// Channels of the result may lie slightly outside 0..1.
     pub(super) fn apply(&self, rgb: [f64; 3]) -> [f64; 3] {
         let inset = transform(&INSET, transform(&REC709_TO_REC2020, rgb));
         let shaped = inset.map(|x| self.contrast.eval(encode_log2(x)));
@@ -89,8 +90,8 @@ impl Agx {
     }
 }
 
-/// An increasing function on [0, 1], interpolated linearly between exact values: never decreasing,
-/// with an error below 1e-6 for the curves used here.
+/// Table of an increasing function on [0, 1], interpolated linearly between exact values. The
+/// interpolation never decreases, and its error is below 1e-6 for the curves of AgX.
 #[derive(Clone, Debug)]
 struct Ramp(Vec<f64>);
 
@@ -98,7 +99,7 @@ impl Ramp {
     const STEPS: usize = 2048;
 
     fn new(exact: impl Fn(f64) -> f64) -> Self {
-        // One value past the end, so that the last interval has a right neighbour, too.
+        // The table has one value past the end, so that x = 1 has a right neighbour.
         Self(
             (0..=Self::STEPS + 1)
                 .map(|i| exact((i as f64 / Self::STEPS as f64).min(1.0)))
@@ -115,19 +116,19 @@ impl Ramp {
     }
 }
 
-/// Returns the position in 0..1 on the logarithmic scale.
+/// Returns the position of a linear value on the logarithmic scale, 0..1.
 fn encode_log2(x: f64) -> f64 {
     let log2 = Real::ln(x.max(1e-10)) * core::f64::consts::LOG2_E;
     ((log2 - LOG2_MIN) / (LOG2_MAX - LOG2_MIN)).clamp(0.0, 1.0)
 }
 
-/// Sobotka's sigmoid (after Jed Smith): slope 2 at the pivot, power 3 in the toe, 3.25 in the
-/// shoulder, from exactly 0 at 0 to exactly 1 at 1.
+/// Contrast curve of AgX: Sobotka's sigmoid (after Jed Smith) with slope 2 at the pivot, power 3 in
+/// the toe and 3.25 in the shoulder. It maps 0 to exactly 0 and 1 to exactly 1.
 fn sigmoid(x: f64) -> f64 {
     const X_PIVOT: f64 = 10.0 / 16.5;
     const Y_PIVOT: f64 = 0.5;
-    /// `scale` of each half: ((slope·run)^−p · ((slope·run/rise)^p − 1))^(−1/p), where run and rise
-    /// lead from the pivot to the half's corner.
+    /// Scale of each half of the curve: ((slope·run)^−p · ((slope·run/rise)^p − 1))^(−1/p), where
+    /// run and rise are the distances from the pivot to the half's corner.
     const TOE_SCALE: f64 = 0.512_277_382_293_071_4;
     const SHOULDER_SCALE: f64 = 0.541_464_156_278_149_7;
     let half = |distance: f64, scale: f64, power: f64| {

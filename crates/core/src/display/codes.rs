@@ -1,27 +1,28 @@
-//! 8-bit codes of display-linear values by a table: equal to the transfer curve's result, without
-//! computing its power.
+//! Table of the 8-bit codes of display-linear values, equal to the result of the transfer curve
+//! without a power function.
 //!
-//! A curve is monotonic, so the values of one code are an interval, and 255 thresholds define all
-//! codes. The thresholds are found by bisection over the bit patterns of f32 with the curve itself,
-//! near the values of its inverse. A coarse table gives the start of the search.
+//! A curve is monotonic, so the values with the same code are an interval, and 255 thresholds
+//! define all codes. The thresholds are found by bisection over the bit patterns of f32 near the
+//! values of the inverse curve. A coarse table gives the first code of a search.
 
 use super::curve::{decode, encode, quantise};
 use crate::scene::TransferCurve;
 
-/// Low bits of an f32 that the coarse table ignores: its buckets are a 128th of an octave.
+/// Number of low bits of an f32 that the coarse table ignores. A bucket is a 128th of an octave.
 const BUCKET_SHIFT: u32 = 16;
 
-/// Code table of a transfer curve.
+/// Table that converts display-linear values to the 8-bit codes of a transfer curve.
 #[derive(Clone, Debug)]
 pub struct CodeTable {
-    /// Entry k: the least value whose code is above k; infinite for the last.
+    /// Thresholds: entry k is the least value whose code is above k; the last entry is infinite.
     next: [f32; 256],
-    /// Code of the first value of each bucket.
+    /// Code of the least value in each bucket of the coarse table.
     first: Vec<u8>,
 }
 
 impl CodeTable {
-    /// Builds the table of a curve; costs some thousand evaluations of the curve and its inverse.
+    /// Builds the table of a transfer curve by some thousand evaluations of the curve and its
+    /// inverse.
     pub fn new(curve: TransferCurve) -> Self {
         let code = |bits: u32| plain_code(curve, f32::from_bits(bits));
         let one = 1.0_f32.to_bits();
@@ -41,7 +42,7 @@ impl CodeTable {
             }
             *slot = f32::from_bits(high);
         }
-        // Both ascend, so one pass suffices.
+        // Buckets and thresholds ascend, so one pass suffices.
         let mut code = 0_u8;
         let first = |bucket: u32| {
             while f32::from_bits(bucket << BUCKET_SHIFT) >= next[usize::from(code)] {
@@ -55,7 +56,7 @@ impl CodeTable {
         }
     }
 
-    /// Returns the code of a value in [0, 1].
+    /// Returns the 8-bit code of a display-linear value in [0, 1].
     #[inline]
     pub fn code(&self, value: f32) -> u8 {
         // -0.0 plus 0.0 is 0.0, whose bits are in the table.
@@ -68,7 +69,8 @@ impl CodeTable {
     }
 }
 
-/// Returns the code by definition, which the table reproduces.
+/// Returns the 8-bit code of a display-linear value as the transfer curve defines it; the table
+/// gives the same code.
 fn plain_code(curve: TransferCurve, value: f32) -> u8 {
     quantise(encode(curve, f64::from(value)))
 }

@@ -1,4 +1,4 @@
-//! Clipping of a picture by a display, and the exposure that corrects it.
+//! Share of a picture that a display clips, and the exposure that lowers it.
 
 use super::Display;
 use crate::picture::Picture;
@@ -6,22 +6,22 @@ use crate::picture::Picture;
 /// Shares of a picture's pixels, 0 to 1, whose light the display loses.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Clipping {
-    /// Pixels with a channel at the greatest code, or so near to it that doubled radiance looks the
+    /// Share of pixels with a channel at code 255, or so near to it that doubled radiance looks the
     /// same.
     pub clipped: f64,
-    /// Pixels shown as black although their radiance is not zero.
+    /// Share of pixels shown as black although their radiance is not zero.
     pub black: f64,
 }
 
-/// Largest share of a picture that may be clipped, or black with radiance, before another exposure
-/// is better.
+/// Largest share of clipped pixels, and of black pixels with radiance, for which the exposure is
+/// kept.
 pub const MOST_CLIPPED: f64 = 0.1;
 
-/// Number of examined pixels.
+/// Largest number of examined pixels.
 const LOOKED_AT: usize = 1 << 14;
 /// Least code that may count as clipped.
 const BRIGHT: u8 = 240;
-/// Greatest change of the exposure, in stops.
+/// Largest change of the exposure, in stops.
 const STOPS: i32 = 12;
 
 impl Display {
@@ -31,9 +31,9 @@ impl Display {
         self.clipping_of(&colours(picture))
     }
 
-    /// Returns the exposure in stops, changed by up to twelve whole stops, that brings the share of
-    /// clipped pixels to [`MOST_CLIPPED`] or below; where no more are clipped already, the share of
-    /// black pixels with radiance. `None` where both shares are small enough already, or no
+    /// Returns an exposure in stops with which at most [`MOST_CLIPPED`] of the pixels are clipped;
+    /// if that holds already, one with which at most as many are black with radiance. The exposure
+    /// changes by up to twelve whole stops. `None` if both shares are small enough already, or no
     /// exposure suffices.
     pub fn suitable_exposure(self, picture: &Picture) -> Option<f64> {
         let colours = colours(picture);
@@ -55,7 +55,8 @@ impl Display {
             .find(|&stops| of(share(stops)) <= MOST_CLIPPED)
     }
 
-    /// Returns the display with the suitable exposure of a picture, if it is another one.
+    /// Returns the display settings with the exposure that suits a picture (see
+    /// [`Display::suitable_exposure`]); unchanged if none is better.
     pub fn suited_to(self, picture: &Picture) -> Self {
         Self {
             exposure_stops: self
@@ -70,7 +71,7 @@ impl Display {
         let (mut clipped, mut black) = (0, 0);
         for &colour in colours {
             let codes = map.codes(colour);
-            // The doubled radiance is evaluated only where it may look the same.
+            // The doubled radiance is evaluated for bright pixels only.
             let bright = codes.iter().any(|&code| code >= BRIGHT);
             let spent = || is_spent(codes, map.codes(colour.map(|channel| 2.0 * channel)));
             clipped += usize::from(bright && (codes.contains(&255) || spent()));
@@ -82,8 +83,8 @@ impl Display {
     }
 }
 
-/// Whether a bright channel keeps almost the same code at twice the radiance: tone maps approach
-/// the greatest code without reaching it.
+/// Whether a bright channel has almost the same code at twice the radiance (`doubled`). Tone maps
+/// approach code 255 without reaching it.
 fn is_spent(codes: [u8; 3], doubled: [u8; 3]) -> bool {
     const SAME: u8 = 3;
     codes
@@ -92,7 +93,7 @@ fn is_spent(codes: [u8; 3], doubled: [u8; 3]) -> bool {
         .any(|(&code, doubled)| code >= BRIGHT && code.abs_diff(doubled) < SAME)
 }
 
-/// Returns the colours of covered pixels, evenly spread over the picture.
+/// Returns the colours of pixels with coverage, from pixels evenly spread over the picture.
 fn colours(picture: &Picture) -> Vec<[f32; 3]> {
     let step = picture.rgb.len() / LOOKED_AT + 1;
     let colour = |i: usize| picture.surface_colour(i);

@@ -1,9 +1,9 @@
 //! From linear radiance to display values: exposure, tone map, transfer curve, codes.
 //!
-//! Every number has a defined result: negative radiance is black, infinite radiance has the
-//! greatest brightness, and a pixel with a NaN shows [`NAN_MARKER`], which no scene shows
-//! otherwise. The steps are computed in f64 with fixed implementations of elementary functions and
-//! rounded once to f32 before the curve, so that every machine gives the same bits.
+//! Every number has a defined result: negative radiance is black, infinite radiance is as bright as
+//! the tone map allows, and a pixel with a NaN shows [`NAN_MARKER`]. The steps are computed in f64
+//! and rounded once, to f32 before the transfer curve. Elementary functions have fixed
+//! implementations, so that every machine gives the same bits.
 
 mod agx;
 mod codes;
@@ -23,30 +23,30 @@ pub use codes::CodeTable;
 pub use output::Output;
 use tone::ToneOperator;
 
-/// Display values of a pixel that holds a NaN: pure magenta.
+/// Display values of a pixel with a NaN channel: pure magenta.
 pub const NAN_MARKER: [f32; 3] = [1.0, 0.0, 1.0];
 
-/// Conversion of linear radiance to display values.
+/// Settings of the conversion of linear radiance to display values.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Display {
     /// Tone map from radiance to display-linear values in 0..1.
     pub tone_map: ToneMap,
     /// Transfer curve from display-linear to stored values.
     pub curve: TransferCurve,
-    /// Exposure in stops: radiance is multiplied by 2 to this power first.
+    /// Exposure in stops: radiance is multiplied by 2 to this power before the tone map.
     pub exposure_stops: f64,
-    /// Format of the values in files.
+    /// Format of the codes in files.
     #[serde(default)]
     pub output: Output,
-    /// Display values of the background, shown exactly where nothing covers it. `None` keeps the
-    /// coverage.
+    /// Display values of the background, 0 to 1. Pixels without coverage show exactly these values.
+    /// `None` keeps the coverage in the file.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub background: Option<[f64; 3]>,
 }
 
 impl Display {
-    /// No exposure, no tone map, the sRGB curve: for pictures whose values are display-linear
-    /// already.
+    /// Settings without exposure and tone map, with the sRGB curve, for pictures of display-linear
+    /// values.
     pub const PLAIN: Self = Self {
         tone_map: ToneMap::None,
         curve: TransferCurve::Srgb,
@@ -55,15 +55,14 @@ impl Display {
         background: None,
     };
 
-    /// Returns the linear values of the background, decoded as sRGB: the background of a picture of
-    /// linear numbers. Neither exposure nor tone map applies, because no radiance maps to some of
-    /// the codes.
+    /// Returns the background for a picture of linear numbers: its display values decoded as sRGB.
+    /// Exposure and tone map are not inverted, because no radiance maps to some of the codes.
     pub fn linear_background(&self) -> Option<[f64; 3]> {
         self.background
             .map(|background| background.map(|value| curve::decode(TransferCurve::Srgb, value)))
     }
 
-    /// Returns the display settings of a scene.
+    /// Returns the display settings in a scene's render section.
     pub fn from_render(render: &Render) -> Self {
         Self {
             tone_map: render.tone_map,
@@ -73,7 +72,7 @@ impl Display {
         }
     }
 
-    /// Prepares the mapping of single pixels, with its tables.
+    /// Builds the tables that convert single pixels.
     pub fn prepare(self) -> DisplayMap {
         DisplayMap {
             tone: ToneOperator::new(self.tone_map),
@@ -84,17 +83,18 @@ impl Display {
         }
     }
 
-    /// Whether the displayed picture has a coverage: no background lies behind it.
+    /// Whether the displayed picture keeps its coverage: it has one, and these settings have no
+    /// background.
     pub fn has_alpha(&self, picture: &Picture) -> bool {
         picture.alpha.is_some() && self.background.is_none()
     }
 
-    /// Returns the codes of a picture, row by row from the top: three per pixel, or four with a
-    /// coverage. [`Output::Sixteen`] gives two bytes per code, the high byte first.
-    /// [`Output::Float`] has no codes; it gives those of sixteen bits.
+    /// Returns the codes of a picture, row by row from the top: three codes per pixel, or four with
+    /// a coverage. [`Output::Sixteen`] gives two bytes per code, the high byte first.
+    /// [`Output::Float`] has no codes, and gives sixteen-bit codes too.
     ///
-    /// A coverage is stored unassociated, as PNG requires: colours are divided by it before they
-    /// are mapped.
+    /// The alpha is unassociated, as PNG requires: colours are divided by the coverage before the
+    /// tone map.
     pub fn to_codes(self, picture: &Picture) -> Vec<u8> {
         let map = self.prepare();
         let values = |i: usize| map.covered(picture, i);
@@ -124,8 +124,8 @@ impl Display {
         }
     }
 
-    /// Returns the picture in display values 0..1, before their conversion to codes, without
-    /// coverage and layers.
+    /// Returns the picture of display values 0..1, not rounded to codes, without coverage and
+    /// layers.
     pub fn to_values(self, picture: &Picture) -> Picture {
         let map = self.prepare();
         let rgb = picture.rgb.par_iter().map(|&rgb| map.values(rgb)).collect();
@@ -139,7 +139,8 @@ impl Display {
     }
 }
 
-/// Returns the bytes of all pixels, by index and position; rows in parallel.
+/// Returns the bytes of all pixels. `bytes` converts a pixel given by index and by column and row;
+/// rows are converted in parallel.
 fn by_rows<const N: usize>(
     picture: &Picture,
     bytes: impl Fn(usize, [u32; 2]) -> [u8; N] + Sync,
@@ -171,7 +172,7 @@ fn wide(codes: [u16; 3]) -> [u8; 6] {
     [r0, r1, g0, g1, b0, b1]
 }
 
-/// A [`Display`] prepared for pixels.
+/// [`Display`] settings with the tables that convert single pixels.
 #[derive(Clone, Debug)]
 pub struct DisplayMap {
     tone: ToneOperator,
@@ -182,8 +183,7 @@ pub struct DisplayMap {
 }
 
 impl DisplayMap {
-    /// Returns the display values in 0..1 of linear radiance; [`NAN_MARKER`] where a channel is
-    /// NaN.
+    /// Returns the display values in 0..1 of linear radiance; [`NAN_MARKER`] if a channel is NaN.
     pub fn values(&self, rgb: [f32; 3]) -> [f32; 3] {
         self.values_in_full(rgb).map(|value| value as f32)
     }
@@ -197,14 +197,14 @@ impl DisplayMap {
         }
     }
 
-    /// Returns the display values of a pixel with the coverage for compositing over a page, or of
-    /// the pixel composited over the background.
+    /// Returns the display values and the alpha of a pixel: with its coverage, or composited over
+    /// the background with the alpha 1.
     ///
-    /// Coverage mixes display values, not light, as pages and most editors do. So a transparent
-    /// picture on a page looks like a picture with the page's colour as background. A shadow's
-    /// remaining light is a factor on light, which the curve converts to a factor on display
-    /// values. The conversion is exact for a power curve, and for white; deep shadows on greys of
-    /// sRGB differ by up to eight codes.
+    /// Compositing mixes display values, not radiance, as web pages and most editors do. So a
+    /// transparent picture on a page looks like a picture with the page's colour as background. The
+    /// light that a shadow leaves is a factor on radiance, which the transfer curve converts to a
+    /// factor on display values. The conversion is exact for a power curve, and for white; with
+    /// sRGB, deep shadows on greys differ by up to eight codes.
     fn covered(&self, picture: &Picture, pixel: usize) -> ([f64; 3], f64) {
         let [surfaces, shadow] = picture.coverage(pixel).map(f64::from);
         let (clear, colour) = (
@@ -230,7 +230,7 @@ impl DisplayMap {
         }
     }
 
-    /// Returns the display values in f64.
+    /// Returns the display values in 0..1 of linear radiance, in f64.
     fn values_in_full(&self, rgb: [f32; 3]) -> [f64; 3] {
         match self.display_linear(rgb) {
             Some(linear) => linear.map(|y| curve::encode(self.curve, f64::from(y))),
@@ -238,14 +238,16 @@ impl DisplayMap {
         }
     }
 
-    /// Applies exposure and tone map, and clips to 0..1; `None` where a channel is NaN.
+    /// Applies exposure and tone map to linear radiance and clips to 0..1; `None` if a channel is
+    /// NaN.
     #[inline]
     fn display_linear(&self, rgb: [f32; 3]) -> Option<[f32; 3]> {
         let exposed = rgb.map(|x| f64::from(x) * self.factor);
         if exposed.iter().any(|x| x.is_nan()) {
             return None;
         }
-        // Negative radiance is no light; the upper bound keeps the tone maps' fractions finite.
+        // Negative radiance counts as zero. The upper bound keeps the fractions of tone maps
+        // finite.
         let clamped = exposed.map(|x| x.clamp(0.0, f64::from(f32::MAX)));
         Some(self.tone.apply(clamped).map(|y| y.clamp(0.0, 1.0) as f32))
     }

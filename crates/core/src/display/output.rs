@@ -9,17 +9,17 @@ pub enum Output {
     /// The nearest of 256 codes of each display value.
     #[default]
     Eight,
-    /// One of the two nearest of 256 codes, so that the mean over neighbours is right and ramps
-    /// show no steps.
+    /// One of the two nearest of 256 codes (dithering), so that the mean over neighbouring pixels
+    /// is right and ramps show no steps.
     Dithered,
     /// The nearest of 65 536 codes.
     Sixteen,
-    /// Linear radiance, also brighter than white; no codes.
+    /// Linear radiance, unbounded, without codes.
     Float,
 }
 
 impl Output {
-    /// Returns the bytes of a channel before compression.
+    /// Returns the number of bytes of a channel before compression.
     pub const fn bytes(self) -> u32 {
         match self {
             Self::Eight | Self::Dithered => 1,
@@ -39,13 +39,14 @@ pub(super) fn sixteen(value: f64) -> u16 {
     (65535.0 * value + 0.5) as u16
 }
 
-/// Returns the dithered 8-bit code of a display value in 0..1 at a position of the picture, in a
-/// channel: floor(255 v + d), where d is spread evenly over [0, 1) from pixel to pixel. So a value
-/// that is a code keeps it, and the mean of any other is right.
+/// Returns the dithered 8-bit code of a display value v in 0..1: floor(255 v + d), where d depends
+/// on column, row and channel and is spread evenly over [0, 1). So a value that equals a code keeps
+/// its code, and the mean code of any other value is right.
 ///
 /// d is interleaved gradient noise (Jimenez, "Next Generation Post Processing in Call of Duty:
-/// Advanced Warfare", 2014), whose neighbours differ strongly: the remaining noise is too fine to
-/// be visible. Channels are shifted against each other, which lowers the brightness error of greys.
+/// Advanced Warfare", 2014). Its values at neighbouring pixels differ strongly, so the dither is
+/// too fine to be visible. The noise is shifted between channels, which lowers the brightness error
+/// of greys.
 pub(super) fn dithered(value: f64, [x, y]: [u32; 2], channel: usize) -> u8 {
     const SHIFT: f64 = 5.588_238;
     let x = f64::from(x) + SHIFT * channel as f64;

@@ -1,5 +1,5 @@
-//! Tone maps: from exposed linear radiance, non-negative and finite, to display-linear values
-//! around 0..1.
+//! Tone maps from exposed linear radiance, non-negative and finite, to display-linear values in
+//! about 0..1.
 
 use super::agx::Agx;
 use super::matrix::transform;
@@ -26,8 +26,8 @@ impl ToneOperator {
         }
     }
 
-    /// Maps a colour with finite, non-negative channels. Channels of the result may lie slightly
-    /// outside 0..1 where the map's own matrices leave the gamut; the caller clips them.
+    /// Maps a colour with finite, non-negative channels to display-linear values. Channels of the
+    /// result may lie slightly outside 0..1; the caller clips them.
     #[inline]
     pub(super) fn apply(&self, rgb: [f64; 3]) -> [f64; 3] {
         match self {
@@ -40,13 +40,13 @@ impl ToneOperator {
     }
 }
 
-/// Krzysztof Narkowicz, "ACES Filmic Tone Mapping Curve", 2015.
+/// ACES curve of Krzysztof Narkowicz, "ACES Filmic Tone Mapping Curve", 2015, for one channel.
 fn narkowicz(x: f64) -> f64 {
     x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14)
 }
 
-/// Stephen Hill's fit of the ACES reference rendering and sRGB output transforms ("BakingLab",
-/// 2016), with the factor 1/0.6 that glTF viewers apply first.
+/// ACES tone map by Stephen Hill's fit of the reference rendering and sRGB output transforms
+/// ("BakingLab", 2016), with the factor 1/0.6 that glTF viewers apply before it.
 fn hill(rgb: [f64; 3]) -> [f64; 3] {
     const INPUT: [[f64; 3]; 3] = [
         [0.597_19, 0.354_58, 0.048_23],
@@ -64,15 +64,14 @@ fn hill(rgb: [f64; 3]) -> [f64; 3] {
     transform(&OUTPUT, transform(&INPUT, rgb.map(|x| x / 0.6)).map(curve))
 }
 
-/// The Khronos PBR neutral tone mapper: Khronos Group, "Khronos PBR Neutral Tone Mapper"
-/// specification, 2024. Colours below 0.8 lose only the 4 % that a dielectric's reflection adds;
-/// brighter ones are desaturated.
+/// Khronos PBR neutral tone mapper: Khronos Group, "Khronos PBR Neutral Tone Mapper" specification,
+/// 2024. Colours below 0.8 lose only the 0.04 that the reflection of a dielectric adds. Brighter
+/// colours are compressed and desaturated.
 fn khronos_neutral(rgb: [f64; 3]) -> [f64; 3] {
     const START: f64 = 0.8 - 0.04;
     const DESATURATION: f64 = 0.15;
     let minimum = rgb[0].min(rgb[1]).min(rgb[2]);
-    // The least channel after the offset is subtracted, written so that small numbers do not
-    // cancel.
+    // The least channel minus the offset, in a form without cancellation for small numbers.
     let remainder = if minimum < 0.08 {
         6.25 * minimum * minimum
     } else {

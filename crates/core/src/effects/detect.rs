@@ -7,40 +7,42 @@ use super::{Effect, EffectFinding, EffectStatus};
 use crate::scene::Integrator;
 use crate::settings::Settings;
 
-/// Treatment of a present effect by an integrator, with its reason.
+/// Treatment by an integrator of an effect that the scene needs, with the reason.
 #[derive(Clone, Copy)]
 enum EffectHandling {
     /// Simulated.
     Does(&'static str),
-    /// Simulated by additional ray segments.
+    /// Simulated by additional ray segments, so left out with a maximum depth of 1.
     Traces(&'static str),
-    /// Left out; with a hint.
+    /// Left out; with a reason and a hint.
     Lacks(&'static str, &'static str),
     /// Left out, because the scene format cannot represent these properties of an imported file;
     /// with a hint.
     Unread(&'static str),
-    /// Depends on further facts and settings.
+    /// Treatment that depends on facts of the scene and on settings.
     Depends(fn(&EffectFacts, &Settings) -> EffectHandling),
 }
 
-/// Treatment of an effect by an integrator, and the reason for its absence.
+/// Treatment of an effect by an integrator, and the reason to report if the scene does not need the
+/// effect.
 struct EffectReading(EffectHandling, &'static str);
 
-/// A row of the table of effects.
+/// Row of the table of effects: cause in the scene, and treatment by each integrator.
 struct EffectRow {
     effect: Effect,
-    /// Path of the scene's part that needs the effect, under path tracing or not.
+    /// Function that returns the path, in the scene file, of the part that needs the effect. The
+    /// flag is whether path tracing is used.
     source: fn(&EffectFacts, bool) -> Option<&String>,
-    /// Readings by Whitted ray tracing and by path tracing.
+    /// Treatments by Whitted ray tracing and by path tracing.
     readings: [EffectReading; 2],
 }
 
-/// Both integrators treat the effect alike.
+/// Returns the same treatment for both integrators.
 const fn both(how: EffectHandling, absent: &'static str) -> [EffectReading; 2] {
     each(how, how, absent)
 }
 
-/// The integrators treat the effect differently.
+/// Returns a treatment for each integrator, with a common reason for absence.
 const fn each(
     whitted: EffectHandling,
     paths: EffectHandling,
@@ -49,7 +51,7 @@ const fn each(
     apart((whitted, absent), (paths, absent))
 }
 
-/// The integrators treat the effect differently, with different reasons for its absence.
+/// Returns a treatment for each integrator, each with its own reason for absence.
 const fn apart(
     whitted: (EffectHandling, &'static str),
     paths: (EffectHandling, &'static str),
@@ -60,30 +62,31 @@ const fn apart(
     ]
 }
 
-/// Whitted ray tracing leaves the effect out.
+/// Returns the treatments of an effect that path tracing simulates and Whitted ray tracing leaves
+/// out.
 const fn for_paths(present: &'static str, absent: &'static str) -> [EffectReading; 2] {
     each(Lacks(present, PATH), Does(present), absent)
 }
 
 /// Hint for effects that only path tracing simulates.
 const PATH: &str = "--integrator path";
-/// Hint for effects that are a look without a physical counterpart.
+/// Hint for effects without a physical counterpart, which only Whitted ray tracing simulates.
 const WHITTED: &str = "--integrator whitted";
-/// Hint for effects that samples at fixed places miss.
+/// Hint for effects that a fixed pattern of samples cannot simulate.
 const SAMPLES: &str = "--spp 64, say";
 
 macro_rules! rows {
     ($($(#[$doc:meta])* $variant:ident = $name:literal, $role:ident, $source:expr, $readings:expr;)*) => {
-        /// All effects, in the order of [`Effect::ALL`].
+        /// Rows of all effects, in the order of [`Effect::ALL`].
         const ROWS: &[EffectRow] = &[$(EffectRow { effect: Effect::$variant, source: $source, readings: $readings }),*];
     };
 }
 effects!(rows);
 
-/// Returns the integrator that a scene needs where the user chose none. Whitted ray tracing is used
-/// where it leaves out nothing that path tracing simulates, as for classic materials: its pictures
-/// have no noise and need only enough samples for edges. Physical materials light each other and
-/// need path tracing.
+/// Returns the integrator that suits a scene, for users who chose none. Whitted ray tracing is used
+/// if it simulates every effect that path tracing does, as for classic materials: its pictures have
+/// no noise, and samples only smooth edges. Physical materials light each other and need path
+/// tracing.
 pub(super) fn called_for(effect_facts: &EffectFacts) -> Integrator {
     let needs_paths = |row: &EffectRow| {
         matches!(row.readings[0].0, Lacks(_, PATH)) && (row.source)(effect_facts, false).is_some()
@@ -95,7 +98,8 @@ pub(super) fn called_for(effect_facts: &EffectFacts) -> Integrator {
     }
 }
 
-/// Returns the findings for a scene, in the order of [`Effect::ALL`].
+/// Returns the finding for every effect, in the order of [`Effect::ALL`]. `paths` is whether path
+/// tracing is used.
 pub(super) fn found(
     effect_facts: &EffectFacts,
     settings: &Settings,

@@ -1,5 +1,5 @@
-//! Facts about the reachable part of a scene: for each feature, the path of its first place in the
-//! scene.
+//! Facts about the visible part of a scene: for each feature, the path of its first use in the
+//! scene file.
 
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 
@@ -11,7 +11,7 @@ use crate::scene::{
     MaterialFields, Model, Physical, Projection, Scene, Shape, Sky, Weight,
 };
 
-/// Path of the first place with a feature; `None` without one.
+/// Path, in the scene file, of the first use of a feature; `None` if the scene does not use it.
 type EffectPath = Option<String>;
 
 /// Perceptual roughness up to which Whitted shading traces a reflection as a mirror's.
@@ -30,16 +30,16 @@ pub(super) struct EffectFacts {
     pub reflection: EffectPath,
     pub fuzz: EffectPath,
     pub refraction: EffectPath,
-    /// Surfaces that reflect, transmit or diffuse each ray at random.
+    /// Surfaces that reflect, transmit or diffuse each ray at random, in the given proportions.
     pub mixture: EffectPath,
     pub absorption: EffectPath,
-    /// Bodies with a priority where several overlap.
+    /// Bodies with a priority, which decides between overlapping bodies.
     pub nested: EffectPath,
     pub rough_reflection: EffectPath,
     pub rough_refraction: EffectPath,
     /// Layers over, under and in surfaces.
     pub layers: LayerFacts,
-    /// Lit physical surfaces.
+    /// Physical surfaces that light illuminates.
     pub lit_physical: EffectPath,
     pub diffuse_physical: EffectPath,
     pub alpha: EffectPath,
@@ -63,24 +63,24 @@ pub(super) struct EffectFacts {
     pub sky_map: EffectPath,
     /// A studio whose ground catches shadows.
     pub ground: EffectPath,
-    /// The first material with properties that the scene format cannot represent.
+    /// First material of an imported file with properties that the scene format cannot represent.
     pub unread: EffectPath,
-    /// All such properties, with the materials' names.
+    /// Properties that the scene format cannot represent, with the names of the materials.
     pub unread_parts: String,
     pub lens: EffectPath,
     pub motion: EffectPath,
-    /// A shutter that is open for some time.
+    /// Shutter that is open for some time.
     pub exposure: EffectPath,
-    /// A shutter that opens and closes at once: motion is seen at that time, and nothing is left
-    /// out.
+    /// Whether the shutter opens and closes at the same instant: the picture shows that instant,
+    /// and no motion is left out.
     pub instant: bool,
 }
 
-/// Whether a material has a layer. The flags say whether part of the material may be non-metallic,
-/// and whether part of that may transmit.
+/// Function that returns whether a physical material has a layer. The flags are whether a part of
+/// the material may be non-metallic, and whether a non-metallic part may transmit.
 type HasLayer = fn(&Physical, [bool; 2]) -> bool;
 
-/// Keys of the layers over, under and in surfaces, each with its test.
+/// Keys of the layers over, under and in surfaces, each with the function that detects it.
 const LAYERS: [(&str, HasLayer); 9] = [
     ("thin_walled", |m, [_, clear]| m.thin_walled && clear),
     ("specular", |m, [plain, _]| m.tints_reflections() && plain),
@@ -97,19 +97,20 @@ const LAYERS: [(&str, HasLayer); 9] = [
     }),
 ];
 
-/// Layers of a scene, each with the path of its first place.
+/// Layers of a scene's materials, each with the path of its first use.
 #[derive(Clone, Debug, Default)]
 pub(super) struct LayerFacts(BTreeMap<&'static str, String>);
 
 impl LayerFacts {
-    /// Adds the layers of a material; `parts` as in [`HasLayer`].
+    /// Adds the layers of a material. `parts` are the flags of [`HasLayer`]; `at` returns the path
+    /// of a field.
     fn gather(&mut self, m: &Physical, parts: [bool; 2], at: &dyn Fn(&str) -> String) {
         for (key, _) in LAYERS.iter().filter(|(_, has)| has(m, parts)) {
             self.0.entry(key).or_insert_with(|| at(key));
         }
     }
 
-    /// Returns the path of a layer's first place, or `None`.
+    /// Returns the path of a layer's first use, or `None`.
     pub fn source(&self, key: &str) -> Option<&String> {
         self.0.get(key)
     }
@@ -127,9 +128,9 @@ thread_local! {
     pub(super) static WALKS: core::cell::Cell<u32> = const { core::cell::Cell::new(0) };
 }
 
-/// Combinations of several facts.
+/// Effects that need several facts together; each function returns the path of the cause.
 impl EffectFacts {
-    /// Returns the surfaces that lights illuminate, if the scene has both.
+    /// Returns the path of a surface that lights illuminate; `None` without lights.
     pub fn lit_by_lights(&self) -> Option<&String> {
         self.lit.as_ref().and(self.light.as_ref())
     }
@@ -145,7 +146,8 @@ impl EffectFacts {
             .and(self.shadowing_light.as_ref())
     }
 
-    /// Returns the source of an effect, or of a layer that needs the effect under path tracing.
+    /// Returns the cause `own` of an effect or, under path tracing, the path of a layer that needs
+    /// the effect.
     pub fn with_layer<'a>(
         &'a self,
         own: &'a EffectPath,
@@ -156,14 +158,14 @@ impl EffectFacts {
             .or_else(|| self.layers.source(layer).filter(|_| paths))
     }
 
-    /// Returns the surfaces that the light of lamps changes.
+    /// Returns the path of a surface on which the light of emissive surfaces is visible.
     pub fn lit_by(&self, paths: bool) -> Option<&String> {
         self.lit
             .as_ref()
             .or(self.highlight.as_ref().filter(|_| paths))
     }
 
-    /// Returns the surfaces that the light of the sky changes.
+    /// Returns the path of a surface on which the light of the sky is visible.
     pub fn receives(&self, paths: bool) -> Option<&String> {
         if paths {
             self.lit_by(true)
@@ -172,7 +174,7 @@ impl EffectFacts {
         }
     }
 
-    /// Returns the surfaces that scatter light to others in all directions.
+    /// Returns the path of a surface that diffuses light to other surfaces.
     pub fn diffuses(&self, paths: bool) -> Option<&String> {
         if paths {
             self.lit.as_ref()
@@ -183,7 +185,7 @@ impl EffectFacts {
 }
 
 impl EffectFacts {
-    /// Gathers all facts of a scene seen by a camera.
+    /// Gathers all facts of a scene with this camera.
     pub fn gather(scene: &Scene, camera: Option<&Camera>) -> Self {
         #[cfg(test)]
         WALKS.set(WALKS.get() + 1);
@@ -261,7 +263,7 @@ impl EffectFacts {
             Some(Sky::Expression(_)) => record(&mut effect_facts.program, true, || {
                 "sky.expression".to_owned()
             }),
-            // An unbounded object has no ground below it.
+            // A studio has no ground below an unbounded object.
             Some(Sky::Studio(studio)) => {
                 let ground = studio.ground && effect_facts.unbounded.is_none();
                 record(&mut effect_facts.ground, ground, || {
@@ -292,8 +294,8 @@ impl EffectFacts {
         effect_facts
     }
 
-    /// Gathers the properties without a counterpart in the scene format, by name, with the
-    /// materials that have them.
+    /// Gathers the properties that the scene format cannot represent, with the materials that have
+    /// them.
     fn unread(&mut self, scene: &Scene, used: &BTreeSet<&str>) {
         const MOST: usize = 3;
         let mut parts: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
@@ -330,7 +332,7 @@ impl EffectFacts {
         self.unread_parts = listed.collect::<Vec<_>>().join("; ");
     }
 
-    /// Gathers the facts of the listed objects, and of one object for each generator.
+    /// Gathers the facts of all listed objects, and of the object of each generator.
     fn objects(&mut self, scene: &Scene) {
         let lookup = SceneLookup::new(scene);
         let listed = scene
@@ -361,7 +363,7 @@ impl EffectFacts {
                 continue;
             };
             record(&mut self.mesh, true, || format!("{}.shape.mesh", path()));
-            // Only objects with the same sides rule share storage.
+            // Only objects with the same rule for sides share a stored mesh.
             record(
                 &mut self.instance,
                 !shown.insert((name, object.side)),
@@ -397,7 +399,7 @@ impl EffectFacts {
 
     fn classic(&mut self, m: &Classic, rules: &ClassicRules, path: &str) {
         let at = |field: &str| format!("{path}.{field}");
-        // A surface that passes its rays on may show its local term alone where the path ends.
+        // A reflecting or transmitting surface may show its local term alone at the end of a path.
         let passes_on = m.reflection.is_some() || m.transmission.is_some();
         let alone = passes_on && rules.depth_limit == DepthLimit::LocalOnly;
         let local = self.weight(&m.local, || at("local")) || alone;
@@ -478,7 +480,7 @@ impl EffectFacts {
             return;
         }
         let textured = m.metallic_roughness_texture.is_some();
-        // A varying value may be anything somewhere.
+        // A varying roughness may have any value somewhere.
         let varies = textured || m.roughness.constant().is_none();
         let smooth = m
             .roughness
@@ -486,7 +488,7 @@ impl EffectFacts {
             .is_some_and(|roughness| roughness <= MIRROR_ROUGHNESS);
         let plain = textured || m.metallic.constant().is_none_or(|metallic| metallic < 1.0);
         let clear = m.may_transmit() && plain;
-        // All light passes everywhere, so none is diffused.
+        // A surface that transmits all light everywhere diffuses none.
         let all_passes =
             m.may_transmit() && m.transmission == 1.0.into() && m.transmission_texture.is_none();
         record(&mut self.lit, true, || path.to_owned());

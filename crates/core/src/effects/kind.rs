@@ -1,4 +1,4 @@
-//! The known effects as a closed set, with the same names in reports, preparation and kernels.
+//! Effects: the closed set of features that a scene may need, with their names and roles.
 
 use serde::{Serialize, Serializer};
 
@@ -7,18 +7,18 @@ use super::table::effects;
 /// Role of an effect in a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum EffectRole {
-    /// The effect is an essential part of the scene and cannot be switched off.
+    /// Essential part of the scene, which cannot be switched off.
     Scene,
-    /// The effect can be switched off.
+    /// Effect that can be switched off.
     Switch,
-    /// The effect can be switched off, and is a layer over, under or in the metallic-roughness
-    /// model.
+    /// Effect that can be switched off, and that is a layer over, under or in the
+    /// metallic-roughness model.
     Layer,
 }
 
 macro_rules! kinds {
     ($($(#[$doc:meta])* $variant:ident = $name:literal, $role:ident, $source:expr, $readings:expr;)*) => {
-        /// A feature that a scene may need.
+        /// Effect: a feature that a scene may need and a render may simulate.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
         #[repr(u8)]
         pub enum Effect {
@@ -29,14 +29,14 @@ macro_rules! kinds {
             /// Every effect, in the order of reports.
             pub const ALL: &'static [Self] = &[$(Self::$variant),*];
 
-            /// Name in reports and on the command line.
+            /// Returns the name in reports and on the command line.
             pub const fn name(self) -> &'static str {
                 match self {
                     $(Self::$variant => $name,)*
                 }
             }
 
-            /// Returns the role in a scene.
+            /// Returns the role of the effect in a scene.
             pub(super) const fn role(self) -> EffectRole {
                 match self {
                     $(Self::$variant => EffectRole::$role,)*
@@ -48,7 +48,7 @@ macro_rules! kinds {
 effects!(kinds);
 
 impl Effect {
-    /// Returns the effect with this name.
+    /// Returns the effect with this name, or `None`.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL
             .iter()

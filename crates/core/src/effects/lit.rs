@@ -1,4 +1,4 @@
-//! Scenes without light, as models often are: detection, and a substitute sky.
+//! Detection of scenes without light, as imported models often are, and a substitute sky.
 
 use glam::DVec3;
 
@@ -16,8 +16,8 @@ pub fn neutral_sky() -> Sky {
     }
 }
 
-/// Whether anything in a scene emits light. Without light its picture is black, and a neutral sky
-/// is the likely wish.
+/// Whether a scene has a sky, light, ambient term, emissive or unlit surface. A scene without any
+/// of these is black; [`neutral_sky`] is a substitute.
 pub fn has_light(scene: &Scene) -> bool {
     let effect_facts = EffectFacts::gather(scene, None);
     [
@@ -31,12 +31,12 @@ pub fn has_light(scene: &Scene) -> bool {
     .any(Option::is_some)
 }
 
-/// Irradiance below which a light counts as absent: a white surface under it is darker than a tenth
-/// of the display's range.
+/// Irradiance of all lights below which they count as absent. A white surface with this irradiance
+/// is darker than a tenth of the display's range.
 const DIM: f64 = 0.02;
 
-/// Whether the lights of a model reach its surfaces, by their power and range at the distance of
-/// the model's size.
+/// Whether a scene's lights illuminate its model noticeably: their irradiance at the model, by
+/// power, range and distance, is at least 0.02.
 pub fn lights_reach(scene: &Scene) -> bool {
     let bounds = extent::<f32>(scene, &SceneLookup::new(scene)).bounds;
     let (centre, radius) = match bounds.is_empty() {
@@ -58,7 +58,7 @@ fn strongest(colour: [f64; 3]) -> f64 {
     colour.into_iter().fold(0.0, f64::max)
 }
 
-/// Returns the irradiance of a light on a model of this place and size.
+/// Returns the irradiance of a light on a model with this centre and radius.
 fn reaching(light: &Light, centre: DVec3, radius: f64) -> f64 {
     let strength = strongest(light.colour.0);
     let (position, falloff, range) = match light.kind {
@@ -80,7 +80,7 @@ fn reaching(light: &Light, centre: DVec3, radius: f64) -> f64 {
         return 0.0;
     }
     match falloff {
-        // A light within the model is about half the model's size away from most of it.
+        // For a light inside the model, the distance to most surfaces is about half the radius.
         Falloff::InverseSquare => {
             strength
                 / (away * away)

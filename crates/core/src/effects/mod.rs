@@ -1,12 +1,12 @@
-//! Effects: the features that a scene needs, those that a render simulates, and the reasons.
+//! Effects: the features that a scene needs, and which of them a render simulates, with reasons.
 //!
 //! [`detect`] depends on the scene and the settings alone. An effect is **simulated**, **absent**
-//! (the scene has none of it, and nothing is built, traced or sampled for it) or **left out** (the
-//! scene has it, this render does not simulate it; a hint is always given). Only features of
-//! visible objects count: an unused material needs nothing.
+//! (the scene does not need it, so nothing is built, traced or sampled for it) or **left out** (the
+//! scene needs it, but the render does not simulate it; a hint is always given). Only features of
+//! shown objects count: an unused material needs no effect.
 //!
-//! The findings decide the later stages: preparation builds data for the simulated effects alone,
-//! and the kernel is the smallest one that contains them.
+//! Preparation builds data for the simulated effects alone, and the render uses the smallest kernel
+//! that contains them.
 
 mod detect;
 mod facts;
@@ -26,7 +26,7 @@ pub(crate) use setup::{RenderSetup, chosen};
 
 use serde::Serialize;
 
-/// Status of an effect.
+/// Status of an effect in a render.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum EffectStatus {
@@ -38,7 +38,7 @@ pub enum EffectStatus {
     LeftOut,
 }
 
-/// An effect with its status and reason.
+/// Finding: an effect with its status in a render and the reason.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct EffectFinding {
     /// The effect.
@@ -48,10 +48,10 @@ pub struct EffectFinding {
     pub status: EffectStatus,
     /// Reason for the status.
     pub because: String,
-    /// Path of the scene's part that needs the effect (`materials[1].model.classic.transmission`);
-    /// `None` for an absent effect.
+    /// Path, in the scene file, of the part that needs the effect, such as
+    /// `materials[1].model.classic.transmission`; `None` for an absent effect.
     pub source: Option<String>,
-    /// Hint; always given for an effect that is left out.
+    /// Flag or change by which the effect is simulated; given for every effect that is left out.
     pub hint: Option<String>,
 }
 
@@ -60,7 +60,7 @@ pub struct EffectFinding {
 pub struct EffectReport {
     /// Name of the integrator.
     pub integrator: &'static str,
-    /// Reason for its choice.
+    /// Reason for the choice of the integrator.
     pub because: String,
     /// One finding for each of [`Effect::ALL`], in that order.
     pub effects: Vec<EffectFinding>,

@@ -2,7 +2,7 @@
 
 use super::kind::{Effect, EffectRole};
 
-/// A set of effects.
+/// Set of effects, one bit each.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct EffectSet(u64);
 
@@ -12,7 +12,7 @@ impl EffectSet {
     /// The set of all effects.
     pub const ALL: Self = Self::from_effects(Effect::ALL);
 
-    /// Returns the set of these effects.
+    /// Returns the set of the listed effects.
     pub const fn from_effects(effects: &[Effect]) -> Self {
         let (mut bits, mut i) = (0, 0);
         while i < effects.len() {
@@ -27,7 +27,7 @@ impl EffectSet {
         self.0 >> effect as u8 & 1 == 1
     }
 
-    /// Returns the difference of two sets.
+    /// Returns the effects of this set that are not in the other.
     pub const fn without(self, other: Self) -> Self {
         Self(self.0 & !other.0)
     }
@@ -47,7 +47,7 @@ impl EffectSet {
         self.0 == 0
     }
 
-    /// Iterates over the effects, in the order of reports.
+    /// Iterates over the effects of the set, in the order of reports.
     pub fn iter(self) -> impl Iterator<Item = Effect> {
         Effect::ALL
             .iter()
@@ -64,7 +64,7 @@ impl FromIterator<Effect> for EffectSet {
     }
 }
 
-/// Returns the effects of a role.
+/// Returns all effects with this role.
 const fn of_role(role: EffectRole) -> EffectSet {
     let (mut set, mut i) = (EffectSet::EMPTY, 0);
     while i < Effect::ALL.len() {
@@ -76,11 +76,11 @@ const fn of_role(role: EffectRole) -> EffectSet {
     set
 }
 
-/// Layers over, under and in the metallic-roughness model; surfaces with such a layer are prepared
-/// as layered.
+/// Effects that are layers over, under or in the metallic-roughness model. Surfaces with one of
+/// these layers are prepared as layered materials.
 pub const LAYERS: EffectSet = of_role(EffectRole::Layer);
 
-/// Effects that can be switched off. The others are essential parts of the scene.
+/// Effects that can be switched off. All other effects are essential parts of the scene.
 pub const SWITCHABLE: EffectSet = of_role(EffectRole::Switch).or(LAYERS);
 
 #[cfg(test)]

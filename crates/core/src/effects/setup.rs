@@ -9,20 +9,20 @@ use super::{EffectFinding, EffectReport, EffectSet, EffectStatus};
 use crate::scene::{Integrator, Scene};
 use crate::settings::Settings;
 
-/// Decisions before preparation, made once by a single traversal of the scene (and another one of
-/// the reduced scene where effects are switched off), and passed on.
+/// Decisions before preparation, made once from a traversal of the scene. If effects are switched
+/// off, the reduced scene is traversed too.
 pub(crate) struct RenderSetup<'a> {
     /// The scene, without the effects that are switched off.
     pub scene: Cow<'a, Scene>,
-    /// The settings, with the chosen integrator and the camera without effects that are switched
-    /// off.
+    /// The settings with the chosen integrator, and with a camera without the effects that are
+    /// switched off.
     pub settings: Settings,
-    /// Findings for the effects.
+    /// Findings for all effects.
     pub effects: EffectReport,
 }
 
 impl<'a> RenderSetup<'a> {
-    /// Decides how to render a scene with these settings.
+    /// Chooses the integrator and finds the simulated effects for a scene with these settings.
     pub fn new(scene: &'a Scene, settings: &Settings) -> Self {
         let (effect_facts, requested) = (
             EffectFacts::gather(scene, settings.camera.as_ref()),
@@ -77,7 +77,8 @@ pub fn detect(scene: &Scene, settings: &Settings) -> EffectReport {
     RenderSetup::new(scene, settings).effects
 }
 
-/// Returns the integrator that a scene gets under these settings.
+/// Returns the integrator that renders a scene with these settings: the requested one, or the one
+/// that suits the scene.
 pub(crate) fn chosen(scene: &Scene, settings: &Settings) -> Integrator {
     match settings.integrator {
         Integrator::Auto => called_for(&EffectFacts::gather(scene, settings.camera.as_ref())),
@@ -85,7 +86,7 @@ pub(crate) fn chosen(scene: &Scene, settings: &Settings) -> Integrator {
     }
 }
 
-/// Returns the reason for an integrator, chosen by the user or by the scene.
+/// Returns the reason for the choice of the integrator, as the report states it.
 fn reason(requested: Integrator, paths: bool, findings: &[EffectFinding]) -> &'static str {
     match requested {
         Integrator::Whitted | Integrator::Path => "asked for",
@@ -97,8 +98,8 @@ fn reason(requested: Integrator, paths: bool, findings: &[EffectFinding]) -> &'s
     }
 }
 
-/// Changes a finding for the whole scene to that for the scene with effects switched off; `left` is
-/// the status there.
+/// Changes the finding of the whole scene to left out, if its effect is in `off`, or absent in the
+/// scene without the effects of `off`. `left` is the status in that scene.
 fn switch_off(finding: &mut EffectFinding, left: EffectStatus, off: EffectSet) {
     let named = off.has(finding.effect);
     if finding.status == EffectStatus::Absent || !named && left != EffectStatus::Absent {

@@ -1,5 +1,5 @@
-//! Effects switched off by name: removes their causes from the scene, so that later stages need no
-//! special case.
+//! Removal of effects: the causes of switched-off effects are removed from the scene, so that later
+//! stages need no special case.
 
 use std::sync::Arc;
 
@@ -10,8 +10,8 @@ use crate::scene::{
 };
 
 /// Returns the scene and the camera without the causes of these effects. `SkyLight`, `SoftShadows`,
-/// `Motion` and the mirror reflection of physical materials have no separate data; preparation
-/// leaves them out where they are not simulated.
+/// `Motion` and the mirror reflection of physical materials have no data of their own; preparation
+/// leaves them out if they are not simulated.
 pub(crate) fn switched_off(
     scene: &Scene,
     camera: &Option<Camera>,
@@ -93,7 +93,8 @@ fn classic(m: &mut Classic, off: EffectSet) {
         .for_each(|input| flatten(input, off));
 }
 
-/// Resets the fields of a physical material that belong to switched-off effects.
+/// Defines the function that resets the fields of a physical material whose effects are switched
+/// off.
 macro_rules! switches {
     ($(#[$meta:meta])* $Name:ident
      $($(#[$of:meta])* $key:ident: $Type:ty = $default:expr, $bounds:expr $(, $effect:ident)?;)*) => {

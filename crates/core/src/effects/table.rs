@@ -1,13 +1,13 @@
 //! Table of effects: name, role, cause in the scene, and treatment by each integrator.
 
-/// Passes the table to another macro. A row is `KIND = NAME, ROLE, SOURCE, READINGS`. The source
-/// selects the effect's cause among a scene's facts, under path tracing or not. The readings give
-/// the treatment by Whitted ray tracing and by path tracing, and the reason for absence. Rows are
-/// in the order of reports.
+/// Passes the table to another macro. A row is `KIND = NAME, ROLE, SOURCE, READINGS`. `SOURCE`
+/// selects the effect's cause among a scene's facts; its flag is whether path tracing is used.
+/// `READINGS` gives the treatment by Whitted ray tracing and by path tracing, and the reason for
+/// absence. Rows are in the order of reports.
 macro_rules! effects {
     ($then:ident) => {
         $then! {
-            /// A constant light that reaches every surface.
+            /// Constant light that reaches every surface, without a source.
             AmbientLight = "ambient light", Switch, |f, _| f.ambient.as_ref(),
                 each(Does("a constant light reaches every surface"),
                     Lacks("constant light without a source has no paths", WHITTED),
@@ -15,14 +15,14 @@ macro_rules! effects {
             /// Lights illuminate surfaces.
             DirectLight = "direct light", Switch, |f, _| f.lit_by_lights(),
                 both(Does("lights illuminate surfaces"), "no light illuminates a surface");
-            /// An occluder lies between a light and a surface.
+            /// Occluders between lights and surfaces cast shadows.
             Shadows = "shadows", Switch, |f, _| f.shadowed(),
                 both(Does("a light that casts shadows illuminates a surface, with an occluder between them"),
                     "no light that casts shadows has both a surface and an occluder");
             /// Glossy surfaces show highlights of lights.
             Highlights = "highlights", Switch, |f, _| f.highlights(),
                 both(Does("a light has highlights on a glossy surface"), "no light illuminates a glossy surface");
-            /// Light at grazing angles.
+            /// Surfaces are lit at grazing angles, without a source.
             RimLight = "rim light", Switch, |f, _| f.rim.as_ref(),
                 each(Does("a surface is lit at grazing angles"),
                     Lacks("rim light without a source has no paths", WHITTED),
@@ -33,12 +33,12 @@ macro_rules! effects {
             /// Surfaces show their base colour without lighting.
             UnlitSurfaces = "unlit surfaces", Scene, |f, _| f.unlit.as_ref(),
                 both(Does("a material shows its colour as it is"), "every material is lit");
-            // A smooth coat reflects as a mirror, and diffuse transmission passes through: under
-            // path tracing alone.
-            /// Smooth surfaces reflect.
+            // Under path tracing alone, a smooth clear coat counts as a mirror reflection, and
+            // diffuse transmission as a refraction.
+            /// Smooth surfaces reflect as mirrors.
             MirrorReflection = "mirror reflection", Switch, |f, paths| f.with_layer(&f.reflection, "clearcoat", paths),
                 both(Traces("a smooth surface reflects"), "no smooth surface reflects");
-            /// A fixed pattern disturbs a reflection.
+            /// A fixed pattern of directions disturbs reflections.
             FuzzyReflection = "fuzzy reflection", Switch, |f, _| f.fuzz.as_ref(),
                 each(Traces("a reflection is disturbed by a fixed pattern"),
                     Lacks("a pattern of directions is no physical surface", WHITTED),
@@ -46,61 +46,61 @@ macro_rules! effects {
             /// Surfaces transmit and refract light.
             Refraction = "refraction", Switch, |f, paths| f.with_layer(&f.refraction, "diffuse_transmission", paths),
                 both(Traces("a surface transmits light"), "no surface transmits light");
-            /// Materials with an alpha.
+            /// Materials with an alpha below 1 are partly transparent.
             Transparency = "transparency", Switch, |f, _| f.alpha.as_ref(),
                 both(Does("a material has an alpha"), "every material is opaque");
-            /// Surfaces that follow the metallic-roughness model.
+            /// Surfaces follow the metallic-roughness model.
             PhysicalMaterials = "physical materials", Scene, |f, _| f.physical.as_ref(),
                 both(Does("a surface follows the metallic-roughness model"), "no surface follows the metallic-roughness model");
-            /// Materials read images.
+            /// Materials read image textures.
             ImageTextures = "image textures", Switch, |f, _| f.image.as_ref(),
                 both(Does("a material reads an image"), "no material reads an image");
-            /// Textures are read from reduced images where a pixel covers many texels.
+            /// Textures are averaged over the footprint of a pixel, from reduced images.
             MipMaps = "mip maps", Switch, |f, _| f.mip_maps.as_ref(),
                 both(Does("a texture is averaged over the footprint of a pixel"),
                     "no texture uses them: the samples of a pixel average its texels");
-            /// Expressions that are evaluated per hit.
+            /// Expressions in materials or the sky are evaluated per hit.
             ProceduralTextures = "procedural textures", Scene, |f, _| f.program.as_ref(),
                 both(Does("an expression is evaluated per hit"), "no expression is evaluated per hit");
-            /// Two colours alternate.
+            /// Materials alternate between two colours.
             Checkerboard = "checkerboard", Switch, |f, _| f.checker.as_ref(),
                 both(Does("a material alternates between two colours"), "no material alternates between two colours");
-            /// Meshes carry colours.
+            /// Meshes carry vertex colours that a material reads.
             VertexColours = "vertex colours", Switch, |f, _| f.vertex_colours.as_ref(),
                 both(Does("a mesh carries colours"), "no mesh carries colours that a material reads");
-            /// Meshes carry normals.
+            /// Meshes carry vertex normals, which are interpolated for shading.
             SmoothShading = "smooth shading", Switch, |f, _| f.smooth_normals.as_ref(),
                 both(Does("a mesh carries normals"), "no mesh carries normals");
-            /// Images change the normals of surfaces.
+            /// Images perturb the normals of surfaces.
             NormalMaps = "normal maps", Switch, |f, _| f.normal_map.as_ref(),
                 both(Does("an image perturbs the normals of a surface"), "no image perturbs the normals of a surface");
-            /// Meshes of triangles.
+            /// Objects show meshes of triangles.
             TriangleMeshes = "triangle meshes", Scene, |f, _| f.mesh.as_ref(),
                 both(Does("an object shows a mesh"), "no object shows a mesh");
-            /// A mesh is shown more than once and stored once.
+            /// Meshes are shown more than once and stored once.
             Instances = "instances", Scene, |f, _| f.instance.as_ref(),
                 both(Does("a mesh is shown more than once, and stored once"), "no mesh is shown more than once");
-            /// Shapes without bounds, kept beside the tree.
+            /// Shapes without bounds, such as planes, are kept beside the tree.
             UnboundedShapes = "unbounded shapes", Scene, |f, _| f.unbounded.as_ref(),
                 both(Does("a shape without bounds is kept beside the tree"), "every shape has bounds");
             /// Rays that hit nothing see the sky.
             Sky = "sky", Switch, |f, _| f.sky.as_ref(),
                 both(Does("rays that hit nothing see it"), "rays that hit nothing see black");
-            /// The sky is a picture.
+            /// The sky is an image.
             EnvironmentMap = "environment map", Switch, |f, _| f.sky_map.as_ref(),
                 both(Does("the sky is a picture"), "the sky is not a picture");
-            /// A ground shows nothing but shadows.
+            /// A studio's ground shows nothing but shadows.
             GroundShadow = "ground shadow", Switch, |f, _| f.ground.as_ref(),
                 each(Lacks("the studio's backdrop shows no shadows", PATH),
                     Does("the scene shadows the ground of the studio's backdrop"),
                     "no studio has a ground");
-            /// Physical materials receive the sky's cosine-weighted average.
+            /// Surfaces receive light from the sky.
             SkyLight = "sky light", Switch, |f, paths| f.receives(paths).and(f.sky.as_ref()),
                 apart((Does("physical materials receive the sky's cosine-weighted average, without occlusion"),
                         "no physical material receives light from a sky"),
                     (Does("surfaces sample directions of the sky by its brightness"),
                         "no surface receives light from a sky"));
-            /// A camera with an aperture.
+            /// A camera with an aperture blurs surfaces out of focus.
             DepthOfField = "depth of field", Switch, |f, _| f.lens.as_ref(),
                 both(Depends(|_, settings| match settings.sampling.is_fixed() {
                     true => Lacks("every ray of a fixed pattern passes through the centre of the lens", SAMPLES),
@@ -114,11 +114,11 @@ macro_rules! effects {
                     true => Lacks("every ray of a fixed pattern has the time at which the shutter opens", SAMPLES),
                     false => Does("something moves while the shutter is open"),
                 }), "nothing moves while the shutter is open");
-            /// Emissive surfaces light others.
+            /// Evenly emissive surfaces light other surfaces, with soft shadows.
             SoftShadows = "soft shadows", Switch, |f, paths| f.lit_by(paths).and(f.even_emission.as_ref()),
                 both(Does("an emissive surface lights others: each sample takes one point of it"),
                     "no evenly emissive surface lights another");
-            /// Surfaces whose emission varies light others.
+            /// Surfaces whose emission varies over them light other surfaces.
             TexturedEmitters = "textured emitters", Scene, |f, paths| f.lit_by(paths).and(f.varied_emission.as_ref()),
                 each(Lacks("a surface whose emission varies is visible, but does not light others",
                         "--integrator path, or give it an even emission"),
@@ -139,7 +139,7 @@ macro_rules! effects {
                 each(Lacks("a rough surface blurs its refraction; the surface is rendered as a smooth one", PATH),
                     Does("a rough surface blurs its refraction"),
                     "no rough surface transmits");
-            /// Surfaces reflect, transmit or diffuse each ray at random.
+            /// Surfaces reflect, transmit or diffuse each ray by chance.
             MixedScattering = "mixed scattering", Scene, |f, _| f.mixture.as_ref(),
                 each(Lacks("the other terms of the material replace its mixture", PATH),
                     Does("a surface reflects, transmits or diffuses each ray, by chance"),
@@ -149,46 +149,47 @@ macro_rules! effects {
                 each(Lacks("bodies that absorb light are rendered clear", PATH),
                     Does("light is absorbed inside a body"),
                     "no body absorbs light");
-            /// Where bodies overlap, light is in the body of the greatest priority.
+            /// Of overlapping bodies, the one with the greatest priority determines refraction and
+            /// absorption.
             NestedMedia = "nested media", Switch, |f, _| f.nested.as_ref(),
                 each(Lacks("each boundary refracts light as if air lay on one side", PATH),
                     Does("where bodies overlap, the body of greatest priority counts, and light refracts directly from one into another"),
                     "no body of glass has a priority");
-            /// Walls too thin to refract transmitted light.
+            /// Thin walls transmit light without refraction.
             ThinWalls = "thin walls", Layer, |f, _| f.layers.source("thin_walled"),
                 each(Does("light passes straight through walls, which reflect none of it"),
                     Does("walls transmit light without refraction"),
                     "no wall is thin and clear");
-            /// A dielectric reflects more, less or another colour than its index of refraction
+            /// Dielectrics reflect more, less or another colour than their index of refraction
             /// gives.
             TintedReflection = "tinted reflection", Layer, |f, _| f.layers.source("specular"),
                 for_paths("a surface reflects more or less than by its index", "every surface reflects by its index");
             /// Metals have a complex index of refraction.
             Conductors = "conductors", Layer, |f, _| f.layers.source("conductor"),
                 for_paths("a metal reflects by its complex index", "no metal has a complex index");
-            /// A clear coat over a surface.
+            /// Surfaces have a clear coat.
             Clearcoat = "clearcoat", Layer, |f, _| f.layers.source("clearcoat"),
                 for_paths("a clear coat lies over a surface", "no surface has a clear coat");
-            /// Fibres that catch light at grazing angles.
+            /// Fibres on surfaces scatter light at grazing angles.
             Sheen = "sheen", Layer, |f, _| f.layers.source("sheen"),
                 for_paths("fibres scatter light at grazing angles", "no surface has fibres");
-            /// Microfacets are rougher along one direction.
+            /// Roughness differs between two directions of a surface.
             Anisotropy = "anisotropy", Layer, |f, _| f.layers.source("anisotropy"),
                 for_paths("roughness differs between two directions of a surface", "roughness is the same in every direction");
-            /// Thin films cause interference.
+            /// Light interferes in thin films on surfaces.
             Iridescence = "iridescence", Layer, |f, _| f.layers.source("iridescence"),
                 for_paths("light interferes in a thin film", "no surface has a thin film");
-            /// Short waves refract more than long ones.
+            /// Short wavelengths refract more than long ones.
             Dispersion = "dispersion", Layer, |f, _| f.layers.source("dispersion"),
                 for_paths("short waves refract more than long ones: each path has one wavelength", "the index of glass is the same for all wavelengths");
-            /// Light is diffused to the other side of a surface.
+            /// Surfaces diffuse light to their other side.
             DiffuseTransmission = "diffuse transmission", Layer, |f, _| f.layers.source("diffuse_transmission"),
                 for_paths("light is diffused through a surface to its other side", "no surface diffuses light to its other side");
             /// Material properties of an imported file without a counterpart in the scene format.
             MaterialExtensions = "material extensions", Scene, |f, _| f.unread.as_ref(),
                 both(Unread("these materials have extensions that this version does not simulate"),
                     "no material has an extension that is not simulated");
-            /// Light reaches matte surfaces over mirrors or through glass.
+            /// Light reaches matte surfaces by mirrors or through glass.
             Caustics = "caustics", Scene,
                 |f, paths| f.diffuses(paths).and(f.refraction.as_ref().or(f.reflection.as_ref())),
                 each(Lacks("light reaches matte surfaces by mirrors or glass", PATH),

@@ -1,4 +1,4 @@
-//! A chosen rung.
+//! A rung together with its ladder.
 
 use core::fmt;
 
@@ -9,23 +9,24 @@ use crate::scene::Scene;
 use crate::settings::{AreaShadows, Settings};
 use crate::suggest::closest;
 
-/// A chosen rung of a ladder.
+/// A rung together with its ladder, such as `samples=16`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RungChoice {
     pub(super) ladder: Ladder,
     pub(super) rung: &'static Rung,
 }
 
-/// Error of a text that names no rung.
+/// Error of a text that names no rung of a ladder, with a hint.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
 pub struct UnknownRung(String);
 
 impl RungChoice {
-    /// Parses `LADDER=RUNG`.
+    /// Parses a rung in the form `LADDER=RUNG`.
     ///
     /// # Errors
-    /// [`UnknownRung`] with the mistake, and the nearest word or all of them.
+    /// [`UnknownRung`] for an unknown ladder or rung, with the nearest known name or all known
+    /// names.
     pub fn parse(text: &str) -> Result<Self, UnknownRung> {
         let (ladder, rung) = text.split_once('=').ok_or_else(|| {
             UnknownRung("expected LADDER=RUNG, such as precision=reference".to_owned())
@@ -56,19 +57,19 @@ impl RungChoice {
         self.rung.name
     }
 
-    /// Returns the description of the rung, with its error.
+    /// Returns the description of the rung for users, with its error.
     pub fn about(&self) -> &'static str {
         self.rung.about
     }
 
-    /// Returns the values that the rung sets.
+    /// Returns the value that the rung sets in scene and settings.
     pub fn value(&self) -> RungValue {
         self.rung.value
     }
 
-    /// Whether the rung gives another picture than its neighbour for a scene with these effects.
-    /// Without area lights hard shadows change nothing, and without lights of zero size neither
-    /// does switching their shadows off.
+    /// Whether the rung changes the picture of a scene with these effects, compared with the next
+    /// rung of its ladder. Hard shadows need area lights, and shadows can be switched off only for
+    /// lights of zero size.
     pub fn differs(&self, present: EffectSet) -> bool {
         match self.value() {
             RungValue::Shadows(Some(AreaShadows::Hard)) => present.has(Effect::SoftShadows),
@@ -77,12 +78,13 @@ impl RungChoice {
         }
     }
 
-    /// Whether the rung can be the reference of its ladder: a rung that creates energy cannot.
+    /// Whether the rung can be the most exact of its ladder: the rung `fresnel=model` cannot,
+    /// because it creates energy.
     pub fn can_be_reference(&self) -> bool {
         self.value() != RungValue::Fresnel(FresnelRule::Model)
     }
 
-    /// Sets scene and settings to the rung.
+    /// Sets the rung's value in scene and settings.
     pub fn apply(&self, scene: &mut Scene, settings: &mut Settings) {
         self.value().apply(scene, settings);
     }

@@ -1,4 +1,4 @@
-//! Rung of a ladder in a scene and its settings.
+//! Value of a ladder in a scene and its settings.
 
 use raywright_bvh::AcceleratorKind;
 
@@ -8,8 +8,8 @@ use crate::scene::{Scene, SpawnRule};
 use crate::settings::Settings;
 
 impl Ladder {
-    /// Returns the value in use; `None` where textures differ, or for the build of a tree without a
-    /// tree.
+    /// Returns the ladder's value in a scene and its settings. `None` for the texture filter if
+    /// textures differ, and for the build quality without a tree.
     pub(super) fn value_in_use(self, scene: &Scene, settings: &Settings) -> Option<RungValue> {
         Some(match self {
             Self::Integrator => RungValue::Integrator(chosen(scene, settings)),

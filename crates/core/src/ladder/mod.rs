@@ -1,9 +1,9 @@
-//! Ladders: every choice that trades accuracy for time, by name, with its rungs and the error of
-//! each.
+//! Ladders: every choice that trades accuracy for time, such as the number of samples, with its
+//! values, the rungs.
 //!
 //! A ladder is a closed set of rungs from fast to exact. The rung in use is read from scene and
-//! settings, and choosing a rung changes these alone. So a rung cannot differ from the flag or key
-//! with the same meaning.
+//! settings, and choosing a rung changes scene and settings alone. So a rung cannot differ from the
+//! flag or key with the same meaning.
 
 mod choice;
 mod in_use;
@@ -21,40 +21,40 @@ pub use choice::{RungChoice, UnknownRung};
 pub use rungs::Ladder;
 pub use value::RungValue;
 
-/// A rung of a ladder.
+/// Rung: a value of a ladder, with its name and description.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Rung {
     /// Name in reports and on the command line.
     pub name: &'static str,
-    /// Description, with its error.
+    /// Description for users, with the error of the rung.
     pub about: &'static str,
-    /// Value that the rung sets.
+    /// Value that the rung sets in scene and settings.
     #[serde(skip)]
     pub value: RungValue,
 }
 
 impl Ladder {
-    /// Iterates over the ladder's rungs as choices, in the same order.
+    /// Iterates over the ladder's rungs, each together with the ladder, from fast to exact.
     pub fn choices(self) -> impl DoubleEndedIterator<Item = RungChoice> {
         self.rungs()
             .iter()
             .map(move |rung| RungChoice { ladder: self, rung })
     }
 
-    /// Whether the ladder changes the picture; otherwise it changes time, memory or the file format
-    /// alone.
+    /// Whether the ladder changes the picture. All other ladders change time, memory or the file
+    /// format alone.
     pub const fn changes_pictures(self) -> bool {
         !matches!(self, Self::Build | Self::Accelerator | Self::Output)
     }
 
-    /// Whether the rungs give different pictures of equal accuracy, so that none is the more exact;
-    /// the reference is the scene's own rung.
+    /// Whether all rungs are equally accurate, although their pictures differ. The reference then
+    /// has the scene's own rung.
     pub const fn is_a_matter_of_taste(self) -> bool {
         matches!(self, Self::PixelFilter)
     }
 
-    /// Whether renders on different rungs can use the same random numbers, so that they differ by
-    /// the choice alone.
+    /// Whether renders on different rungs can use the same random numbers, so that their difference
+    /// has no noise.
     pub const fn shares_random_numbers(self) -> bool {
         !matches!(
             self,
@@ -68,7 +68,7 @@ impl Ladder {
         )
     }
 
-    /// Whether all rungs have the same mean, so that they differ in noise alone.
+    /// Whether all rungs have the same expected picture, so that they differ in noise alone.
     pub const fn is_free_of_bias(self) -> bool {
         matches!(
             self,
@@ -76,8 +76,8 @@ impl Ladder {
         )
     }
 
-    /// Returns the effects that the ladder affects: it matters to scenes with any of them, or to
-    /// every scene where the set is empty.
+    /// Returns the effects that the ladder affects. It matters to scenes with any of these effects;
+    /// an empty set means every scene.
     pub const fn effects(self) -> EffectSet {
         match self {
             Self::RayOffset => EffectSet::from_effects(&[
@@ -105,12 +105,13 @@ impl Ladder {
         }
     }
 
-    /// Returns the rung with this name.
+    /// Returns the rung with this name, or `None`.
     pub fn rung(self, name: &str) -> Option<&'static Rung> {
         self.rungs().iter().find(|rung| rung.name == name)
     }
 
-    /// Returns the name of the rung in use; a number of samples or segments need not be a rung's.
+    /// Returns the name of the ladder's rung in a scene and its settings. For numbers of samples or
+    /// segments that are no rung, returns the number.
     pub fn in_use(self, scene: &Scene, settings: &Settings) -> String {
         let Some(value) = self.value_in_use(scene, settings) else {
             return if self == Self::Build { "none" } else { "mixed" }.to_owned();
@@ -128,7 +129,7 @@ pub fn build_quality(rung: &str) -> Option<BuildQuality> {
     Some(quality)
 }
 
-/// Returns the rung of [`Ladder::Build`] with this build quality.
+/// Returns the name of the rung of [`Ladder::Build`] with this build quality.
 pub fn build_rung(quality: BuildQuality) -> &'static str {
     Ladder::Build
         .rungs()
@@ -137,14 +138,14 @@ pub fn build_rung(quality: BuildQuality) -> &'static str {
         .map_or("", |rung| rung.name)
 }
 
-/// State of a ladder in a render.
+/// Ladder with its rung in use, for reports.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CurrentRung {
     /// Name of the ladder.
     pub ladder: &'static str,
     /// Name of the rung in use.
     pub rung: String,
-    /// Default rung.
+    /// Name of the default rung.
     pub default: &'static str,
     /// Whether the ladder changes the picture.
     pub changes_pictures: bool,
@@ -152,7 +153,7 @@ pub struct CurrentRung {
     pub rungs: &'static [Rung],
 }
 
-/// Returns the effects that a scene needs.
+/// Returns the effects that a scene needs: those that are simulated or left out.
 pub fn called_for(effects: &EffectReport) -> EffectSet {
     effects
         .effects
@@ -162,19 +163,19 @@ pub fn called_for(effects: &EffectReport) -> EffectSet {
         .collect()
 }
 
-/// Iterates over the ladders that matter to a scene: those whose effects it has.
+/// Iterates over the ladders that matter to a scene with its integrator, sampling and effects.
 pub fn reached(
     scene: &Scene,
     settings: &Settings,
     effects: &EffectReport,
 ) -> impl Iterator<Item = Ladder> + use<> {
     let present = called_for(effects);
-    // Whitted ray tracing always samples lights and hits none by chance; paths continue from every
-    // surface.
+    // Whitted ray tracing samples every light and hits none by chance. Path tracing continues from
+    // every surface.
     let paths = chosen(scene, settings) == Integrator::Path;
     let is_fixed = settings.sampling.is_fixed();
     let can_be_denoised = denoise::is_possible(settings.sampling);
-    // Samples at random places, or on area lights.
+    // Whether random numbers choose positions in the pixel, paths, or points on area lights.
     let by_chance = !is_fixed
         || paths
         || present.has(Effect::SoftShadows)
@@ -183,8 +184,7 @@ pub fn reached(
         ladder.effects().is_empty() || !ladder.effects().and(present).is_empty()
     };
     Ladder::ALL.into_iter().filter(move |&ladder| match ladder {
-        // Classic surfaces have a different reading in each integrator, and neither is the more
-        // exact.
+        // The integrators interpret classic materials differently, and neither is more exact.
         Ladder::Integrator => paths || present.has(Effect::PhysicalMaterials),
         Ladder::LightSampling | Ladder::Fresnel | Ladder::Microfacets | Ladder::Colour => {
             paths && called_for(ladder)
@@ -198,7 +198,7 @@ pub fn reached(
     })
 }
 
-/// Returns the ladders that matter to a scene, with the rungs in use.
+/// Returns the ladders that matter to a scene, each with its rung in use.
 pub fn standings(scene: &Scene, settings: &Settings, effects: &EffectReport) -> Vec<CurrentRung> {
     let current_rung = |ladder: Ladder| CurrentRung {
         ladder: ladder.name(),

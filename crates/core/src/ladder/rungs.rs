@@ -1,5 +1,4 @@
-//! Table of ladders: each with its name, its default rung, and its rungs with their values and
-//! descriptions for users.
+//! Table of ladders: names, default rungs, and rungs with their values and descriptions for users.
 
 use raywright_bvh::BuildQuality;
 
@@ -12,37 +11,37 @@ use crate::settings::{
     AreaShadows, LightSampling, Microfacets, PrecisionChoice, Roulette, SamplerKind,
 };
 
-/// Defines the ladders from a table of `KIND = NAME, DEFAULT, VALUE;` with rows `RUNG { VALUE }
-/// ABOUT`.
+/// Defines the ladders from a table. A ladder is `KIND = NAME, DEFAULT, VALUE;`, followed by a row
+/// `RUNG { VALUE } ABOUT` for each rung.
 macro_rules! ladders {
     ($($(#[$doc:meta])* $kind:ident = $name:literal, $default:literal, $value:ident;
         $($rung:literal { $sets:expr } $about:literal)*)*) => {
-        /// A ladder.
+        /// Ladder: a choice that trades accuracy for time.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
         pub enum Ladder {
             $($(#[$doc])* $kind,)*
         }
 
         impl Ladder {
-            /// Every ladder; those that change pictures come first.
+            /// Every ladder; ladders that change pictures come first.
             pub const ALL: [Self; [$($name),*].len()] = [$(Self::$kind),*];
 
-            /// Returns the name in reports and on the command line.
+            /// Returns the name of the ladder in reports and on the command line.
             pub const fn name(self) -> &'static str {
                 match self {
                     $(Self::$kind => $name,)*
                 }
             }
 
-            /// Returns the default rung.
+            /// Returns the name of the default rung.
             pub const fn default_rung(self) -> &'static str {
                 match self {
                     $(Self::$kind => $default,)*
                 }
             }
 
-            /// Returns the rungs, from fast to exact; for ladders that do not change pictures, from
-            /// the least preparation to the most.
+            /// Returns the rungs from fast to exact; for ladders that do not change pictures, from
+            /// the shortest preparation to the longest.
             pub const fn rungs(self) -> &'static [Rung] {
                 match self {
                     $(Self::$kind => &[$(Rung { name: $rung, about: $about, value: RungValue::$value($sets) }),*],)*
@@ -53,20 +52,20 @@ macro_rules! ladders {
 }
 
 ladders! {
-    /// Computation of light.
+    /// Integrator.
     Integrator = "integrator", "path", Integrator;
         "whitted" { Integrator::Whitted }
             "mirrors, glass and direct light: indirect light is missing"
         "path" { Integrator::Path } "direct and indirect light"
-    /// Arithmetic of rays and surfaces.
+    /// Precision of the arithmetic of rays and surfaces.
     Precision = "precision", "robust", Precision;
         "robust" { PrecisionChoice::Robust } "f32 stored, f64 where a hit is decided"
         "reference" { PrecisionChoice::Reference } "f64 throughout"
-    /// Start of a ray that leaves a surface.
+    /// Offset of the start of a ray that leaves a surface.
     RayOffset = "ray-offset", "error-bound", ConstantOffset;
         "constant" { true } "a constant distance: right at one scale, false shadows and leaks at others"
         "error-bound" { false } "outside the error of the hit point, at every scale"
-    /// Occlusion between a light and a surface.
+    /// Shadows.
     Shadows = "shadows", "on", Shadows;
         "off" { None } "lights without size cast no shadows"
         "hard" { Some(AreaShadows::Hard) }
@@ -85,16 +84,16 @@ ladders! {
         "conserving" { FresnelRule::Conserving }
             "Schlick's for metallic-roughness, exact for glass and complex indices; the diffuse lobe gets the light that the specular lobe leaves"
         "exact" { FresnelRule::Exact } "Fresnel's equations for every material with an index; metals with a colour alone keep Schlick's"
-    /// Light scattered between microfacets.
+    /// Treatment of light scattered between microfacets.
     Microfacets = "microfacets", "compensated", Microfacets;
         "single" { Microfacets::Single } "light between facets is lost: rough metal is up to 60 % too dark"
         "compensated" { Microfacets::Compensated }
             "light between facets is compensated: white metal reflects all light, to half a per cent, anisotropic metal to one"
-    /// Dispersion by wavelengths.
+    /// Dispersion: refraction by wavelength.
     Colour = "colour", "spectral", Spectral;
         "rgb" { false } "all wavelengths refract alike: no rainbows"
         "spectral" { true } "each refracted path has one wavelength: noise in colours"
-    /// Interpolation between texels.
+    /// Filter of image textures.
     TextureFilter = "texture-filter", "bilinear", TextureFilter;
         "nearest" { Filter::Nearest } "the nearest texel: blocks near by, and sparkles far away"
         "mipmaps" { Filter::Mipmaps } "the mean over about a pixel: no sparkles with one sample, and blurred with many"
@@ -107,12 +106,12 @@ ladders! {
         "8" { 8 } "seven: through two glass balls and out again"
         "16" { 16 } "fifteen"
         "64" { 64 } "sixty-three; more by --max-depth alone"
-    /// Russian roulette.
+    /// Start of Russian roulette.
     Roulette = "roulette", "late", Roulette;
         "early" { Roulette::Early } "dim paths are ended by chance from the first surface on: less time a sample, more noise"
         "late" { Roulette::Late } "from the fourth segment on"
         "off" { Roulette::Off } "no path ends by chance: least noise a sample, most time"
-    /// Greatest radiance of a sample.
+    /// Limit on the radiance of a sample.
     Clamp = "clamp", "off", Clamp;
         "1" { Some(1.0) } "samples brighter than white are white: no fireflies, and dark where light is rare"
         "10" { Some(10.0) } "brightness above ten times white is lost, such as the sun in a mirror"
@@ -152,7 +151,7 @@ ladders! {
         "fast" { BuildQuality::Fast } "least build time: clustered, and improved a little"
         "medium" { BuildQuality::Medium } "clustered, and improved"
         "high" { BuildQuality::High } "twice the build time: clustered among more neighbours, and all of it improved"
-    /// Search for the hits of rays.
+    /// Accelerator: linear scan or tree.
     Accelerator = "accelerator", "bvh", Tree;
         "linear" { false } "every primitive is tested"
         "bvh" { true } "a tree of boxes"

@@ -12,7 +12,8 @@ use crate::settings::{
     Settings,
 };
 
-/// Constant offset for scenes without one, in metres.
+/// Constant ray offset, in metres, that the rung `ray-offset=constant` sets in a scene without its
+/// own.
 pub(super) const OFFSET: ConstantOffset = ConstantOffset {
     offset: 1e-3,
     along: OffsetDirection::Normal,
@@ -21,25 +22,25 @@ pub(super) const OFFSET: ConstantOffset = ConstantOffset {
     shadow_min: 0.0,
 };
 
-/// Value of a rung; each variant belongs to one ladder.
+/// Value that a rung sets in scene and settings; each variant belongs to one ladder.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[expect(missing_docs, reason = "the ladders say what they are")]
 pub enum RungValue {
     Integrator(Integrator),
     Precision(PrecisionChoice),
-    /// Whether spawned rays start at a constant offset.
+    /// Whether spawned rays start at a constant distance from the surface.
     ConstantOffset(bool),
-    /// `None`: no shadows.
+    /// Shadows of area lights; `None` switches the shadows of lights without size off.
     Shadows(Option<AreaShadows>),
     LightSampling(LightSampling),
     Fresnel(FresnelRule),
     Microfacets(Microfacets),
-    /// Whether dispersed light has a wavelength.
+    /// Whether dispersed paths have a single wavelength.
     Spectral(bool),
     TextureFilter(Filter),
     PathLength(u32),
     Roulette(Roulette),
-    /// `None`: no clamping.
+    /// Greatest radiance of a sample; `None` does not clamp.
     Clamp(Option<f64>),
     PixelFilter(PixelFilter),
     Samples(u32),
@@ -52,13 +53,13 @@ pub enum RungValue {
 }
 
 impl RungValue {
-    /// Sets scene and settings to the value.
+    /// Sets the value in scene and settings.
     pub(super) fn apply(self, scene: &mut Scene, settings: &mut Settings) {
         match self {
             Self::Integrator(value) => settings.integrator = value,
             Self::Precision(value) => settings.precision = value,
             Self::ConstantOffset(false) => scene.classic.spawn = SpawnRule::ErrorBound,
-            // A scene's own constant stays.
+            // A constant offset of the scene itself stays.
             Self::ConstantOffset(true) if matches!(scene.classic.spawn, SpawnRule::Constant(_)) => {
             }
             Self::ConstantOffset(true) => scene.classic.spawn = SpawnRule::Constant(OFFSET),
@@ -84,13 +85,13 @@ impl RungValue {
             Self::Output(value) => settings.output = value,
             Self::Build(value) => settings.accelerator = AcceleratorKind::Tree(value),
             Self::Tree(false) => settings.accelerator = AcceleratorKind::Linear,
-            // So does a chosen build quality.
+            // A chosen build quality of the tree stays.
             Self::Tree(true) if matches!(settings.accelerator, AcceleratorKind::Tree(_)) => {}
             Self::Tree(true) => settings.accelerator = AcceleratorKind::default(),
         }
     }
 
-    /// Returns the name of a value that is no rung.
+    /// Returns the name, in reports, of a value that is no rung: a number, or `unlimited`.
     pub(super) fn number(self) -> String {
         match self {
             Self::PathLength(Settings::UNLIMITED) => "unlimited".to_owned(),
@@ -102,7 +103,7 @@ impl RungValue {
     }
 }
 
-/// Switches an effect off or on.
+/// Switches an effect off or on in the settings.
 fn switch(settings: &mut Settings, effect: Effect, off: bool) {
     let (effects, others) = (
         EffectSet::from_effects(&[effect]),

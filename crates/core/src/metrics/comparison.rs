@@ -1,4 +1,4 @@
-//! Comparison of two pictures in one structure: the content that `compare` prints and writes.
+//! Comparison of a picture with a reference, as `compare` prints and writes it.
 
 use serde::Serialize;
 
@@ -12,7 +12,7 @@ use crate::picture::{Encoding, Picture};
 /// Thresholds of display values in 255ths, above which pixels are counted.
 const THRESHOLDS: [u32; 5] = [0, 1, 2, 8, 32];
 
-/// A picture of a comparison with its encoding.
+/// Picture to be compared, with the encoding of its numbers.
 #[derive(Clone, Copy, Debug)]
 pub struct ComparedPicture<'a> {
     /// The picture.
@@ -21,7 +21,8 @@ pub struct ComparedPicture<'a> {
     pub encoding: Encoding,
 }
 
-/// A picture against a reference. Layers are ignored, and coverage has separate figures.
+/// Result of the comparison of a picture with a reference. Layers are ignored; coverage is compared
+/// separately from colour.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Comparison {
     /// Width in pixels.
@@ -30,7 +31,7 @@ pub struct Comparison {
     pub height: u32,
     /// Whether colours and coverage are equal everywhere, to the bit.
     pub identical: bool,
-    /// Encoding on which `errors` is computed: linear radiance where both pictures have it, else
+    /// Encoding of the numbers in `errors`: linear radiance if both pictures are linear, else
     /// display values.
     pub encoding: Encoding,
     /// Errors of the colours.
@@ -49,7 +50,7 @@ pub struct Comparison {
     pub flip_map: Vec<f32>,
 }
 
-/// Errors of two coverages, taken as grey pictures.
+/// Differences of two coverages, computed as of grey pictures.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct CoverageErrors {
     /// As in [`PictureErrors`].
@@ -66,8 +67,7 @@ pub struct CoverageErrors {
     pub flip: f64,
 }
 
-/// Share of the pixels of which a channel differs by more than a threshold. A pixel that is not
-/// finite always counts.
+/// Share of the pixels with a channel that differs by more than a threshold, or that is not finite.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ExceedingPixels {
     /// Threshold in 255ths of the display range.
@@ -76,9 +76,9 @@ pub struct ExceedingPixels {
     pub share: f64,
 }
 
-/// Compares a picture with a reference of the same size. Linear pictures are converted by `display`
-/// where display values are needed: for FLIP, for the thresholds, and for all figures where the
-/// other picture has display values only.
+/// Compares a picture with a reference of the same size. `display` converts linear pictures to
+/// display values for FLIP and for the thresholds. If one of the pictures holds display values, the
+/// other is converted for the errors too.
 ///
 /// # Errors
 /// [`MetricsError::Size`] for different sizes, [`MetricsError::Pixels`] for an empty or
@@ -132,8 +132,8 @@ pub fn compare(
     })
 }
 
-/// Returns a threshold in 255ths, slightly increased, so that codes that differ by exactly this
-/// much are not above it after rounding.
+/// Returns a threshold given in 255ths as a display value. It is increased by 1e-6, so that codes
+/// that differ by exactly the threshold do not exceed it by rounding.
 fn threshold(codes: u32) -> f64 {
     if codes == 0 {
         0.0
@@ -163,7 +163,7 @@ fn coverage_difference(a: &Picture, b: &Picture) -> Option<f64> {
     }))
 }
 
-/// Returns the coverage of a pixel: 1 for a picture without coverage.
+/// Returns the coverage of a pixel, 0 to 1; 1 for a picture without coverage.
 fn coverage_at(picture: &Picture, pixel: usize) -> f32 {
     picture
         .alpha
@@ -173,7 +173,7 @@ fn coverage_at(picture: &Picture, pixel: usize) -> f32 {
         .unwrap_or(1.0)
 }
 
-/// Returns the errors of two coverages with a known largest difference.
+/// Returns the differences of two coverages, whose largest difference is `largest`.
 fn coverage_errors(a: &Picture, b: &Picture, largest: f64) -> Result<CoverageErrors, MetricsError> {
     if largest == 0.0 {
         return Ok(CoverageErrors::default());

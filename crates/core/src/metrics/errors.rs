@@ -1,4 +1,5 @@
-//! Errors of the numbers: RMSE, relative MSE, PSNR, the worst pixel, and pixels above a threshold.
+//! Errors of a picture's numbers: RMSE, relative MSE, PSNR, the worst pixel, and the share of
+//! pixels above a threshold.
 
 use raywright_bvh::scalar::Real;
 use serde::Serialize;
@@ -6,38 +7,38 @@ use serde::Serialize;
 use super::{MetricsError, check};
 use crate::picture::Picture;
 
-/// Constant added to the squared colour in the denominator of the relative error, which keeps the
-/// error of dark pixels finite.
+/// Constant added to the squared colour in the denominator of the relative error, so that the error
+/// of dark pixels stays finite.
 pub(crate) const RELATIVE_FLOOR: f64 = 0.01;
-/// Fraction of the pixels, as one in this number, left out of the trimmed relative error.
+/// The trimmed relative error leaves out one in this number of pixels.
 const TRIM: usize = 1000;
 
-/// Errors over all pixels and the three channels, in the pictures' own numbers. Pixels that are not
-/// finite in either picture are left out and counted.
+/// Errors of a picture against a reference, over all pixels and three channels, in the units of the
+/// pictures. Pixels that are not finite in one of the pictures are left out and counted.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PictureErrors {
-    /// Pixels compared.
+    /// Number of compared pixels.
     pub pixels: usize,
-    /// Pixels left out because a channel is NaN or infinite.
+    /// Number of pixels left out because a channel is NaN or infinite.
     pub non_finite: usize,
     /// Root mean squared error.
     pub rmse: f64,
-    /// Mean of (I − R)² / (R² + 0.01).
+    /// Mean of (I − R)² / (R² + 0.01) for picture I and reference R.
     pub relmse: f64,
-    /// The same without the worst 0.1 % of the pixels (rounded down), so that a few fireflies do
+    /// `relmse` without the worst 0.1 % of the pixels (rounded down), so that a few fireflies do
     /// not dominate.
     pub relmse_trimmed: f64,
-    /// Peak signal-to-noise ratio in decibels for a peak of 1; `None` without an error.
+    /// Peak signal-to-noise ratio in decibels for a peak of 1; `None` for equal pictures.
     pub psnr: Option<f64>,
     /// Mean absolute error.
     pub mean_abs: f64,
     /// Largest absolute error of a channel.
     pub max_abs: f64,
-    /// Pixel of the largest absolute error, the first in reading order; `None` without an error.
+    /// Pixel of the largest absolute error, the first in row order; `None` for equal pictures.
     pub worst: Option<WorstPixel>,
 }
 
-/// A pixel with its colours in both pictures.
+/// Pixel with the largest error, with its colours in both pictures.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct WorstPixel {
     /// Column from the left.
@@ -122,8 +123,8 @@ fn is_finite(rgb: &[f32; 3]) -> bool {
     rgb.iter().all(|x| x.is_finite())
 }
 
-/// Returns the largest absolute difference of the three channels for each pixel; infinite for a
-/// pixel that is not finite.
+/// Returns the largest absolute difference of the three channels for each pixel, row by row;
+/// infinite for a pixel that is not finite in one of the pictures.
 ///
 /// # Errors
 /// [`MetricsError::Size`] for different sizes, [`MetricsError::Pixels`] for an empty or

@@ -1,12 +1,11 @@
-//! Heat map: numbers as colours from black through purple and orange to pale yellow, with rising
-//! luminance.
+//! Heat map: numbers shown as colours from black through purple and orange to pale yellow.
 
 use crate::display::curve;
 use crate::picture::Picture;
 use crate::scene::TransferCurve;
 
-/// Display values at equal steps from 0 to 1. Luminance rises along the whole scale, so that the
-/// map is also readable in grey.
+/// Colours of the scale as display values, at equal steps from 0 to 1. Their luminance rises, so
+/// that the map is also readable in grey.
 const SCALE: [[f64; 3]; 8] = [
     [0.00, 0.00, 0.02],
     [0.14, 0.07, 0.32],
@@ -18,8 +17,8 @@ const SCALE: [[f64; 3]; 8] = [
     [0.99, 0.97, 0.76],
 ];
 
-/// Returns a picture of one number per pixel, row by row from the top: 0 is black, `full` and above
-/// pale yellow, NaN stays NaN. The picture is linear;
+/// Returns a heat map of one number per pixel, row by row from the top: 0 is black, `full` and
+/// above are pale yellow, NaN stays NaN. The picture is linear;
 /// [`Display::PLAIN`](crate::display::Display::PLAIN) shows it with the intended colours.
 pub fn heat_map(width: u32, height: u32, values: &[f32], full: f32) -> Picture {
     let colour = |value: &f32| {

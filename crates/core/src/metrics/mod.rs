@@ -1,4 +1,5 @@
-//! Metrics: error of a picture against a reference, by numbers, by visibility, and as a heat map.
+//! Metrics of a picture against a reference: numerical errors, visible differences (FLIP),
+//! differences beyond noise, and heat maps.
 
 mod comparison;
 mod errors;
@@ -20,18 +21,18 @@ use crate::picture::Picture;
 /// Reason why two pictures cannot be compared.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum MetricsError {
-    /// Their sizes differ.
+    /// The two pictures differ in size.
     #[error("the pictures differ in size: {0} × {1} against {2} × {3} pixels")]
     Size(u32, u32, u32, u32),
-    /// A picture is empty, or a buffer does not match its size.
+    /// A picture has no pixels, or a buffer does not match the picture's size.
     #[error("a picture has no pixels, or not as many as its size says")]
     Pixels,
-    /// The viewing condition of FLIP is out of range.
+    /// The pixels per degree of FLIP are outside 1 to 1000.
     #[error("{0} pixels per degree is outside 1 to 1000")]
     PixelsPerDegree(f64),
 }
 
-/// Checks that two pictures have one size and a colour for every pixel.
+/// Checks that two pictures have the same size, at least one pixel, and a colour for every pixel.
 fn check(picture: &Picture, reference: &Picture) -> Result<(), MetricsError> {
     if (picture.width, picture.height) != (reference.width, reference.height) {
         return Err(MetricsError::Size(

@@ -1,31 +1,33 @@
-//! Test whether two pictures differ by more than their noise: blocks of all sizes, at one level of
-//! significance for all together.
+//! Test whether two noisy pictures differ by more than their noise: blocks of several sizes are
+//! tested, at a common level of significance.
 //!
-//! The difference of two estimates of one picture has mean zero and, per pixel, the sum of their
-//! variances. The same holds for its sum over a block, because pixels are independent. Divided by
-//! the square root of the summed variances, the sum follows Student's distribution. Its degrees of
-//! freedom are those of a sum of estimated variances (Satterthwaite, "An Approximate Distribution
-//! of Estimates of Variance Components", 1946): few where a few pixels have most of the noise. Each
-//! channel of a block is tested separately.
+//! The difference of two estimates of the same picture has mean zero, and its variance is the sum
+//! of their variances. Pixels are independent, so the same holds for sums over a block. The summed
+//! difference, divided by the square root of the summed variances, follows Student's distribution.
+//! The degrees of freedom are those of a sum of estimated variances (Satterthwaite, "An Approximate
+//! Distribution of Estimates of Variance Components", 1946): few if few pixels have most of the
+//! noise. Each channel of a block is tested separately.
 //!
-//! A small, wide difference shows in large blocks alone, a small, strong one in small blocks. So
-//! blocks of several edges are tested, each edge twice the previous one, with blocks that overlap
-//! by half. The level is divided evenly among the edges, and by Bonferroni's inequality among the
-//! tests of each. Then the probability of any alarm for pictures that differ by noise alone is at
-//! most the level, however the tests depend on each other.
+//! A weak difference over a large area shows in large blocks, and a strong difference in a small
+//! area in small blocks. So blocks of several edge lengths are tested, each twice the previous one,
+//! and neighbouring blocks overlap by half. The level is divided evenly among the edge lengths, and
+//! by Bonferroni's inequality among the tests of a length. So the probability that pictures that
+//! differ by noise alone fail any test is at most the level, even though the tests depend on each
+//! other.
 
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use serde::Serialize;
 
 use super::MetricsError;
 
-/// Edge of the smallest blocks in pixels: sums of fewer pixels are too far from normal.
+/// Edge of the smallest blocks in pixels. Sums of fewer pixels are too far from normally
+/// distributed.
 const SMALLEST: u32 = 16;
 
-/// Relative difference that the order of additions may cause: neither noise nor a difference.
+/// Relative difference of block sums that rounding may cause; it does not count as a difference.
 const ROUNDING: f64 = 1.0 / (1 << 20) as f64;
 
-/// A picture with its standard errors.
+/// Picture with the standard errors of its pixels.
 #[derive(Clone, Debug)]
 pub struct NoisyPicture<'a> {
     /// Width in pixels.
@@ -34,57 +36,58 @@ pub struct NoisyPicture<'a> {
     pub height: u32,
     /// Radiance of each pixel.
     pub rgb: &'a [[f32; 3]],
-    /// Standard error of each pixel; `None` for a picture without noise.
+    /// Standard error of each pixel's mean, per channel; `None` for a picture without noise.
     pub standard_errors: Option<Vec<[f32; 3]>>,
     /// Degrees of freedom of each standard error: one less than the number of replicates.
     pub freedom: f64,
 }
 
-/// Result of the tests.
+/// Result of the tests of a picture against a reference.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct NoiseVerdict {
-    /// Probability of any alarm for pictures that differ by noise alone.
+    /// Level: the probability that pictures that differ by noise alone fail a test.
     pub level: f64,
     /// Number of tested blocks, each in three channels.
     pub blocks: usize,
     /// Number of blocks that differ by more than noise.
     pub beyond: usize,
-    /// Block with the least probability by noise alone; `None` where no pixel could be tested.
+    /// Block and channel whose difference is least probable by noise alone; `None` if no pixel
+    /// could be tested.
     pub clearest: Option<NoiseBlock>,
-    /// Number of pixels left out: not finite in one picture, or without a standard error.
+    /// Number of pixels left out, because they are not finite or have no standard error in one of
+    /// the pictures.
     pub untested: usize,
 }
 
-/// A block of a picture.
+/// Block of a picture in a channel, with its tested difference.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct NoiseBlock {
-    /// First column.
+    /// First column of the block.
     pub x: u32,
-    /// First row from the top.
+    /// First row of the block, counted from the top.
     pub y: u32,
     /// Edge in pixels, before clipping to the picture.
     pub edge: u32,
     /// Channel, 0 to 2 for red, green and blue.
     pub channel: usize,
-    /// Mean of the difference.
+    /// Mean difference of picture and reference over the block.
     pub difference: f64,
-    /// Mean of the difference relative to the reference's mean; `None` for a black reference.
+    /// Mean difference over the reference's mean; `None` for a black reference.
     pub share: Option<f64>,
-    /// Difference in units of its standard error.
+    /// Mean difference in units of its standard error.
     pub deviation: f64,
-    /// Probability, corrected for all tests, that noise alone causes a difference this clear
-    /// anywhere: at most 1.
+    /// Probability, at most 1, that noise alone causes such a difference in any tested block.
     pub probability: f64,
 }
 
-/// Sums over a block in a channel.
+/// Sums over a block's pixels in a channel, from which the block is tested.
 #[derive(Clone, Copy, Default)]
 struct BlockSums {
     difference: f64,
     reference: f64,
     size: f64,
     variance: f64,
-    /// Sum of the squared variance estimates over their degrees of freedom.
+    /// Sum of the squared variance estimates, each over its degrees of freedom.
     uncertainty: f64,
     pixels: f64,
 }
@@ -101,7 +104,8 @@ impl BlockSums {
         }
     }
 
-    /// Returns the difference in standard errors, and the probability of one at least as large.
+    /// Returns the summed difference in units of its standard error, and the probability of a
+    /// difference at least as large by noise alone.
     fn test(&self) -> (f64, f64) {
         let beyond_rounding = (self.difference.abs() - ROUNDING * self.size).max(0.0);
         if beyond_rounding == 0.0 {
@@ -116,10 +120,11 @@ impl BlockSums {
     }
 }
 
-/// Returns the two-sided tail probability of Student's t, by the incomplete beta function
-/// (Abramowitz and Stegun, "Handbook of Mathematical Functions", 1964, 26.7.1 and 26.5.27).
+/// Returns the two-sided tail probability of Student's t with `freedom` degrees of freedom, by the
+/// incomplete beta function (Abramowitz and Stegun, "Handbook of Mathematical Functions", 1964,
+/// 26.7.1 and 26.5.27).
 fn two_sided(t: f64, freedom: f64) -> f64 {
-    // More degrees of freedom change no digit, and infinity would give NaN.
+    // Beyond 1e12, more degrees of freedom change no digit; infinity would give NaN.
     let freedom = freedom.min(1e12);
     let (a, b) = (0.5 * freedom, 0.5);
     let [x, rest] = [freedom, t * t].map(|part| part / (freedom + t * t));
@@ -177,8 +182,8 @@ fn beta_fraction(a: f64, b: f64, x: f64) -> f64 {
     value
 }
 
-/// Tests whether a picture differs from a reference by more than the noise of both, at a level for
-/// all tests together.
+/// Tests whether a picture differs from a reference by more than the noise of both. `level` is the
+/// probability that pictures that differ by noise alone fail.
 ///
 /// # Errors
 /// [`MetricsError::Size`] for different sizes, [`MetricsError::Pixels`] where a buffer does not
@@ -212,7 +217,7 @@ pub fn judge_noise(
     let edges: Vec<u32> = std::iter::successors(Some(SMALLEST), |edge| Some(edge * 2))
         .take_while(|edge| *edge <= largest)
         .collect();
-    // Sums over squares of half the smallest edge, from which all blocks are composed.
+    // Sums over squares (cells) of half the smallest edge, from which all blocks are composed.
     let step = SMALLEST / 2;
     let (columns, rows) = (width.div_ceil(step), height.div_ceil(step));
     let cells: Vec<([BlockSums; 3], usize)> = (0..columns * rows)
@@ -245,7 +250,8 @@ pub fn judge_noise(
     })
 }
 
-/// Returns the sums over a square of pixels, and the number of pixels left out.
+/// Returns the sums over a square of pixels for each channel, and the number of pixels left out.
+/// `[x, y]` is the upper left pixel.
 fn sums(
     picture: &NoisyPicture<'_>,
     reference: &NoisyPicture<'_>,
@@ -290,7 +296,7 @@ fn sums(
     (sums, untested)
 }
 
-/// Results so far.
+/// Results of the tests so far.
 struct NoiseSums {
     level: f64,
     blocks: usize,
@@ -299,7 +305,7 @@ struct NoiseSums {
 }
 
 impl NoiseSums {
-    /// Tests all blocks of an edge; `edges` is the number of edges.
+    /// Tests all blocks of an edge length in pixels; `edges` is the number of tested edge lengths.
     fn test_edge(
         &mut self,
         cells: &[([BlockSums; 3], usize)],
@@ -309,7 +315,7 @@ impl NoiseSums {
     ) {
         let step = SMALLEST / 2;
         let (across, stride) = (edge / step, edge / SMALLEST);
-        // The last block is the first that reaches the end.
+        // The last block is the first one that reaches the end of the picture.
         let starts = |total: u32| {
             (0..total)
                 .step_by(stride as usize)

@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-/// Distribution of numbers. Quantiles are interpolated linearly between neighbours in order (type 7
-/// of Hyndman and Fan, "Sample Quantiles in Statistical Packages", 1996).
+/// Mean and quantiles of numbers. Quantiles are interpolated linearly between sorted neighbours
+/// (type 7 of Hyndman and Fan, "Sample Quantiles in Statistical Packages", 1996).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Statistics {
     /// Arithmetic mean.
@@ -24,7 +24,7 @@ pub struct Statistics {
     pub maximum: f64,
 }
 
-/// Returns the statistics of numbers without NaN; all zero for an empty slice.
+/// Returns mean and quantiles of numbers without NaN; all zero for an empty slice.
 pub fn statistics(values: &[f32]) -> Statistics {
     let mut sorted = values.to_vec();
     sorted.sort_unstable_by(f32::total_cmp);
@@ -57,12 +57,12 @@ fn quantile(sorted: &[f32], share: f64) -> f64 {
     }
 }
 
-/// Returns Student's factor: a mean ± this many standard errors contains the truth in 95 of 100
-/// cases, where the error was estimated from independent normal values with this many degrees of
-/// freedom (one less than values). Infinite for zero degrees.
+/// Returns Student's factor for 95 %: a mean ± this many standard errors contains the true value in
+/// 95 of 100 cases. The standard error is estimated from independent normal values with `freedom`
+/// degrees of freedom (one less than values). Infinite for zero degrees.
 ///
-/// Tabulated up to ten degrees of freedom; beyond by the expansion in Abramowitz and Stegun,
-/// "Handbook of Mathematical Functions" (1964), 26.7.5, accurate to five digits there.
+/// The factor is tabulated up to ten degrees of freedom, and beyond computed by the expansion in
+/// Abramowitz and Stegun, "Handbook of Mathematical Functions" (1964), 26.7.5, to five digits.
 pub fn student_95(freedom: u32) -> f64 {
     const FEW: [f64; 10] = [
         12.706_205, 4.302_653, 3.182_446, 2.776_445, 2.570_582, 2.446_912, 2.364_624, 2.306_004,

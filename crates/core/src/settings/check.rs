@@ -1,14 +1,14 @@
-//! Checks of settings before anything is built.
+//! Validation of settings before preparation.
 
 use super::{Crop, Sampling, Settings};
 
-/// Error of settings.
+/// Error of a setting that is out of range.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum SettingsError {
     /// The size of the picture is zero or too large.
     #[error("a picture of {} x {} pixels can't be made: each edge takes 1 to {} pixels", .0[0], .0[1], Settings::MOST_EDGE)]
     Size([u32; 2]),
-    /// The crop is empty or reaches outside the picture.
+    /// The crop is empty or extends outside the picture.
     #[error("the crop of {} x {} pixels at {}, {} reaches outside the picture of {} x {} pixels or is empty", .crop.width, .crop.height, .crop.x, .crop.y, .size[0], .size[1])]
     Crop {
         /// The crop.
@@ -19,7 +19,7 @@ pub enum SettingsError {
     /// The number of samples per pixel is zero or too large.
     #[error("a pixel can't have {0} samples: it takes 1 to {most}", most = Settings::MOST_SAMPLES)]
     Samples(u32),
-    /// The path length is zero.
+    /// The greatest number of segments of a path is zero.
     #[error(
         "a path can't be limited to no segments at all: it takes at least one, that of the camera's ray"
     )]
@@ -35,7 +35,7 @@ pub enum SettingsError {
 }
 
 impl Settings {
-    /// Checks the settings; preparation calls it first.
+    /// Checks that all settings are in range. Preparation calls this function first.
     ///
     /// # Errors
     /// The first [`SettingsError`] that applies.

@@ -1,29 +1,29 @@
-//! Settings that are rungs of a ladder: closed sets, each with its default.
+//! Settings whose values are the rungs of a ladder: closed sets, each with its default.
 
-/// Rung of the precision ladder (`--precision`). All rungs use the same samples: positions in the
-/// pixel, on the lens and on lights are the same f32 numbers, so that their pictures differ by
-/// arithmetic alone.
+/// Precision of the arithmetic (`--precision`). All precisions use the same f32 numbers for
+/// positions in the pixel, on the lens and on lights, so that their pictures differ by arithmetic
+/// alone.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[doc(alias = "Float")]
 pub enum PrecisionChoice {
-    /// f32 storage, cancellation-free intersections with an f64 core.
+    /// f32 storage; intersections avoid cancellation and decide hits in f64.
     #[default]
     Robust,
     /// f64 throughout.
     Reference,
 }
 
-/// Rung of the ladder of light sampling: how path tracing finds area lights. All rungs are unbiased
-/// and differ in noise. Lights without size are always sampled, and lights seen in a mirror or
-/// smooth glass are always hit.
+/// Strategy by which path tracing finds area lights. All strategies are unbiased and differ in
+/// noise. Lights without size are always sampled directly, and lights in a mirror or behind smooth
+/// glass are always hit by paths.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[doc(alias("BVHLightSampler", "PowerLightSampler"))]
 pub enum LightSampling {
-    /// Paths hit lights by chance.
+    /// Paths hit lights by chance (BSDF sampling).
     Scattering,
-    /// Each vertex samples one light.
+    /// Each vertex samples a point on one light (light sampling).
     Lights,
-    /// Both, combined by multiple importance sampling.
+    /// BSDF and light sampling, combined by multiple importance sampling.
     #[default]
     Both,
 }
@@ -31,44 +31,45 @@ pub enum LightSampling {
 /// Treatment of light scattered between microfacets, under path tracing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Microfacets {
-    /// The light is lost.
+    /// Light scattered more than once between microfacets is lost.
     Single,
-    /// The light is compensated, so that white metal reflects all light.
+    /// The lost light is compensated, so that white metal reflects all light.
     #[default]
     Compensated,
 }
 
-/// Source of the random numbers of a pixel's samples. All are unbiased and differ in noise.
+/// Source of the random numbers of a pixel's samples. All sources are unbiased and differ in noise.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[doc(alias("ZSobolSampler", "IndependentSampler"))]
 pub enum SamplerKind {
     /// Independent numbers.
     Independent,
-    /// Sixteen at a time on a jittered grid of four by four.
+    /// Jittered grids of four by four numbers, sixteen samples at a time.
     Stratified,
     /// Points of a scrambled Sobol sequence.
     #[default]
     Sobol,
 }
 
-/// Segment at which Russian roulette starts. All choices are unbiased and differ in time and noise.
+/// Segment of a path at which Russian roulette starts. All choices are unbiased and differ in time
+/// and noise.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Roulette {
-    /// From the first surface on.
+    /// From the first surface of a path on.
     Early,
-    /// From the fourth segment on.
+    /// From the fourth segment of a path on.
     #[default]
     Late,
     /// Never, except for paths without a limit, which only Russian roulette ends.
     Off,
 }
 
-/// Part of an area light that must be visible for its light to arrive.
+/// Point of an area light that must be visible for its light to arrive.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum AreaShadows {
-    /// The middle: hard shadows.
+    /// The centre of the light: hard shadows.
     Hard,
-    /// The sampled point: unbiased penumbras.
+    /// The sampled point on the light: unbiased penumbras.
     #[default]
     Soft,
 }

@@ -1,5 +1,5 @@
-//! F01, F02, F03: cameras that look along up, through a nearly zero angle or straight at edges, and
-//! lenses without an aperture.
+//! Hard cases F01, F02, F03: cameras that look along their up direction, with a nearly zero field
+//! of view or straight at edges, and lenses without an aperture.
 
 use glam::DVec3;
 use raywright_bvh::stability::judge::{CaseRng, Outcome, RayCount, Verdict, hex, judge, to_scalar};
@@ -12,7 +12,7 @@ use crate::camera::PreparedCamera;
 use crate::scene::{Camera as CameraData, Pinhole, Pose, Projection, Scene};
 use crate::validate::validate;
 
-/// Pixels along each side of a view.
+/// Width and height of a view in pixels.
 const SIZE: u32 = 64;
 
 fn camera(pose: Pose, projection: Projection) -> CameraData {
@@ -34,11 +34,11 @@ fn opening(degrees: f64) -> Pinhole {
     }
 }
 
-/// Draws a camera with hard positions, directions and angles.
+/// Draws a random camera with extreme positions, directions and fields of view.
 fn drawn(rng: &mut CaseRng) -> CameraData {
     let position = rng.in_cube() * rng.choose(&[0.0, 1.0, 1e6]);
     let pose = match rng.bits() % 3 {
-        // Along up, or at itself.
+        // The view is along the up direction, or the target is the eye.
         0 => {
             let view =
                 rng.choose(&[DVec3::Y, DVec3::NEG_Y, DVec3::ZERO]) * rng.choose(&[1e-3, 1.0, 1e3]);
@@ -73,8 +73,8 @@ fn drawn(rng: &mut CaseRng) -> CameraData {
     )
 }
 
-/// F01: degenerate cameras are refused with a message, or each pixel has its own ray, unit and
-/// finite.
+/// Measures F01: a degenerate camera is refused by validation, or neighbouring pixels have
+/// different rays with finite unit directions.
 pub fn degenerate_views<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let outcome = judge("F01", 501, 4000, rays, |rng| {
         let data = drawn(rng);
@@ -116,8 +116,8 @@ pub fn degenerate_views<R: Real>(rays: RayCount) -> Vec<Measurement> {
     vec![by_shapes::<R>(outcome)]
 }
 
-/// F03: a lens without an aperture equals a pinhole to the bit; a lens with a tiny or huge focus
-/// distance has finite rays.
+/// Measures F03: a lens without an aperture equals a pinhole to the bit, and a lens with a tiny or
+/// huge focus distance has unit directions.
 pub fn lenses<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let outcome = judge("F03", 502, 20_000, rays, |rng| {
         let eye = rng.in_cube() * 10.0;
@@ -171,12 +171,12 @@ pub fn lenses<R: Real>(rays: RayCount) -> Vec<Measurement> {
     vec![by_shapes::<R>(outcome)]
 }
 
-/// F02: views straight at the middle of a lattice, whose rays have zeros of either sign and lie in
-/// the planes of edges: in a picture of an odd number of pixels, the ray of each pixel hits the
-/// lattice.
+/// Measures F02: views straight at the middle of a lattice of triangles. The rays have zeros of
+/// either sign and lie in planes through edges. In a picture with an odd number of pixels, the ray
+/// of each pixel must hit the lattice.
 pub fn symmetric_views<R: Real>(rays: RayCount) -> Vec<Measurement> {
     const CELLS: i32 = 20;
-    /// Every half of a cell but the border.
+    /// Pixels along each side: one per half cell, without the border.
     const ODD: u32 = 2 * CELLS as u32 - 1;
     const FAR: f64 = 10.0;
     let lattice = |axis: usize| {
@@ -224,7 +224,7 @@ pub fn symmetric_views<R: Real>(rays: RayCount) -> Vec<Measurement> {
                 ),
                 [ODD; 2],
             );
-            // Few enough to trace all rays in either case.
+            // The rays are so few that all are traced for any requested number.
             judge("F02", 503, ODD * ODD, rays, |rng| {
                 let [x, y] = [rng.index() as u32 % ODD, rng.index() as u32 / ODD];
                 let ray = camera.generate_ray(

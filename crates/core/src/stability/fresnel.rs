@@ -1,5 +1,5 @@
-//! S13, S14, S15: reflectance of boundaries, from head-on to grazing, and between nearly equal
-//! media.
+//! Hard cases S13, S14, S15: reflectance of boundaries at normal to grazing incidence, and between
+//! nearly equal media.
 
 use glam::DVec3;
 use raywright_bvh::stability::Measurement;
@@ -7,7 +7,8 @@ use raywright_bvh::stability::judge::{CaseRng, Outcome, RayCount, U, Verdict, ju
 
 use crate::material::{Interface, dielectric};
 
-/// Measurements of a computation that is f64 in both precisions.
+/// Returns the same outcome as the measurement of both precisions, for a computation that always
+/// uses f64.
 fn alone(outcome: &Outcome, textbook: Option<&Outcome>) -> Vec<Measurement> {
     let value_of = |setting: &str| Measurement {
         setting: setting.to_owned(),
@@ -17,7 +18,8 @@ fn alone(outcome: &Outcome, textbook: Option<&Outcome>) -> Vec<Measurement> {
     vec![value_of("robust"), value_of("reference")]
 }
 
-/// A ray that hits a level boundary from above with this cosine.
+/// Returns the interface of a ray that hits a horizontal boundary from above, with this cosine of
+/// incidence and relative index `eta`.
 fn at(cosine: f64, eta: f64) -> Interface {
     Interface::new(
         DVec3::new(
@@ -30,8 +32,8 @@ fn at(cosine: f64, eta: f64) -> Interface {
     )
 }
 
-/// Returns the reflectance without a difference of nearly equal numbers: the difference of the
-/// cosines is the difference of their squares over their sum. `None` under total reflection.
+/// Returns the unpolarised Fresnel reflectance without cancellation: the difference of the cosines
+/// is computed as the difference of their squares over their sum. `None` under total reflection.
 fn reflectance(cosine: f64, eta: f64) -> Option<f64> {
     let sine2 = (1.0 - cosine) * (1.0 + cosine);
     let beyond2 = 1.0 - eta * eta * sine2;
@@ -46,7 +48,7 @@ fn reflectance(cosine: f64, eta: f64) -> Option<f64> {
     Some(0.5 * (across * across + along * along))
 }
 
-/// Draws a cosine: anywhere, near grazing, near head-on, and the ends.
+/// Draws a cosine of incidence: uniform, near 0, near 1, or a special value.
 fn cosine(rng: &mut CaseRng) -> f64 {
     match rng.bits() % 4 {
         0 => rng.unit(),
@@ -56,7 +58,7 @@ fn cosine(rng: &mut CaseRng) -> f64 {
     }
 }
 
-/// S13: media with a relative index of one, or nearly one.
+/// Measures S13: boundaries between media with a relative index of exactly or nearly one.
 pub fn matched_indices(rays: RayCount) -> Vec<Measurement> {
     let drawn = |rng: &mut CaseRng| {
         let ratio = rng.choose(&[1.0, 1.0003, 1.0 + 1e-6]);
@@ -92,7 +94,8 @@ pub fn matched_indices(rays: RayCount) -> Vec<Measurement> {
     )
 }
 
-/// S14: the exact equations for glasses and diamond, in both directions, by the relative error.
+/// Measures S14: the relative error of Fresnel's equations for glasses and diamond, from outside
+/// and inside.
 pub fn exact_equations(rays: RayCount) -> Vec<Measurement> {
     let outcome = judge("S14", 413, 400_000, rays, |rng| {
         let ior = rng.choose(&[1.333, 1.5, 1.7, 2.42]);
@@ -111,7 +114,7 @@ pub fn exact_equations(rays: RayCount) -> Vec<Measurement> {
                 cosine.to_bits()
             )
         };
-        // Transmitted light, by the amplitudes across and along: the complement of the reflectance.
+        // Transmittance by the amplitudes of both polarisations, the complement of the reflectance.
         let through = if beyond2 > 0.0 && cosine > 0.0 && cosine <= 1.0 {
             let (c, b) = (cosine, beyond2.sqrt());
             let [across, along] = [2.0 * eta * c / (eta * c + b), 2.0 * eta * c / (eta * b + c)];
@@ -126,8 +129,8 @@ pub fn exact_equations(rays: RayCount) -> Vec<Measurement> {
     alone(&outcome, None)
 }
 
-/// S15: Schlick's approximation against the exact equations, by its known greatest error; from
-/// inside by the cosine in the thinner medium.
+/// Measures S15: Schlick's approximation differs from Fresnel's equations by at most its known
+/// greatest error. From inside, the cosine in the thinner medium is used.
 pub fn schlick(rays: RayCount) -> Vec<Measurement> {
     let outcome = judge("S15", 414, 40_000, rays, |rng| {
         let (ior, maximum) = rng.choose(&[(1.333, 0.059), (1.5, 0.036), (2.42, 0.076)]);
@@ -135,7 +138,7 @@ pub fn schlick(rays: RayCount) -> Vec<Measurement> {
         let requested = reflectance(outside, 1.0 / ior).unwrap_or(1.0);
         let describe = || format!("cosine {:016x}, index {ior}", outside.to_bits());
         let from_without = at(outside, 1.0 / ior).schlick(outside);
-        // The same ray backwards.
+        // Cosine of the same ray in the reverse direction.
         let inside = (1.0 - (1.0 - outside) * (1.0 + outside) / (ior * ior)).sqrt();
         let from_within = at(inside, ior).schlick(outside);
         Verdict::within_bound((from_without - requested).abs(), maximum + 5e-4, describe).and(

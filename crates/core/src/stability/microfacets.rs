@@ -1,4 +1,5 @@
-//! S17, S18: nearly smooth microfacets, and their visible normals at grazing views.
+//! Hard cases S17, S18: nearly smooth microfacets, and the sampling of visible normals at grazing
+//! angles.
 
 use core::f64::consts::PI;
 
@@ -9,11 +10,11 @@ use raywright_bvh::{Real, Vector};
 
 use crate::material::{Bsdf, Lobe, ShadingFrame};
 
-/// Roughnesses with an α of 0.1, 0.01, 0.001, the least supported one, and below; a smaller α acts
-/// as the least.
+/// Tested roughness values α: three ordinary values, the least supported value, and two below,
+/// which act as the least.
 const ALPHAS: [f64; 6] = [0.1, 1e-2, 1e-3, 9e-4, 1e-4, 1e-6];
 
-/// White microfacets of a given α.
+/// Returns a BSDF of white microfacets with the roughness α.
 fn rough_mirror<R: Real>(normal: R::Vec3, alpha: f64) -> Bsdf<R> {
     let white = R::Vec3::ONE;
     Bsdf::new(normal).with_lobe(Lobe::Rough {
@@ -23,8 +24,8 @@ fn rough_mirror<R: Real>(normal: R::Vec3, alpha: f64) -> Bsdf<R> {
     })
 }
 
-/// S17: the density of microfacets within 5α of the normal, for light that they reflect back to its
-/// source, against f64 in slopes.
+/// Measures S17: the retroreflected BSDF value of microfacets with normals within 5α of the shading
+/// normal, against an evaluation in f64 by slopes.
 pub fn narrow_lobes<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let drawn = |rng: &mut raywright_bvh::stability::judge::CaseRng| {
         let (n, alpha) = (to_scalar::<R>(rng.direction()), rng.choose(&ALPHAS));
@@ -50,7 +51,7 @@ pub fn narrow_lobes<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let outcome = judge("S17", 421, 200_000, rays, |rng| {
         let (n, alpha, h) = drawn(rng);
         let found = rough_mirror::<R>(n, alpha).eval(h, h).x().to_f64();
-        // The α of the stored roughness.
+        // α is computed from the roughness as stored.
         let roughness = R::from_f64(alpha.sqrt())
             .to_f64()
             .max(R::from_f64(0.03).to_f64());
@@ -80,8 +81,9 @@ pub fn narrow_lobes<R: Real>(rays: RayCount) -> Vec<Measurement> {
     }]
 }
 
-/// S18: sampled directions of white microfacets, seen from head-on, at grazing angles and from just
-/// below: no weight exceeds its bound, and no direction points below the horizon.
+/// Measures S18: sampled directions of white microfacets, viewed at normal incidence, at grazing
+/// angles and from just below the horizon. No weight exceeds 1, and no direction points below the
+/// horizon.
 pub fn visible_normals<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let outcome = judge("S18", 422, 400_000, rays, |rng| {
         let (n, alpha) = (to_scalar::<R>(rng.direction()), rng.choose(&ALPHAS));

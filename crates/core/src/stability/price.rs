@@ -1,5 +1,5 @@
-//! Cost of robust formulas, in nanoseconds per ray or sample: textbook formulas and the library's,
-//! timed in turns, in CPU time of one thread.
+//! Cost of robust formulas, in nanoseconds per ray or sample: textbook formulas and the library's
+//! are timed alternately, by the CPU time of a thread.
 
 use core::hint::black_box;
 use std::rc::Rc;
@@ -14,27 +14,27 @@ use crate::bench::Spread;
 use crate::bench::clock::thread_seconds;
 use crate::material::{Interface, ShadingFrame, dielectric};
 
-/// Cost of a case, in nanoseconds.
+/// Time of a hard case's formulas, in nanoseconds per ray or sample.
 #[derive(Clone, Copy, Debug)]
 pub struct CasePrice {
-    /// Work per ray or sample.
+    /// Description of the work per ray or sample.
     pub label: &'static str,
-    /// Time of the textbook's formulas in f32.
+    /// Nanoseconds of the textbook's formula in f32.
     pub textbook: Spread,
-    /// Additional time of the library's formulas, per round, in `robust` and in `reference`;
-    /// negative where they are faster.
+    /// Additional nanoseconds of the library's formula in the precisions `robust` and `reference`;
+    /// negative if it is faster.
     pub more: [Spread; 2],
 }
 
-/// Counted rounds, after one that does not count.
+/// Number of timed rounds, after a first round that does not count.
 const ROUNDS: usize = 15;
 
-/// Samples of a contest, and repetitions of each.
+/// Number of samples of a timing, and of repetitions of each sample.
 const SAMPLES: u32 = 4096;
 const TURNS: u32 = 40;
 
-/// Returns the contest of a case whose textbook formula is timed beside the library's; `None`
-/// without one.
+/// Returns the formulas of a hard case to be timed, textbook and library; `None` for a case without
+/// such formulas.
 pub fn contest(number: &str) -> Option<Contest> {
     Some(match number {
         "S09" => frames(),
@@ -44,7 +44,8 @@ pub fn contest(number: &str) -> Option<Contest> {
     })
 }
 
-/// Times the contest of a case; `None` without one.
+/// Times the textbook's and the library's formulas of a hard case; `None` for a case without such
+/// formulas.
 pub fn price(number: &str) -> Option<CasePrice> {
     let Contest {
         label,
@@ -76,7 +77,8 @@ pub fn price(number: &str) -> Option<CasePrice> {
     })
 }
 
-/// Builds a contest over samples: textbook formulas, `robust` and `reference`.
+/// Returns formulas to be timed on random samples: `works` are the textbook's formula, and the
+/// library's in `robust` and in `reference`.
 fn over<S: 'static>(
     label: &'static str,
     value_of: impl Fn(&mut CaseRng) -> S,
@@ -119,7 +121,7 @@ fn frames() -> Contest {
     )
 }
 
-/// d − 2(d·n)n in f32 against the mirrored direction of an interface.
+/// Returns the formulas of a mirrored direction: d − 2(d·n)n in f32, and the library's.
 fn reflections() -> Contest {
     fn mirrored<R: Real>([d, n]: [R::Vec3; 2]) {
         black_box(R::Vec3::from_f64(
@@ -144,7 +146,8 @@ fn reflections() -> Contest {
     )
 }
 
-/// Schlick's approximation in f32 against the exact equations, which use f64 in both precisions.
+/// Returns the formulas of a reflectance: Schlick's approximation in f32, and the library's Fresnel
+/// equations, which use f64 in both precisions.
 fn reflectances() -> Contest {
     let schlick = |&cosine: &f32| {
         let (r0, m) = (0.04_f32, 1.0 - cosine);

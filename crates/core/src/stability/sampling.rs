@@ -1,4 +1,5 @@
-//! M01, M02, M11: random numbers at the ends of their range, their mappings, and their uniformity.
+//! Hard cases M01, M02, M11: random numbers at the ends of their range, their mappings, and their
+//! uniformity.
 
 use raywright_bvh::shapes::{
     AnyShape, Cone, Cuboid, Cylinder, Disk, Ellipsoid, Quad, Sphere, Torus, Triangle,
@@ -15,8 +16,8 @@ use crate::material::cosine_sample;
 use crate::sampler::{Purpose, SampleAddress, pair};
 use crate::settings::SamplerKind;
 
-/// Numbers at the ends of [0, 1) and in its middle: zero, the least, a half, the greatest f32 below
-/// one, and the greatest of 32 bits.
+/// Numbers at the ends and in the middle of [0, 1): zero, 2⁻²³, a half, the greatest f32 below one,
+/// and the greatest 32-bit fraction.
 const CORNERS: [f64; 5] = [
     0.0,
     1.0 / 8_388_608.0,
@@ -25,7 +26,8 @@ const CORNERS: [f64; 5] = [
     1.0 - 1.0 / 4_294_967_296.0,
 ];
 
-/// Measurements of numbers that do not depend on the precision.
+/// Returns the same outcome as the measurement of both precisions, for numbers that do not depend
+/// on the precision.
 fn alone(outcome: &Outcome) -> Vec<Measurement> {
     ["robust", "reference"]
         .map(|setting| Measurement {
@@ -36,8 +38,8 @@ fn alone(outcome: &Outcome) -> Vec<Measurement> {
         .to_vec()
 }
 
-/// M01: numbers of every sampler, also of words with all bits set but the last few, and the
-/// positions that filters map them to.
+/// Measures M01: the numbers of every sampler are in [0, 1), also for words with all high bits set,
+/// and pixel filters map them to positions within their radius.
 pub fn below_one(rays: RayCount) -> Vec<Measurement> {
     let maximum = 1.0 - U;
     let words = judge("M01 words", 301, 10_000, rays, |rng| {
@@ -83,7 +85,7 @@ pub fn below_one(rays: RayCount) -> Vec<Measurement> {
     alone(&drawn.plus(words).plus(filters))
 }
 
-/// One sampled shape of each kind.
+/// Returns a shape of each kind whose surface can be sampled.
 fn shapes<R: Real>() -> Vec<AnyShape<R>> {
     let (c, axis) = (DVec3::new(0.3, -0.2, 0.1), DVec3::new(0.6, 1.0, -0.3));
     let (x, y) = (DVec3::new(1.5, 0.5, 0.0), DVec3::new(0.25, 0.75, 1.0));
@@ -103,13 +105,13 @@ fn shapes<R: Real>() -> Vec<AnyShape<R>> {
     ]
 }
 
-/// M02: hemispheres, cones and surfaces sampled at the corners of the unit square and inside it:
-/// unit within 2u, with a positive density.
+/// Measures M02: hemispheres, cones and surfaces are sampled at the corners of the unit square and
+/// inside it. Directions have unit length within two roundings, and densities are positive.
 pub fn warps<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let shapes = shapes::<R>();
     let roundoff = R::ROUNDOFF.to_f64();
     let outcome = judge("M02", 310, 200_000, rays, |rng| {
-        // The greatest number of the sampler below one, in every precision.
+        // Numbers are at most the greatest f32 below one, in every precision.
         let mut number = || {
             if rng.sign() > 0.0 {
                 rng.choose(&CORNERS).min(1.0 - U)
@@ -126,14 +128,14 @@ pub fn warps<R: Real>(rays: RayCount) -> Vec<Measurement> {
         match rng.bits() % 3 {
             0 => {
                 let d = cosine_sample::<R>([R::from_f64(u), R::from_f64(v)]).to_f64();
-                // Inverse: the square of the height is one less the first number.
+                // The square of the height is one minus the first number.
                 let off = (d.z * d.z - (1.0 - u)).abs();
                 unit("hemisphere", d, 2.0 * roundoff)
                     .and(|| Verdict::within_bound(off, 4.0 * roundoff, || describe("height")))
                     .and(|| Verdict::holds(d.z > 0.0, || describe("density")))
             }
             1 => {
-                // From a nearly zero angle to a half-space, by the sine.
+                // Cones from a nearly zero angle to a half-space, by the sine of their half-angle.
                 let share = rng.choose(&[1e-7, 1e-6, 1e-3, 0.5, 0.999, 1.0 - 1e-9]);
                 let Some(cone) = DirectionCone::new(rng.direction() / share, 1.0, DVec3::ZERO)
                 else {
@@ -161,9 +163,9 @@ pub fn warps<R: Real>(rays: RayCount) -> Vec<Measurement> {
     vec![by_shapes::<R>(outcome)]
 }
 
-/// M11: 65 536 points of a sequence: one in each of as many intervals for each of the first two
-/// dimensions, and one in each rectangle for every division of the square into as many rectangles;
-/// at pixels at both ends of the addresses.
+/// Measures M11: 65 536 points of a sequence in two dimensions. Each division of the unit square
+/// into 65 536 rectangles of powers of two has one point in each rectangle. The pixels are at both
+/// ends of the address range.
 pub fn stratified(rays: RayCount) -> Vec<Measurement> {
     const BITS: u32 = 16;
     let outcome = judge("M11", 320, 34, rays, |rng| {

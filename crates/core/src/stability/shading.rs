@@ -1,4 +1,5 @@
-//! S09, S10, S11: frames about normals, normalised vectors, and mirrors between which a ray stays.
+//! Hard cases S09, S10, S11: shading frames about normals, normalisation of vectors, and long paths
+//! between mirrors.
 
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
@@ -13,8 +14,8 @@ use raywright_bvh::{
 
 use crate::material::{Bsdf, Interface, Lobe, NormalMap, ShadingFrame};
 
-/// Draws a unit normal, as stored: anywhere, next to an axis, and along one with zeros of either
-/// sign.
+/// Draws a unit normal in the stored precision: uniform, close to an axis, or along an axis with
+/// zeros of either sign.
 fn normal<R: Real>(rng: &mut CaseRng) -> R::Vec3 {
     let axis = rng.bits() as usize % 3;
     let mut n = match rng.bits() % 5 {
@@ -29,7 +30,8 @@ fn normal<R: Real>(rng: &mut CaseRng) -> R::Vec3 {
     to_scalar::<R>(n / n.length())
 }
 
-/// Returns the deviation of three vectors from an orthonormal frame.
+/// Returns the largest deviation of three vectors from an orthonormal frame, by lengths and dot
+/// products.
 fn gram(frame: [DVec3; 3]) -> f64 {
     let [t, b, n] = frame;
     let lengths = frame.map(|v| (v.length() - 1.0).abs());
@@ -45,7 +47,8 @@ fn gram(frame: [DVec3; 3]) -> f64 {
         })
 }
 
-/// The frame with a division by 1 + z, whatever the sign of z.
+/// Returns the textbook's frame about a normal, which divides by 1 + z for either sign of z and
+/// fails near z = −1.
 pub(super) fn unsigned_frame(n: Vec3) -> [Vec3; 3] {
     let a = 1.0 / (1.0 + n.z);
     let b = -n.x * n.y * a;
@@ -56,7 +59,7 @@ pub(super) fn unsigned_frame(n: Vec3) -> [Vec3; 3] {
     ]
 }
 
-/// S09: frames about any normal.
+/// Measures S09: shading frames about any normal are orthonormal.
 pub fn frames<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let describe = |n: R::Vec3| format!("{:08x?}", n.to_f32().to_array().map(f32::to_bits));
     let outcome = judge("S09", 401, 1_000_000, rays, |rng| {
@@ -86,8 +89,8 @@ pub fn frames<R: Real>(rays: RayCount) -> Vec<Measurement> {
     }]
 }
 
-/// S10: normalisation of vectors of any length: the normal of a normal map, the direction of its
-/// columns, and a ray and a normal at a boundary.
+/// Measures S10: normalisation of vectors of any length, for the normal of a normal map, the
+/// tangent of its frame, and the reflected direction at a boundary.
 pub fn lengths<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let outcome = judge("S10", 402, 200_000, rays, |rng| {
         let n = to_scalar::<R>(rng.direction());
@@ -102,7 +105,7 @@ pub fn lengths<R: Real>(rays: RayCount) -> Vec<Measurement> {
         let unit =
             |w: DVec3, bound: f64| Verdict::within_bound((w.length() - 1.0).abs(), bound, describe);
         let roundoff = R::ROUNDOFF.to_f64();
-        // The normal itself is unit within one rounding of each component.
+        // The stored normal has unit length within one rounding of each component.
         let within = 2.0 * roundoff + (n.to_f64().length() - 1.0).abs();
         let frame = ShadingFrame::<R>::from_tangent(n, v, false);
         let direction = exact(rng.direction());
@@ -134,13 +137,13 @@ pub fn lengths<R: Real>(rays: RayCount) -> Vec<Measurement> {
     vec![by_shapes::<R>(outcome)]
 }
 
-/// Bounces of a mirror case, and rays of each kind.
+/// Number of bounces of a ray between mirrors, and number of rays for each arrangement of mirrors.
 const BOUNCES: u32 = 10_000;
 const MIRRORED: u32 = 60;
 
-/// A ray between mirrors, with the operations of a path: closest hit, surface, mirror lobe and
-/// start of the next ray. Returns the final deviation of the direction's length from one, and the
-/// change of `invariant`.
+/// Traces a ray between mirrors with the operations of a path: closest hit, surface, mirror lobe
+/// and start of the next ray. Returns the largest deviation of the direction's length from one, and
+/// the largest change of `invariant`; `None` if the ray escapes.
 fn mirrored<R: Real>(
     geometry: &Geometry<R>,
     mut ray: Ray<R>,
@@ -173,8 +176,8 @@ fn mirrored<R: Real>(
     Some([length, drift])
 }
 
-/// Returns the deviation of each direction's length from one, and the drift of its invariant;
-/// `None` for a ray that escapes.
+/// Traces rays between mirrors in parallel, each by `made` with its own random numbers, and returns
+/// the deviations of each.
 fn mirrored_each(
     seed: u64,
     made: impl Fn(&mut CaseRng) -> Option<[f64; 2]> + Sync,
@@ -185,8 +188,9 @@ fn mirrored_each(
         .collect()
 }
 
-/// S11: rays between two parallel mirrors, which keep their angle, and in a mirrored ball, which
-/// keep their distance from the centre: length of the directions, and drift of the invariant.
+/// Measures S11: rays between two parallel mirrors keep their angle, and rays in a mirrored ball
+/// keep their distance from the centre. Reported are the length of the directions and the drift of
+/// these invariants.
 pub fn mirrors<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let geometry = |shapes: &[AnyShape<R>]| {
         let mut group = PrimitiveSet::<R>::default();

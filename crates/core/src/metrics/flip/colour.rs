@@ -30,13 +30,13 @@ const RGB_TO_XYZ: DMat3 = DMat3::from_cols(
     ),
 );
 
-/// Returns the XYZ of white, by which the opponent spaces divide.
+/// Returns the CIE XYZ of white, by which the opponent spaces divide.
 fn white() -> DVec3 {
     RGB_TO_XYZ * DVec3::ONE
 }
 
-/// Returns Y, Cx and Cz of every pixel (3.1): like L*, a*, b* but linear in light, so that a filter
-/// may average them.
+/// Returns the planes Y, Cx and Cz of a picture (3.1): like L*, a*, b*, but linear in light, so
+/// that a filter may average them.
 pub(super) fn srgb_to_ycxcz(picture: &Picture) -> OpponentImage {
     let white = white();
     let convert = |rgb: &[f32; 3]| {
@@ -62,8 +62,8 @@ pub(super) fn srgb_to_ycxcz(picture: &Picture) -> OpponentImage {
     })
 }
 
-/// Returns L*, a*, b* of every filtered pixel (4.1.2): clipped to the gamut, with a* and b*
-/// weighted by lightness for the Hunt effect, by which brighter colours look stronger.
+/// Returns L*, a*, b* of every filtered pixel (4.1.2), clipped to the gamut. a* and b* are weighted
+/// by lightness for the Hunt effect: brighter colours look stronger.
 pub(super) fn hunt_lab(planes: &OpponentImage) -> Vec<[f32; 3]> {
     let (white, to_rgb) = (white(), RGB_TO_XYZ.inverse());
     let convert = |((y, cx), cz): ((&f32, &f32), &f32)| {
@@ -85,7 +85,7 @@ pub(super) fn hunt_lab(planes: &OpponentImage) -> Vec<[f32; 3]> {
         .collect()
 }
 
-/// Cube root of L*a*b* with its linear piece near black (CIE 15:2004).
+/// Lightness curve of L*a*b*: a cube root, linear near black (CIE 15:2004).
 fn lab_curve(t: f64) -> f64 {
     const DELTA: f64 = 6.0 / 29.0;
     if t > DELTA * DELTA * DELTA {
@@ -95,8 +95,8 @@ fn lab_curve(t: f64) -> f64 {
     }
 }
 
-/// HyAB distance: city-block between lightness and colour, Euclidean within colour (Abasi, Tehran,
-/// Fairchild, "Distance Metrics for Very Large Color Differences", 2020).
+/// HyAB distance of two L*a*b* colours: the difference of lightness plus the Euclidean distance of
+/// a* and b* (Abasi, Tehran, Fairchild, "Distance Metrics for Very Large Color Differences", 2020).
 pub(super) fn hyab(a: [f32; 3], b: [f32; 3]) -> f32 {
     let [l, ca, cb] = [0, 1, 2].map(|c| a[c] - b[c]);
     l.abs() + (ca * ca + cb * cb).sqrt()

@@ -7,7 +7,7 @@ use raywright_bvh::scalar::Real;
 
 use super::OpponentImage;
 
-/// One number per pixel, row by row.
+/// Image of one number per pixel, row by row.
 #[derive(Clone, Debug)]
 pub(super) struct ScalarImage {
     pub(super) width: usize,
@@ -15,7 +15,8 @@ pub(super) struct ScalarImage {
 }
 
 impl ScalarImage {
-    /// Correlates with a kernel of odd length along rows; the border pixel is repeated outside.
+    /// Correlates the image with a kernel of odd length along rows; border pixels are repeated
+    /// outside.
     fn along_rows(&self, kernel: &[f32]) -> Self {
         let radius = kernel.len() / 2;
         let mut values = vec![0.0; self.values.len()];
@@ -39,7 +40,8 @@ impl ScalarImage {
         }
     }
 
-    /// Correlates with a kernel along columns, in the same manner.
+    /// Correlates the image with a kernel of odd length along columns; border pixels are repeated
+    /// outside.
     fn along_columns(&self, kernel: &[f32]) -> Self {
         let radius = kernel.len() / 2;
         let rows: Vec<&[f32]> = self.values.chunks(self.width).collect();
@@ -69,19 +71,19 @@ impl ScalarImage {
     }
 }
 
-/// Fourier transform of the contrast sensitivity functions (4.1.1): a sum of Gaussians
-/// a·√(π/b)·exp(−π²·x²/b), x in degrees. Pairs of a and b for the achromatic, red-green and
-/// blue-yellow channel; a zero marks a channel with one Gaussian.
+/// Fourier transforms of the contrast sensitivity functions (4.1.1): sums of Gaussians
+/// a·√(π/b)·exp(−π²·x²/b), x in degrees. Entries are pairs of a and b for the achromatic, red-green
+/// and blue-yellow channel; a = 0 marks a channel with one Gaussian.
 const SENSITIVITY: [[(f64, f64); 2]; 3] = [
     [(1.0, 0.0047), (0.0, 1e-5)],
     [(1.0, 0.0053), (0.0, 1e-5)],
     [(34.1, 0.04), (13.5, 0.025)],
 ];
 
-/// Contrast sensitivity of the eye at a viewing distance, with one filter per channel.
+/// Filters of the eye's contrast sensitivity at a viewing distance, one per opponent channel.
 pub(super) struct SpatialFilters {
-    /// Separable Gaussians of each channel: weights along rows and along columns, whose products
-    /// sum to one over the channel.
+    /// Separable Gaussians of each channel: weights along rows and weights along columns. The
+    /// products of both, over all Gaussians of a channel, sum to one.
     channels: [Vec<(Vec<f32>, Vec<f32>)>; 3],
 }
 
@@ -110,8 +112,8 @@ impl SpatialFilters {
     }
 }
 
-/// Normalises the sum over a square window to one; each Gaussian's share is applied to its second
-/// kernel.
+/// Returns the row and the column kernel of each Gaussian of a channel. The sum of all Gaussians is
+/// normalised to one over a square window; each Gaussian's share is a factor of its column kernel.
 fn kernels(
     gaussians: [(f64, f64); 2],
     radius: f64,
@@ -142,8 +144,8 @@ fn taps(radius: f64, f: impl Fn(f64) -> f64) -> Vec<f64> {
     (-radius..=radius).map(|x| f(f64::from(x))).collect()
 }
 
-/// Returns the difference of edges and points at each pixel, 0 to 1 (4.2), from the achromatic
-/// planes.
+/// Returns the feature difference of each pixel, 0 to 1 (4.2): how much edges and points differ
+/// between the achromatic planes of two pictures.
 pub(super) fn feature_differences(
     picture: &ScalarImage,
     reference: &ScalarImage,
@@ -162,7 +164,7 @@ pub(super) fn feature_differences(
     a.par_iter().zip(&b).map(difference).collect()
 }
 
-/// First and second derivatives of a Gaussian, which detect edges and points.
+/// Kernels that detect edges and points: a Gaussian and its first and second derivative.
 struct FeatureDetectors {
     smooth: Vec<f32>,
     edge: Vec<f32>,
@@ -182,7 +184,7 @@ impl FeatureDetectors {
         }
     }
 
-    /// Returns the strength of edges and of points at each pixel, for any direction.
+    /// Returns the strength of edges and of points at each pixel, independent of their direction.
     fn magnitudes(&self, plane: &ScalarImage) -> Vec<[f32; 2]> {
         // Lightness 0..100 to 0..1, as the detectors are calibrated for.
         let values = plane.values.iter().map(|y| (y + 16.0) / 116.0).collect();
@@ -208,7 +210,7 @@ impl FeatureDetectors {
     }
 }
 
-/// Scales the taps so that the positive ones sum to 1 and the negative ones to −1.
+/// Scales kernel weights so that the positive weights sum to 1 and the negative weights to −1.
 fn balanced(taps: Vec<f64>) -> Vec<f32> {
     let positive: f64 = taps.iter().filter(|&&x| x > 0.0).sum();
     let negative: f64 = -taps.iter().filter(|&&x| x < 0.0).sum::<f64>();

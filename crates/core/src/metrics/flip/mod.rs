@@ -2,8 +2,8 @@
 //!
 //! Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström, Fairchild, "FLIP: A Difference Evaluator
 //! for Alternating Images", Proceedings of the ACM on Computer Graphics and Interactive Techniques
-//! 3(2), 2020. Section numbers below are the paper's. Implemented from the paper, for
-//! low-dynamic-range pictures; every filter is a sum of separable ones.
+//! 3(2), 2020. Section numbers in this module are the paper's. The implementation follows the
+//! paper, for low-dynamic-range pictures; every filter is a sum of separable filters.
 
 mod colour;
 mod filters;
@@ -16,20 +16,21 @@ use self::filters::{ScalarImage, SpatialFilters, feature_differences};
 use super::{MetricsError, check};
 use crate::picture::Picture;
 
-/// The paper's viewing condition: a screen 0.7 m wide with 3840 pixels, seen from 0.7 m.
+/// Pixels per degree of the paper's viewing condition: a screen 0.7 m wide with 3840 pixels, seen
+/// from 0.7 m.
 pub const DEFAULT_PIXELS_PER_DEGREE: f64 = 3840.0 * core::f64::consts::PI / 180.0;
 
 /// Exponent that spreads the colour differences over their range (4.1.3).
 const COLOUR_EXPONENT: f32 = 0.7;
-/// Colour differences up to this share of the largest are mapped to the range up to [`SPREAD_TO`]
-/// (4.1.3).
+/// Share of the largest colour difference up to which differences are mapped to the range from 0 to
+/// [`SPREAD_TO`] (4.1.3).
 const SPREAD_FROM: f32 = 0.4;
 const SPREAD_TO: f32 = 0.95;
 
 /// Returns the FLIP difference of each pixel, 0 (equal) to 1, row by row from the top. Both
-/// pictures hold sRGB display values in 0..1: values outside are clipped, and NaN counts as the
-/// marker that displays show for it. `pixels_per_degree` is the viewing condition, by default
-/// [`DEFAULT_PIXELS_PER_DEGREE`].
+/// pictures hold sRGB display values in 0..1. Values outside are clipped, and a pixel with a NaN
+/// counts as [`NAN_MARKER`](crate::display::NAN_MARKER). `pixels_per_degree` is the viewing
+/// condition, usually [`DEFAULT_PIXELS_PER_DEGREE`].
 ///
 /// # Errors
 /// [`MetricsError::Size`] for different sizes, [`MetricsError::Pixels`] for an empty or
@@ -56,14 +57,14 @@ pub fn flip(
     Ok(pixels.into_par_iter().map(combine).collect())
 }
 
-/// Maps HyAB distances to 0..1 (4.1.3).
+/// Mapping of HyAB distances to colour errors in 0..1 (4.1.3).
 struct Redistribution {
     largest: f32,
 }
 
 impl Redistribution {
     fn new() -> Self {
-        // The two corners of the gamut that are farthest apart: green and blue.
+        // Green and blue are the corners of the gamut with the largest distance.
         let corner = |rgb: [f32; 3]| {
             let picture = Picture {
                 rgb: vec![rgb],
@@ -88,7 +89,7 @@ impl Redistribution {
     }
 }
 
-/// Three planes of one size.
+/// Picture in an opponent colour space: three planes of the same size.
 type OpponentImage = [ScalarImage; 3];
 
 #[cfg(test)]
