@@ -30,7 +30,7 @@ pub struct Diagnostic {
 /// Problems of a text, ordered by position.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Diagnostics {
-    /// Name of the file as the user gave it.
+    /// Name of the file, as given by the user.
     pub file: String,
     /// The whole text.
     pub text: Arc<str>,

@@ -290,8 +290,8 @@ fn inside(reference: &str) -> Option<PathBuf> {
     Some(plain)
 }
 
-/// Returns the only file in a folder whose path equals a reference except for letter case, or
-/// `None` if no file or several files match. Many models were written on systems that ignore case.
+/// Finds the only file below `root` whose path equals a reference except for letter case; `None` if
+/// no file or several files match. Many models were written on systems that ignore case.
 fn in_any_case(root: &Path, reference: &str) -> Option<PathBuf> {
     let mut path = root.to_owned();
     for part in &inside(reference)? {

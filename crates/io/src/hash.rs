@@ -16,7 +16,7 @@ const ASIDE: usize = 1 << 20;
 #[derive(Clone, Debug, Default)]
 pub struct SceneHash {
     so_far: Sha256,
-    /// Buffered bytes that follow the hashed ones.
+    /// Buffered bytes, which follow the bytes already hashed.
     aside: Vec<u8>,
     /// The 64 digits, once computed.
     digits: OnceLock<String>,

@@ -184,7 +184,7 @@ impl Warnings {
         clamped
     }
 
-    /// Returns the warnings about a file, and a last one with the number of omitted warnings.
+    /// Returns the warnings about a file. Omitted warnings are counted in a final warning.
     pub fn finish(mut self, file: impl fmt::Display) -> Vec<Warning> {
         if self.left_out > 0 {
             self.list.push((
@@ -221,8 +221,8 @@ impl UniqueNames {
     }
 }
 
-/// Size in bytes from which an allocation is checked against the system's memory. If the system has
-/// no room for a smaller allocation, it has no room for the program.
+/// Size in bytes from which an allocation is checked against the system's memory. A system without
+/// room for a smaller allocation has no room for the program at all.
 const LARGE: u64 = 1 << 20;
 
 /// Checks that the system has this much memory, before an allocation.

@@ -1,4 +1,4 @@
-//! Input files of a run, so that no output replaces them. Files are compared by identity, through
+//! Input files of a run, which no output may replace. Files are compared by identity, through
 //! symbolic and hard links, not by the spelling of their names.
 
 use std::collections::{BTreeSet, HashSet};
@@ -24,7 +24,7 @@ pub struct InputFiles {
 /// Reason why a path must not be written to.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum PathClash {
-    /// An input file is at this path; the value is the name under which it was read.
+    /// An input file is at this path. The value is the name under which the file was read.
     Read(PathBuf),
     /// The scene names this path for a file that was missing or not needed.
     Named(PathBuf),
@@ -56,7 +56,7 @@ impl InputFiles {
         self.absent.insert(path.to_owned());
     }
 
-    /// Adds an absolute path that a scene names, whether or not a file exists there.
+    /// Adds an absolute path that a scene names, whether or not the file exists.
     pub fn name(&mut self, path: &Path) {
         self.named.insert(plain(path));
     }

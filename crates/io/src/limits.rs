@@ -8,7 +8,7 @@ pub struct Limits {
     pub text_bytes: u64,
     /// Bytes of any other single file: a model, a buffer, an image.
     pub file_bytes: u64,
-    /// Objects of a scene, including those of generators and every instance.
+    /// Objects of a scene, including the objects of generators and every instance.
     pub objects: u64,
     /// Triangles of all meshes together, each mesh counted once.
     pub triangles: u64,

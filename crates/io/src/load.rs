@@ -83,7 +83,7 @@ pub struct LoadOptions {
     pub clay: bool,
     /// Section plane, applied after the up axis.
     pub section: Option<Section>,
-    /// Whether files outside the scene's folder may be read; otherwise they are refused.
+    /// Whether files outside the scene's folder may be read. If not, such files are refused.
     pub allow_outside: bool,
     /// Limits above which input is refused.
     pub limits: Limits,
@@ -100,7 +100,8 @@ pub struct ModelOptions {
     /// Name of an animation or, if no name matches, its index; `None`: all together. Without a
     /// time, the start of the animation is shown.
     pub animation: Option<String>,
-    /// Up axis of a model; `None`: z for STL, whose files do not state it, y for all others.
+    /// Up axis of a model. `None` stands for z in STL files, which do not state their axis, and for
+    /// y in all other files.
     pub up: Option<UpAxis>,
 }
 
@@ -124,14 +125,14 @@ pub struct Loaded {
     /// Reason why the neutral sky or, for a model, the default studio was added; `None`: the scene
     /// has light, or an environment was given.
     pub added_sky: Option<LightShortage>,
-    /// Up axis assumed for a file that does not state its axis; `None`: the axis is y, as
-    /// everywhere here, or was given.
+    /// Up axis that was assumed for a file that states none; `None`: the axis is y, as everywhere
+    /// here, or was given.
     pub assumed_up: Option<UpAxis>,
 }
 
-/// Loads and validates a scene, and completes it: a scene without light gets the neutral sky, and a
-/// model whose own lights are absent or too faint gets the default studio (see
-/// [`Loaded::added_sky`]). Without a camera, preparation frames the whole scene.
+/// Loads, validates and completes a scene. A scene without light gets the neutral sky, and a model
+/// whose own lights are absent or too faint gets the default studio (see [`Loaded::added_sky`]).
+/// Without a camera, preparation frames the whole scene.
 ///
 /// # Errors
 /// [`Error`] has one of the kinds content, file, limit, or usage for an unknown preset or

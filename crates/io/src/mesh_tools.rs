@@ -32,8 +32,8 @@ pub(crate) fn transform_steps(transform: &DAffine3) -> Vec<TransformStep> {
     ])]
 }
 
-/// Applies a singular transform to a mesh. Normals would need the inverse transform; they and the
-/// tangents are dropped, and facet normals are used.
+/// Applies a singular transform to a mesh. Normals and tangents are dropped, because they would
+/// need the inverse transform; facet normals replace the normals.
 pub(crate) fn squeezed(mesh: &MeshData, transform: &DAffine3) -> MeshData {
     let moved: Vec<DVec3> = mesh
         .positions

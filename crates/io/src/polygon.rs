@@ -130,7 +130,8 @@ fn is_convex(points: &[DVec2]) -> bool {
     turns_left && rounds <= 1
 }
 
-/// Whether a corner is an ear: it turns left, and no other corner lies in its triangle.
+/// Whether a corner is an ear: the polygon turns left at the corner, and no other corner lies in
+/// the triangle.
 fn is_ear(points: &[DVec2], left: &[usize], ear: [usize; 3]) -> bool {
     let [a, b, c] = ear.map(|i| points[i]);
     if side(a, b, c) <= 0.0 {

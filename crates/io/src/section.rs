@@ -1,5 +1,5 @@
-//! Sections through models: the geometry on one side of a plane is removed, and closed meshes get a
-//! cap in the plane, so that they look solid.
+//! Sections through models: the geometry on one side of a plane is removed. Closed meshes get a cap
+//! in the plane, and therefore look solid.
 //!
 //! Each mesh is cut in the world space of each object, after the up axis is applied. A vertex whose
 //! distance from the plane is within rounding error counts as in the plane, so that a plane through

@@ -16,7 +16,7 @@ use crate::{ply, stl};
 pub enum SceneFormat {
     /// A native scene.
     Native(Notation),
-    /// glTF 2.0 with its buffers beside it or inside as text.
+    /// glTF 2.0 as text, with its buffers in files or embedded.
     Gltf,
     /// glTF 2.0 as a single binary file.
     Glb,

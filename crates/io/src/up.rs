@@ -113,7 +113,8 @@ fn turn_pose(pose: &mut Pose, map: &DAffine3) {
     };
 }
 
-/// Transforms a light. Its intensity is unchanged, as in glTF, where node scales do not affect it.
+/// Transforms a light. The intensity is unchanged, as in glTF, where node scales do not affect
+/// intensities.
 pub(crate) fn moved(light: &Light, map: &DAffine3) -> Light {
     let mut light = light.clone();
     let point = |p: &mut Triple| *p = map.transform_point3(DVec3::from(*p)).to_array();

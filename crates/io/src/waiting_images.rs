@@ -22,8 +22,8 @@ pub(crate) struct DecodeReport {
     pub remarks: Vec<(WarningCode, String)>,
 }
 
-/// Images to decode: collected one by one, in order, and decoded in parallel on the current thread
-/// pool.
+/// Images of a model that wait for decoding: collected in order, then decoded in parallel on the
+/// current thread pool.
 #[derive(Debug, Default)]
 pub(crate) struct WaitingImages<'a>(Vec<(usize, String, Cow<'a, [u8]>)>);
 

@@ -84,7 +84,7 @@ codes! {
     Format "format" Note,
     /// A choice among several scenes, variants or interpretations.
     Choice "choice" Note,
-    /// A material converted to the closest supported one.
+    /// A material that was converted to the closest supported material.
     Conversion "conversion" Note,
     /// Animations exist, and none was requested.
     AtRest "at-rest" Note,

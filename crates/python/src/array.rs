@@ -25,8 +25,8 @@ pub enum Numbers {
     Booleans(Vec<bool>),
 }
 
-/// A row-major block of numbers for NumPy's `__array_interface__`: a NumPy array of it is a view
-/// that keeps the block alive.
+/// A row-major block of numbers for NumPy's `__array_interface__`. A NumPy array made from the
+/// block is a view that keeps the block alive.
 #[pyclass(frozen, module = "raywright")]
 pub struct Array {
     numbers: Numbers,

@@ -5,16 +5,17 @@ use std::ffi::OsString;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyList, PyTuple};
 
-/// Keywords whose names differ from the flags: by their content, and where Python reserves the
-/// name.
+/// Keywords with other names than their flags: some are named by their content, and some flags have
+/// names that Python reserves.
 const RENAMED: [(&str, &str); 3] = [
     ("layers", "aov"),
     ("rungs", "rung"),
     ("model_scene", "scene"),
 ];
 
-/// Converts keywords to flags, in order. None and False omit the flag, True is the flag alone, a
-/// dict one flag for each entry, a list its items separated by commas, or for a size by an x.
+/// Converts keywords to flags, in order. None and False omit the flag, and True gives the flag
+/// alone. A dict gives a flag for each entry. A list gives its items, separated by commas, or for a
+/// size by an x.
 pub fn words(keywords: Option<&Bound<'_, PyDict>>) -> PyResult<Vec<OsString>> {
     let mut words = Vec::new();
     for (name, value) in keywords.into_iter().flatten() {

@@ -1,7 +1,7 @@
 //! Raywright as a Python module: pictures as arrays, ray queries on arrays, and the program itself.
 //!
-//! The module wraps the command line: keywords become flags (`keywords`), whose meaning and
-//! messages are the program's. Work runs without the interpreter's lock (`work`), pictures and hits
+//! The module wraps the command line: keywords become flags (`keywords`) with the meaning and the
+//! messages of the program. Work runs without the interpreter's lock (`work`), pictures and hits
 //! are returned as NumPy arrays (`array`). Pure Python code is in `python/raywright`.
 #![forbid(unsafe_code)]
 
@@ -32,8 +32,8 @@ mod _raywright {
     #[pymodule_export]
     use crate::scene::{Scene, compare, load_bytes, load_path};
 
-    /// Runs the program with a command line, whose first word is a program name; returns its exit
-    /// code.
+    /// Runs the program with a command line and returns the exit code. The first word is the name
+    /// of a program.
     #[pyfunction]
     fn main(py: Python<'_>, words: Vec<OsString>) -> u8 {
         py.detach(|| raywright_cli::main_with(words) as u8)

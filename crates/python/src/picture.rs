@@ -85,7 +85,7 @@ impl Picture {
         .view(py)
     }
 
-    /// Collects the layers by name. Layers of one channel are views; the channels of others are
+    /// Collects the layers by name. A layer with a single channel is a view; several channels are
     /// joined in a copy.
     fn collected<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let (layers, dict) = (&self.inner.rendered.picture.layers, PyDict::new(py));
@@ -149,7 +149,7 @@ impl Picture {
             .transpose()
     }
 
-    /// Further layers by name, float32 of shape (height, width, channels): those requested by
+    /// Further layers by name, float32 of shape (height, width, channels): the layers requested by
     /// `layers`, and for a denoised picture also `denoised` and `denoised.stderr`. Depths are
     /// distances along the ray in units of the scene; objects and materials are numbers; all are -1
     /// for the sky.
@@ -204,7 +204,7 @@ impl Picture {
         &self.inner.metadata.command
     }
 
-    /// SHA-256 of the linear pixels, as `raywright --hash` prints it.
+    /// SHA-256 of the linear pixels, as printed by `raywright --hash`.
     #[getter]
     fn hash(&self, py: Python<'_>) -> String {
         py.detach(|| pixel_hash(self.inner.shown_picture()))

@@ -30,7 +30,7 @@ struct Source {
 
 impl Source {
     /// Returns the scene loaded with these options. The scene is loaded again if the options differ
-    /// from the last ones.
+    /// from those of the last load.
     fn loaded(
         &self,
         options: LoadOptions,
@@ -85,7 +85,7 @@ pub fn load_path(
     read(py, input, keywords)
 }
 
-/// Loads the content of a file, whose name gives its format by its extension, if any.
+/// Loads the content of a file. The extension of `name`, if any, gives the format.
 #[pyfunction]
 #[pyo3(signature = (name, bytes, **keywords))]
 pub fn load_bytes(

@@ -46,8 +46,8 @@ impl Observer for Watch {
     }
 }
 
-/// Runs work on this number of threads, or one for each processor, and calls `progress` with the
-/// finished share.
+/// Runs work on this number of threads, or on a thread for each processor, and calls `progress`
+/// with the finished share from 0 to 1.
 ///
 /// # Errors
 /// Errors of the work, and exceptions of a signal handler or of `progress`.
@@ -91,7 +91,7 @@ pub fn run<T: Send + 'static>(
     }
 }
 
-/// Reports a share greater than the last one reported.
+/// Calls `progress` if `share` exceeds the last reported share.
 fn tell(progress: Option<&Bound<'_, PyAny>>, share: f64, reported: &mut f64) -> PyResult<()> {
     if let Some(progress) = progress.filter(|_| share > *reported) {
         *reported = share;

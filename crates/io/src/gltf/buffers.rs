@@ -1,5 +1,5 @@
-//! Binary data of a glTF file: buffers from the container, from other files, or from the JSON
-//! itself, and views of them.
+//! Binary data of a glTF file: buffers from the container, from other files or from the JSON
+//! itself, and buffer views.
 
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -12,8 +12,8 @@ use crate::uri;
 
 /// All buffers of a file, each truncated to its length in the JSON.
 pub(super) struct Buffers<'a> {
-    /// Contents; `None` for a buffer without data, which is a placeholder for an extension. Such a
-    /// buffer is an error only when it is used.
+    /// Contents; `None` for a buffer without data, which is a placeholder for an extension. A use
+    /// of such a buffer is an error.
     data: Vec<Option<Cow<'a, [u8]>>>,
     /// Decoded contents of compressed buffer views, by index of the view.
     views: HashMap<usize, Vec<u8>>,
@@ -71,7 +71,7 @@ impl<'a> Buffers<'a> {
     /// Returns `length` bytes of a buffer from byte `start` on.
     ///
     /// # Errors
-    /// A fault of kind input for an unknown buffer, or a part beyond it.
+    /// A fault of kind input for an unknown buffer, or for bytes beyond the end of the buffer.
     pub fn bytes(&self, buffer: usize, start: u64, length: u64) -> Outcome<&[u8]> {
         let data = self
             .data

@@ -24,7 +24,8 @@ const MOST_MOVES: u64 = 1 << 30;
 pub(super) struct Pose {
     /// Weights of the morph targets; empty if all are zero.
     pub weights: Vec<f64>,
-    /// Skin whose joints map vertices to world space; `None`: the transform of the node maps them.
+    /// Skin whose joints map vertices to world space; `None`: vertices are mapped by the node's
+    /// transform.
     pub skin: Option<Rc<PosedSkin>>,
     /// Whether faces are reversed: the handedness of a node's transform decides even for a skinned
     /// mesh (glTF 2.0, section 3.7.4, "Instantiation").
@@ -55,8 +56,8 @@ impl Pose {
 pub(super) struct PosedSkin {
     /// Index in the file.
     index: usize,
-    /// Origin of the skinned meshes in world space. Vertices are stored relative to this origin:
-    /// far from the origin of the world, single precision could not separate them.
+    /// Origin of the skinned meshes in world space. Vertices are stored relative to this origin,
+    /// because single precision is too coarse far from the origin of the world.
     pub origin: DVec3,
     /// Transform of each joint, from mesh space to world space relative to `origin`.
     joints: Vec<DAffine3>,

@@ -68,7 +68,7 @@ pub(super) fn check_required(required: &[String]) -> Outcome<()> {
     )))
 }
 
-/// Warns about unsupported extensions, except those of materials, which are reported for each
+/// Warns about unsupported extensions. Extensions of materials are reported elsewhere, for each
 /// material that they change.
 pub(super) fn warn_ignored<'a>(named: impl Iterator<Item = &'a String>, warnings: &mut Warnings) {
     let of_materials =

@@ -140,7 +140,7 @@ impl<'a> Import<'a> {
             .unwrap_or_default())
     }
 
-    /// Opens the accessor of an attribute, if the primitive has it.
+    /// Opens the accessor of an attribute; `None` if the primitive lacks the attribute.
     pub(super) fn attribute(
         &self,
         primitive: &Primitive,

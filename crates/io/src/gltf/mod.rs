@@ -4,7 +4,7 @@
 //! of its animations; triangles in all three topologies from any valid accessor; materials with all
 //! their textures, and their variants; perspective and orthographic cameras; and the extensions
 //! listed in [`extensions`]. Unsupported parts (points, lines, further extensions) are reported in
-//! a warning or in the effects report; a file that *requires* one of them is refused.
+//! a warning or in the effects report. A file that *requires* an unsupported extension is refused.
 //!
 //! Nothing in a file is trusted: the document has its own types, and the checks are in
 //! [`document`], [`buffers`] and [`accessor`].

@@ -36,7 +36,7 @@ fn split(channel: &str) -> (&str, &str) {
 }
 
 impl ColourChannels {
-    /// Returns the pictures of a part, those of its layers included, in the order of the file.
+    /// Returns the pictures of a part and of its layers, in the order of the file.
     fn all(header: &Header) -> Vec<Self> {
         let names: Vec<(String, &Text)> = header
             .channels

@@ -60,7 +60,7 @@ pub(super) struct Entries<'a> {
 }
 
 impl<'a> Entries<'a> {
-    /// Iterates over all entries, or those with the given keys.
+    /// Iterates over all entries, or over the entries with the given keys.
     pub fn new(
         reader: ValueReader<'a>,
         entries: &'a [Entry],

@@ -9,7 +9,7 @@ use super::node::{Value, ValueNode};
 use crate::colour::parse_colour;
 use crate::warning::{Warning, WarningCode};
 
-/// Keys with colour values, besides those that end in `colour`.
+/// Keys with colour values, besides all keys that end in `colour`.
 const KEYS: [&str; 9] = [
     "ambient",
     "emission",
@@ -49,7 +49,7 @@ pub(super) fn replace(node: &mut ValueNode, parameters: &BTreeMap<String, f64>) 
     }
 }
 
-/// Warns of materials whose colours are probably codes from 0 to 255.
+/// Warns about materials whose colours are probably codes from 0 to 255.
 pub(super) fn warnings(file: &str, scene: &Scene) -> Vec<Warning> {
     let warning = |material: &Material| {
         let (key, colour) = match &material.model {

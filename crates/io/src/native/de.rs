@@ -39,7 +39,7 @@ impl ReadContext<'_> {
 pub(crate) struct ValueReader<'a> {
     pub node: &'a ValueNode,
     pub context: &'a ReadContext<'a>,
-    /// The value's key, or the key of the array around it; empty at the root.
+    /// Key of the value, or key of the array that contains the value; empty at the root.
     pub name: &'a str,
     /// Index of the value, if the value is an element of the array `name`.
     pub index: Option<usize>,

@@ -25,7 +25,7 @@ pub(crate) struct FailureDetails {
     pub message: String,
     pub label: String,
     pub hint: Option<String>,
-    /// Position; `None` until an enclosing value sets it.
+    /// Position in the text; `None` until an enclosing value sets the position.
     pub span: Option<Range<usize>>,
     /// Key whose position is shown, in place of the position of its whole table.
     pub key: Option<String>,
@@ -134,7 +134,7 @@ impl de::Error for ReadFailure {
     }
 }
 
-/// Advice for an unknown word: the closest known word, or all of them.
+/// Advice for an unknown word: the closest known word, or all known words.
 pub(crate) fn did_you_mean(wrong: &str, known: &[&str], label: &str) -> String {
     match closest(wrong, known.iter().copied()) {
         Some(word) => format!("did you mean `{word}`?"),

@@ -262,7 +262,7 @@ pub(crate) fn text(file: &str, mut bytes: Vec<u8>, limit: u64) -> Result<String,
     })
 }
 
-/// Title of a scene in TOML; empty without one.
+/// Title of a scene in TOML; empty for a scene without a title.
 pub(crate) fn title(text: &str) -> String {
     let root = toml::parse(text).ok();
     match root

@@ -5,8 +5,8 @@ use toml::de::{DeTable, DeValue};
 use super::node::{Entry, Value, ValueNode};
 use crate::diagnostic::Diagnostic;
 
-/// Largest number of reported syntax errors. Further errors of the parser mostly repeat the first
-/// ones.
+/// Largest number of reported syntax errors. After the first errors, the parser mostly repeats
+/// itself.
 const KEPT: usize = 5;
 
 /// Parses a whole file. On failure, returns the first errors of the parser, in the order of the

@@ -11,7 +11,7 @@ use crate::import::{Fault, Outcome};
 use crate::mesh_tools::painted;
 use crate::polygon::{self, Clipper};
 
-/// Faces of one material, all flat or all smooth.
+/// Faces of a single material, all flat or all smooth.
 #[derive(Debug)]
 pub(super) struct MaterialFaces {
     /// As in [`FaceRun::material`].
@@ -23,7 +23,8 @@ pub(super) struct MaterialFaces {
 /// only in texture coordinates share a normal.
 type PositionKey = (u32, [u32; 3]);
 
-/// Builds the meshes of all runs of faces, one for each material and kind of shading.
+/// Builds a mesh for each material and kind of shading, from the runs of faces and their parsed
+/// models.
 ///
 /// # Errors
 /// A fault of kind limit for too many vertices or oversized concave polygons.

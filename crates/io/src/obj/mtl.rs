@@ -1,7 +1,8 @@
 //! Material libraries of OBJ files: located, repaired for `tobj`, and parsed.
 //!
-//! `tobj` panics on a colour with fewer than three numbers (the manual allows one) and rejects a
-//! whole library for one malformed line; such lines are completed or dropped first.
+//! `tobj` panics on a colour with fewer than three numbers (the manual allows a single number) and
+//! rejects a whole library for a malformed line. Such lines are completed or dropped before
+//! parsing.
 
 use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
@@ -119,7 +120,8 @@ fn names_image(statement: &Statement) -> bool {
     keyword.starts_with("map_") || matches!(keyword, "bump" | "disp" | "decal" | "refl" | "norm")
 }
 
-/// Reads the libraries of an `mtllib`: one file whose name may contain blanks, or several files.
+/// Reads the libraries of an `mtllib` statement: a single file whose name may contain blanks, or
+/// several files.
 fn files(rest: &str, folder: &Folder, warnings: &mut Warnings) -> Outcome<Vec<Vec<u8>>> {
     let whole = folder.read(&relative(rest));
     let words: Vec<&str> = rest.split_whitespace().collect();

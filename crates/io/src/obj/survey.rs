@@ -1,10 +1,10 @@
 //! First pass over an OBJ file: checks every number and index, and rewrites the text into a subset
 //! of the format that `tobj` reads correctly.
 //!
-//! `tobj` parses numbers and welds vertices. From the original text it would reject numbers of
+//! `tobj` parses numbers and welds vertices. From the original text, `tobj` would reject numbers of
 //! other programs, lose smoothing groups and the names of unknown materials, shift vertex colours
-//! when only some vertices have them, take index 0 for "none", and compute with indices before it
-//! compares them; its errors name no line. The rewritten text has all vertices first, then one
+//! when only some vertices have colours, take index 0 for "none", and compute with indices before
+//! checking their range; its errors name no line. The rewritten text has all vertices first, then a
 //! group for each [`FaceRun`], named by its number, with valid absolute indices.
 
 use std::collections::HashMap;
@@ -26,7 +26,7 @@ pub(super) enum Shading {
     Group(u32),
 }
 
-/// Common properties of the faces in one group of the rewritten text.
+/// Common properties of the faces in a group of the rewritten text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct FaceRun {
     /// Index into [`ObjSurvey::materials`]; `None` before the first `usemtl`.

@@ -88,8 +88,7 @@ impl AnimationWriter {
     /// Adds the next picture, converted for display.
     ///
     /// # Errors
-    /// A picture whose size or transparency differs from that of the first picture, or a failed
-    /// write.
+    /// A picture of another size or transparency than the first picture, or a failed write.
     pub fn add(&mut self, picture: &Picture, display: Display) -> io::Result<()> {
         let display = Display {
             output: Output::Eight,
@@ -145,7 +144,7 @@ impl AnimationWriter {
         self.lengths.is_empty()
     }
 
-    /// Writes the animation, atomically; it repeats for ever.
+    /// Writes the animation atomically. The animation repeats for ever.
     ///
     /// # Errors
     /// Of kind [`File`](crate::ErrorKind::File) if the file cannot be written.

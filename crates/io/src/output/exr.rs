@@ -106,9 +106,9 @@ fn channels(picture: &Picture) -> SmallVec<[AnyChannel<FlatSamples>; 4]> {
     channels
 }
 
-/// Sorts the header's attributes by name: the encoder keeps some of them in a hash table, whose
-/// order differs from run to run. The header keeps its length, so that every offset in the file
-/// stays valid.
+/// Sorts the header's attributes by name: the encoder keeps some attributes in a hash table, whose
+/// order differs from run to run. The length of the header is unchanged, so that every offset in
+/// the file stays valid.
 fn sort_attributes(bytes: &mut [u8]) -> io::Result<()> {
     /// Magic number and version.
     const START: usize = 8;

@@ -1,5 +1,5 @@
-//! Film files, to resume a render or divide it among machines. The format is specific to this
-//! program, because no common format keeps the sums of replicates separately.
+//! Film files, from which a render is resumed, or which divide a render among machines. The format
+//! is specific to this program, because no common format keeps the sums of replicates separately.
 //!
 //! A file consists of sixteen magic bytes, the version of the format (u32), the length of the
 //! header (u64), the header as JSON, the film's numbers in the order of [`Film::pass`], and the

@@ -113,7 +113,7 @@ impl<'b> PageFile<'b> {
         }
     }
 
-    /// Decodes the first picture, and returns it with the Exif block.
+    /// Decodes the first picture. Returns the picture and the Exif block, which may be empty.
     pub fn decode(self) -> ImageResult<(DynamicImage, Vec<u8>)> {
         fn both(mut decoder: impl ImageDecoder) -> ImageResult<(DynamicImage, Vec<u8>)> {
             let exif = decoder.exif_metadata()?.unwrap_or_default();

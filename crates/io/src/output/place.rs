@@ -12,7 +12,7 @@ use same_file::Handle;
 
 use crate::error::Error;
 
-/// Largest number of links in a chain before it counts as a cycle, as on Linux.
+/// Largest number of links in a chain; a longer chain counts as a cycle, as on Linux.
 const MOST_LINKS: usize = 40;
 
 /// Prefix of the names of temporary files.
@@ -144,7 +144,7 @@ fn check_folder(folder: &Path) -> io::Result<()> {
     }
 }
 
-/// Creates a temporary file of one byte in a folder, which fails on a full disk.
+/// Creates a temporary file of a single byte in a folder. The creation fails on a full disk.
 fn create_test_file(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
     let mut test_file = tempfile::Builder::new()
         .prefix(TEMPORARY)

@@ -27,8 +27,8 @@ use crate::limits::{Limits, human_bytes};
 pub struct StoredPicture {
     /// Name of the format.
     pub notation: &'static str,
-    /// Pixel values: unchanged floating-point numbers from an OpenEXR, display values 0..1 from all
-    /// others.
+    /// Pixel values: unchanged floating-point numbers from an OpenEXR file, display values in 0..1
+    /// from any other format.
     pub picture: Picture,
     /// Meaning of the values.
     pub encoding: Encoding,

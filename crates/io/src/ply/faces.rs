@@ -46,12 +46,12 @@ pub(super) struct Faces {
     corners: Vec<u32>,
     /// Number of corners of each polygon.
     arities: Vec<u32>,
-    /// Texture coordinates of each corner, if faces have them.
+    /// Texture coordinates of each corner; empty if no face has texture coordinates.
     uvs: Vec<[f32; 2]>,
-    /// Colour of each polygon, if faces have them.
+    /// Colour of each polygon; empty if no face has a colour.
     colours: VertexColours,
     coloured: bool,
-    /// Image number of each polygon, if faces have them.
+    /// Image number of each polygon; empty if no face has an image number.
     textures: Vec<i64>,
 }
 
@@ -165,8 +165,8 @@ impl Faces {
         Ok(())
     }
 
-    /// Extends colours and, if `mapped` is set, texture coordinates with defaults, for polygons
-    /// that have none while others do.
+    /// Extends colours, if faces have colours, and texture coordinates, if `mapped` is set, with
+    /// defaults for all polygons without a value.
     fn pad(&mut self, mapped: bool) {
         if self.coloured {
             self.colours.pad(self.arities.len());

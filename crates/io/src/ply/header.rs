@@ -2,8 +2,8 @@
 
 use crate::import::{Fault, Outcome, printable};
 
-/// Largest number of elements, of properties per element and of images, beyond any real file. Each
-/// of them takes memory.
+/// Largest number of elements, of properties per element and of images: more than any real file
+/// has, and few enough for the memory.
 const MOST: usize = 1000;
 /// Largest length of a header line in bytes.
 const LONGEST: usize = 4096;

@@ -1,5 +1,5 @@
-//! Plot of margins: a line for each case, with the ratio of its bound to its worst error on a
-//! logarithmic scale, and the bound at one.
+//! Plot of margins: a row for each case, with the ratio of the case's bound to its worst error on a
+//! logarithmic scale, and the bound at ratio 1.
 
 use std::fmt::Write;
 
@@ -42,7 +42,7 @@ pub struct MarginRow {
 const WIDTH: f64 = 980.0;
 const ROW: f64 = 21.0;
 /// Columns: numbers, both ends of the scale, text, and the right edge of the last column. Numbers
-/// and scale come first, so that a narrow window shows them.
+/// and scale come first, because a narrow window shows only the left columns.
 const COLUMNS: [f64; 5] = [20.0, 56.0, 440.0, 464.0, 960.0];
 /// Position of the first row, below the title and the labels of the scale.
 const TOP: f64 = 140.0;

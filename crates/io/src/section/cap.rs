@@ -23,7 +23,7 @@ struct RisingEdge {
     vertices: [u32; 2],
     from: [f64; 2],
     to: [f64; 2],
-    /// 1 where the outline ascends the edge, -1 where it descends.
+    /// 1 if the outline ascends along the edge, -1 if the outline descends.
     winding: i32,
 }
 
