@@ -34,7 +34,7 @@ use raywright_bvh::{
 
 use meshes::{MeshRng, TriangleSoup, families, range, ray};
 
-/// Rays per parallel task.
+/// Number of rays of each parallel task.
 const PIECE: u64 = 4096;
 
 fn main() -> ExitCode {
@@ -70,7 +70,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// The meshes of these files, or those of the tests.
+/// Reads the meshes of files, or returns the hard meshes of the tests if `files` is empty.
 fn named(files: &[String]) -> Vec<(String, TriangleSoup)> {
     if files.is_empty() {
         return families()
@@ -95,7 +95,8 @@ fn built<R: Real>(mesh: &TriangleSoup, kind: AcceleratorKind) -> Geometry<R> {
     Geometry::new(group, kind)
 }
 
-/// Sums counts over parallel pieces of rays, each with its own random numbers.
+/// Sums counts over rays in parallel tasks, each with its own random numbers. `one` returns the
+/// counts of a ray.
 fn over<const N: usize>(count: u64, one: impl Fn(&mut MeshRng) -> [u64; N] + Sync) -> [u64; N] {
     let piece = |number: u64| {
         let rng = &mut MeshRng(number.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ 77);
@@ -117,23 +118,24 @@ fn bits(hit: Option<Hit<f32>>) -> Bits {
     hit.map(|hit| ([hit.t, hit.u, hit.v].map(f32::to_bits), hit.primitive))
 }
 
-/// A range of accepted distances: everything ahead of the ray, or a range whose end just includes
-/// or excludes the first hit.
+/// Chooses a range of accepted distances: everything ahead of the ray, or a range whose end just
+/// includes or just excludes the first hit.
 fn ranges(rng: &mut MeshRng, first: Option<Hit<f32>>) -> Interval<f32> {
     range(rng, first.map(|hit| hit.t))
 }
 
-/// A distance in f32, and the f32 values of distances that differ in the last digits of f64. At a
-/// common corner of several triangles, f64 takes the first of them. Its test may leave other last
-/// digits than the nearest one's, and these decide between two neighbours in f32.
+/// Rounds a distance to f32, and also its neighbours that differ in the last digits of f64. At a
+/// common corner of several triangles, the f64 tree returns the first triangle. Its distance may
+/// have other last digits than the nearest triangle's, and these decide between two neighbours in
+/// f32.
 fn rounded(t: f64) -> [f32; 3] {
     const LAST: f64 = 1.0 / (1_u64 << 44) as f64;
     [t - t.abs() * LAST, t, t + t.abs() * LAST].map(Real::to_f32)
 }
 
-/// Compares every build in every kernel with the tree in f64, whose distances are rounded here. A
-/// hit of another triangle at the same rounded distance does not count as a difference. Kernels and
-/// builds must agree to the bit.
+/// Compares the trees of every build quality and kernel with the tree in f64, whose distances are
+/// rounded to f32 for the comparison. A hit of another triangle at the same rounded distance does
+/// not count as a difference. Kernels and builds must agree to the bit.
 fn trees(name: &str, mesh: &TriangleSoup, count: u64) -> u64 {
     let exact = built::<f64>(mesh, AcceleratorKind::default());
     let mut all: Vec<(BuildQuality, Kernel, Geometry<f32>)> = Vec::new();
@@ -187,7 +189,7 @@ fn trees(name: &str, mesh: &TriangleSoup, count: u64) -> u64 {
     exactly + between + any
 }
 
-/// A mesh in the layout of the scan below: each corner once, one array per coordinate.
+/// A mesh in the layout of [`scan`]: each corner once, one array per coordinate.
 struct MeshCorners {
     places: [Vec<f64>; 3],
     triangles: Vec<[u32; 3]>,
@@ -211,9 +213,9 @@ impl MeshCorners {
         Self { places, triangles }
     }
 
-    /// Indices of the triangles that a line may hit, in ascending order: all except those that are
-    /// certainly missed, with the line on one side of two edges and on the other side of the third
-    /// by more than the rounding of f64. No tree, no box, no f32.
+    /// Collects the indices of the triangles that a line may hit, in ascending order. It omits only
+    /// triangles that are certainly missed: the line is on one side of two edges and on the other
+    /// side of the third, by more than the rounding of f64. It uses no tree, no box, and no f32.
     fn collect_hits(
         &self,
         ray: &Ray<f32>,
@@ -238,7 +240,7 @@ impl MeshCorners {
         }
         // A coordinate has an error of 8 w times the farthest corner's distance, with w = 2⁻⁵³,
         // including the rounding of the basis. An edge function has an error below 40 w times the
-        // squared distance; four times as much is required.
+        // squared distance. The threshold is four times that bound.
         let unsure = maximum * maximum * (f64::EPSILON * 0.5 * 160.0);
         found.clear();
         for (number, &[a, b, c]) in (0..).zip(&self.triangles) {
@@ -255,13 +257,13 @@ impl MeshCorners {
 }
 
 thread_local! {
-    /// Buffers for a scan's projected corners and its candidates.
+    /// Buffers of a thread for the projected corners and the candidates of a scan.
     static ROOM: RefCell<([Vec<f64>; 2], Vec<u32>)> = RefCell::default();
 }
 
-/// Compares the default tree with a scan in f64: every triangle that can't be ruled out goes
-/// through the single-triangle test. [`MeshCorners::collect_hits`] makes the scan affordable, and
-/// shares nothing with the tree but that test.
+/// Compares the default tree with a scan: every triangle that can't be ruled out goes through the
+/// single-triangle test. [`MeshCorners::collect_hits`] makes the scan affordable, and shares no
+/// code with the tree.
 fn scan(name: &str, mesh: &TriangleSoup, count: u64) -> u64 {
     let (tree, corners) = (
         built::<f32>(mesh, AcceleratorKind::default()),
@@ -279,7 +281,7 @@ fn scan(name: &str, mesh: &TriangleSoup, count: u64) -> u64 {
         );
         for &number in &*found {
             let triangle = Triangle::<f32>::new(mesh[number as usize]);
-            // At equal distance the first triangle stays.
+            // At equal distance the first triangle wins.
             if let Some(hit) = triangle.intersect(&prepared_ray, range, Side::Both) {
                 range.max = hit.t;
                 best = Some(([hit.t, hit.u, hit.v].map(f32::to_bits), number));
@@ -311,15 +313,15 @@ fn scan(name: &str, mesh: &TriangleSoup, count: u64) -> u64 {
     wrong
 }
 
-/// A closed room with walls divided into squares, and sheets inside it, with all corners jittered
-/// within their planes.
+/// Creates a closed room with walls divided into squares, and with sheets parallel to the walls
+/// inside. All corners are jittered within their planes.
 fn room(side: usize, position: Vec3, scale: f32) -> TriangleSoup {
     let mut mesh = TriangleSoup::new();
     let rng = &mut MeshRng(3);
     let levels: Vec<f32> = (0..=8).map(|i| i as f32 / 4.0 - 1.0).collect();
     for axis in 0..3 {
         for &level in &levels {
-            // The same jitter on every sheet and none on the border, so that walls share their
+            // All sheets have the same jitter, and borders have none, so that walls share their
             // edges.
             let mut grid = vec![Vec3::ZERO; (side + 1) * (side + 1)];
             for (i, corner) in grid.iter_mut().enumerate() {
@@ -331,7 +333,7 @@ fn room(side: usize, position: Vec3, scale: f32) -> TriangleSoup {
                 };
                 let mut p = [level; 3];
                 (p[(axis + 1) % 3], p[(axis + 2) % 3]) = (at(i % (side + 1)), at(i / (side + 1)));
-                // Border corners coincide with those of the next wall.
+                // Corners on a border coincide with the corners of the adjacent wall.
                 let border = i % (side + 1) == 0
                     || i % (side + 1) == side
                     || i / (side + 1) == 0
@@ -354,7 +356,8 @@ fn room(side: usize, position: Vec3, scale: f32) -> TriangleSoup {
 }
 
 /// Traces rays from inside closed rooms: at corners, at edges, and along the sheets, whose
-/// triangles they see edge-on. Every ray must hit something.
+/// triangles they then see edge-on. Every ray must hit a triangle. Returns the number of rays that
+/// do not.
 fn leaks(count: u64) -> u64 {
     let rooms = [
         ("a room", Vec3::ZERO, 1.0),
@@ -378,7 +381,7 @@ fn leaks(count: u64) -> u64 {
                         let (origin, target) = match kind {
                             0 => (inside, a),
                             1 => (inside, a + (b - a) * u),
-                            // From the centre of one triangle of a sheet to that of another.
+                            // From the centre of a sheet's triangle to a point of another triangle.
                             _ => {
                                 let [d, e, f] = mesh[rng.below(mesh.len())];
                                 let from = (d + e + f) / 3.0;

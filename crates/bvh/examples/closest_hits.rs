@@ -1,5 +1,5 @@
-//! Closest hits of rays with a mesh, using this crate alone: a tree over triangles, and a picture
-//! of distances in letters.
+//! Closest hits of rays with a mesh, by this crate alone: a tree over triangles, and a picture of
+//! the hit distances in letters.
 //!
 //! ```sh
 //! cargo run --release -p raywright-bvh --example closest_hits
@@ -11,7 +11,7 @@ use core::f32::consts::TAU;
 use glam::Vec3;
 use raywright_bvh::{AcceleratorKind, Geometry, Interval, PrimitiveSet, Ray, Visibility};
 
-/// A torus of `around` by `across` quads, each of two triangles, around +z.
+/// Creates a torus around +z of `around` by `across` quads, each of two triangles.
 fn ring(around: u32, across: u32) -> Vec<[Vec3; 3]> {
     let vertex = |i: u32, j: u32| {
         let (a, b) = (
@@ -49,7 +49,7 @@ fn main() -> Result<(), raywright_bvh::GeometryError> {
                     0.0,
                 );
                 let eye = Vec3::new(0.0, 0.0, 3.0);
-                // Distances are in units of the direction, which need not be a unit vector.
+                // Distances are in units of the direction's length, which need not be one.
                 match geometry.closest(&Ray::new(eye, target - eye), Interval::positive(), &mut ())
                 {
                     Some(hit) => {

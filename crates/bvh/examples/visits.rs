@@ -2,12 +2,13 @@
 //! load: nodes, blocks, and triangles.
 //!
 //! ```sh
-//! cargo run --release -p raywright-bvh --example stats -- MESH RAYS..
+//! cargo run --release -p raywright-bvh --example visits -- MESH RAYS..
 //! ```
 //!
-//! MESH is a file as for `agreement`. RAYS are files of eight f32 per ray, little endian: origin,
-//! least distance, direction, greatest distance. One block of 4096 rays in sixteen is traced. Files
-//! with `shadow` in their name use any-hit queries, the others closest-hit queries.
+//! MESH is a mesh file as for the example `agreement`. RAYS are files of eight f32 per ray, little
+//! endian: origin, least distance, direction, greatest distance. Of every sixteen blocks of 4096
+//! rays, one is traced. A file with `shadow` in its name is traced by any-hit queries, any other
+//! file by closest-hit queries.
 #![expect(clippy::print_stdout, reason = "the table is this program's result")]
 
 mod files;
@@ -18,7 +19,7 @@ use raywright_bvh::{
     Visibility,
 };
 
-/// Rays per block, and blocks per traced block.
+/// Number of rays in a block, and number of blocks of which one is traced.
 const BLOCK: usize = 4096;
 const THIN: usize = 16;
 
@@ -51,7 +52,7 @@ fn main() {
     }
 }
 
-/// Nodes, blocks, triangles and hits per ray.
+/// Returns a line with the numbers of nodes, blocks, triangles and hits per ray.
 fn visited(tree: &Geometry<f32>, rays: &[[f32; 8]], any: bool) -> String {
     let (mut stats, mut hits, mut count) = (TraversalStats::default(), 0, 0);
     for &[ox, oy, oz, min, dx, dy, dz, max] in rays.chunks(BLOCK).step_by(THIN).flatten() {

@@ -1,5 +1,5 @@
-//! Readers of the mesh and ray files of the harness of ray kernels (`benches/README.md`), for the
-//! examples.
+//! Readers of mesh and ray files, for the examples. The harness of ray kernels writes these files
+//! (`benches/README.md`).
 
 use glam::Vec3;
 
@@ -11,8 +11,8 @@ fn words(file: &str) -> Vec<[u8; 4]> {
         .collect()
 }
 
-/// The triangles of a file: two u32, the numbers of corners and of triangles, then three f32 per
-/// corner and three u32 per triangle, little endian.
+/// Reads the triangles of a mesh file: two u32, the numbers of corners and of triangles, then three
+/// f32 per corner and three u32 per triangle, little endian.
 pub fn mesh(file: &str) -> Vec<[Vec3; 3]> {
     let words = words(file);
     let whole = |position: usize| u32::from_le_bytes(words[position]) as usize;
@@ -24,7 +24,7 @@ pub fn mesh(file: &str) -> Vec<[Vec3; 3]> {
     (0..triangles).map(triangle).collect()
 }
 
-/// The rays of a file: eight f32 each.
+/// Reads the rays of a file: eight f32 per ray, little endian.
 pub fn rays(file: &str) -> Vec<[f32; 8]> {
     let words = words(file);
     words

@@ -1,5 +1,5 @@
-//! T01, T02, T04, T05, T08, T16: rays that enter boxes, none of which a traversal may cull. The
-//! contents are the boxes themselves, as solids, so that the oracle is a slab test in f64.
+//! Cases T01, T02, T04, T05, T08 and T16: rays that enter boxes, which no traversal may cull. The
+//! boxes themselves are the primitives, as solids, so the oracle is a slab test in f64.
 
 use glam::DVec3;
 
@@ -13,7 +13,7 @@ use crate::{
 /// Least and greatest corner, both exact in f32.
 type BoxCorners = [DVec3; 2];
 
-/// Solid boxes.
+/// Builds a geometry of solid boxes.
 fn geometry<R: Real>(boxes: &[BoxCorners], kind: AcceleratorKind) -> Geometry<R> {
     let mut group = PrimitiveSet::<R>::default();
     for &[min, max] in boxes {
@@ -27,13 +27,14 @@ fn geometry<R: Real>(boxes: &[BoxCorners], kind: AcceleratorKind) -> Geometry<R>
     Geometry::new(group, kind)
 }
 
-/// The nearest box in front of a ray.
+/// Returns the nearest hit in front of a ray's origin.
 fn closest<R: Real>(geometry: &Geometry<R>, ray: &Ray<R>) -> Option<Hit<R>> {
     geometry.closest(ray, Interval::positive(), &mut ())
 }
 
-/// The interval of a ray in a box, in units of its direction, computed in f64. For a zero
-/// component, whether the origin is between both faces.
+/// Computes the interval of distances of a ray in a box, in units of the direction's length, in
+/// f64; `None` for a miss. For a zero component of the direction, the origin must be between both
+/// faces.
 fn slab(ray: &Ray<impl Real>, [min, max]: BoxCorners) -> Option<[f64; 2]> {
     let (o, d) = (ray.origin.to_f64(), ray.direction.to_f64());
     let mut range = [f64::NEG_INFINITY, f64::INFINITY];
@@ -51,7 +52,7 @@ fn slab(ray: &Ray<impl Real>, [min, max]: BoxCorners) -> Option<[f64; 2]> {
     (range[0] < range[1]).then_some(range)
 }
 
-/// `count` random boxes of sizes from 0.1 to 1 in a cube of size 20.
+/// Creates `count` random boxes with edges from 0.1 to 1.1 in a cube of size 20.
 fn scattered(seed: u64, count: u64) -> Vec<BoxCorners> {
     let one = |index| {
         let rng = &mut CaseRng::new(seed, index);
@@ -61,7 +62,8 @@ fn scattered(seed: u64, count: u64) -> Vec<BoxCorners> {
     (0..count).map(one).collect()
 }
 
-/// Right if the tree's hit equals the scan's, and if a ray that enters its target box has a hit.
+/// Judges a ray: right if the tree's hit equals the hit of the scan, and if the ray, which enters
+/// the box `aimed_at`, hits something before it leaves that box.
 fn found<R: Real>(
     tree: &Geometry<R>,
     scan: &Geometry<R>,
@@ -78,17 +80,19 @@ fn found<R: Real>(
     })
 }
 
-/// T01: rays along an axis at 1 − δ, at a box that begins at distance L.
+/// T01: rays along an axis, close to a face parallel to them (at 1 − δ), towards a box that begins
+/// at distance L.
 pub fn along_faces<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let lengths: Vec<f64> = (0..=8).map(|k| 10_f64.powi(k)).collect();
     let boxes = |&length: &f64| -> Vec<BoxCorners> {
         let along = |axis: usize| {
             let (mut min, mut max) = (DVec3::ZERO, DVec3::ONE);
-            // Far away, where f32 has no spacing of one, the thickness is several spacings.
+            // Far away, where neighbouring f32 numbers differ by more than one, the box is several
+            // such spacings thick.
             (min[axis], max[axis]) = (length, length + (length * 1e-6).max(1.0));
             [exact(min), exact(max)]
         };
-        // Further boxes behind the rays, so that a tree is built.
+        // Further boxes behind the rays' origins, so that a tree is built.
         let behind = scattered(210, 60)
             .into_iter()
             .map(|corners| corners.map(|p| p - DVec3::splat(20.0)));
@@ -131,7 +135,7 @@ pub fn along_faces<R: Real>(rays: RayCount) -> Vec<Measurement> {
     measured
 }
 
-/// T02: rays with zero components of either sign, in the planes of box faces.
+/// T02: rays with zero direction components of either sign, in the planes of box faces.
 pub fn signed_zeros<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let whole = |index| {
         let rng = &mut CaseRng::new(211, index);
@@ -167,7 +171,7 @@ pub fn signed_zeros<R: Real>(rays: RayCount) -> Vec<Measurement> {
     )
 }
 
-/// T04: directions along an axis with other components close to zero.
+/// T04: rays along an axis whose other direction components are close to zero.
 pub fn tiny_components<R: Real>(rays: RayCount) -> Vec<Measurement> {
     aimed::<R>("T04", 204, rays, |rng, target| {
         let (axis, size) = (rng.bits() as usize % 3, rng.choose(&[1e-7, 1e-20, 1e-40]));
@@ -177,7 +181,7 @@ pub fn tiny_components<R: Real>(rays: RayCount) -> Vec<Measurement> {
     })
 }
 
-/// T05: directions of any length.
+/// T05: rays with directions of any length, from 1e-20 to 1e20.
 pub fn any_length<R: Real>(rays: RayCount) -> Vec<Measurement> {
     aimed::<R>("T05", 205, rays, |rng, target| {
         let d = rng.direction();
@@ -188,7 +192,7 @@ pub fn any_length<R: Real>(rays: RayCount) -> Vec<Measurement> {
     })
 }
 
-/// Rays at points well within boxes.
+/// Measures rays that `drawn` creates towards random points well within random boxes.
 fn aimed<R: Real>(
     case: &str,
     seed: u64,
@@ -209,7 +213,7 @@ fn aimed<R: Real>(
     )
 }
 
-/// T08: boxes of size 1e-6 beside boxes of size 1e6, each from three diameters away.
+/// T08: boxes of size 1e-6 beside boxes of size 1e6, by rays from three diameters away.
 pub fn mixed_scales<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let one = |index: u64| {
         let rng = &mut CaseRng::new(212, index);
@@ -238,7 +242,8 @@ pub fn mixed_scales<R: Real>(rays: RayCount) -> Vec<Measurement> {
     )
 }
 
-/// T16: rays that start on a face, or an ulp to either side, and go inwards, outwards and along it.
+/// T16: rays that start on a face, or an ulp to either side of it, and go inwards, outwards or
+/// along the face.
 pub fn from_faces<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let boxes = scattered(216, 300);
     let scan = geometry::<R>(&boxes, AcceleratorKind::Linear);
@@ -267,7 +272,8 @@ pub fn from_faces<R: Real>(rays: RayCount) -> Vec<Measurement> {
                 let either_way =
                     |geometry: &Geometry<R>| geometry.closest(&ray, everything, &mut ());
                 let (hit, expected) = (closest(&trees[0], &ray), closest(&scan, &ray));
-                // Remaining distance in the box, if it exceeds rounding.
+                // Distance that the ray has left inside the box. A hit is required if this distance
+                // exceeds rounding.
                 let distance =
                     slab(&ray, corners).map_or(0.0, |[enters, leaves]| leaves - enters.max(0.0));
                 let is_right = hit == expected

@@ -1,4 +1,5 @@
-//! T03, T06, T07, T10: lattices and closed meshes of any size and position, which no ray may pass.
+//! Cases T03, T06, T07 and T10: lattices and closed meshes of any size and position, which no ray
+//! may pass through.
 
 use glam::{DVec3, Vec3};
 
@@ -10,25 +11,25 @@ use super::{Measurement, by_each_kernel};
 use crate::shapes::{AnyShape, Cuboid};
 use crate::{Aabb, AcceleratorKind, Geometry, Interval, PrimitiveSet, Ray, Real, Visibility};
 
-/// Cells along each side of a lattice.
+/// Number of cells along each side of a lattice.
 const CELLS: usize = 20;
 
-/// Whether a ray has a hit, by both queries.
+/// Whether a ray has a hit, both by a closest-hit and by an any-hit query.
 fn is_hit<R: Real>(geometry: &Geometry<R>, ray: &Ray<R>) -> bool {
     let range = Interval::positive();
     geometry.closest(ray, range, &mut ()).is_some()
         && geometry.any(ray, range, &mut |_| true, &mut ())
 }
 
-/// A point by its coordinates across an axis and along it.
+/// Creates a point from its coordinate along an axis and its two coordinates perpendicular to it.
 fn across(axis: usize, [a, b]: [f64; 2], along: f64) -> DVec3 {
     let mut p = DVec3::ZERO;
     (p[axis], p[(axis + 1) % 3], p[(axis + 2) % 3]) = (along, a, b);
     p
 }
 
-/// A flat lattice perpendicular to an axis, with two triangles per cell and optionally flipped
-/// winding.
+/// Builds a flat lattice perpendicular to an axis, with two triangles per cell, optionally with
+/// flipped winding.
 fn flat<R: Real>(axis: usize, is_flipped: bool) -> Geometry<R> {
     let mut group = PrimitiveSet::<R>::default();
     for cell in 0..CELLS * CELLS {
@@ -47,7 +48,7 @@ fn flat<R: Real>(axis: usize, is_flipped: bool) -> Geometry<R> {
     Geometry::new(group, AcceleratorKind::default())
 }
 
-/// A lattice of solid cells.
+/// Builds a lattice of solid cubes.
 fn solid<R: Real>(axis: usize) -> Geometry<R> {
     let mut group = PrimitiveSet::<R>::default();
     for cell in 0..CELLS * CELLS {
@@ -62,8 +63,8 @@ fn solid<R: Real>(axis: usize) -> Geometry<R> {
     Geometry::new(group, AcceleratorKind::default())
 }
 
-/// T03: rays along an axis through every lattice point and halfway between, with zero components of
-/// either sign.
+/// T03: rays along an axis through every lattice point and halfway between lattice points, with
+/// zero direction components of either sign.
 pub fn lattices<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let trees = (0..3)
         .flat_map(|axis| [flat(axis, false), flat(axis, true), solid(axis)])
@@ -71,7 +72,7 @@ pub fn lattices<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let places = 2 * CELLS as u64 - 1;
     by_each_kernel::<R>(trees, |trees| {
         let each = trees.iter().enumerate().map(|(index, tree)| {
-            // Few enough to be shot in full with either count.
+            // The number of rays is so small that either ray count traces all of them.
             judge("T03", 203, (places * places * 4) as u32, rays, |rng| {
                 let (place, signs) = (rng.index() / 4, rng.index() % 4);
                 let zero = |bit: u64| if signs >> bit & 1 == 0 { 0.0 } else { -0.0 };
@@ -90,7 +91,7 @@ pub fn lattices<R: Real>(rays: RayCount) -> Vec<Measurement> {
     })
 }
 
-/// A scaled and translated mesh, with each corner rounded.
+/// Scales and translates a mesh; each corner is rounded to f32.
 fn moved(mesh: &ClosedMesh, size: f64, position: DVec3) -> ClosedMesh {
     let corner = |p: &Vec3| (p.as_dvec3() * size + position).as_vec3();
     ClosedMesh {
@@ -99,7 +100,7 @@ fn moved(mesh: &ClosedMesh, size: f64, position: DVec3) -> ClosedMesh {
     }
 }
 
-/// A closed mesh around a point.
+/// A closed mesh: a subdivided icosahedron around a point.
 struct Globe {
     mesh: ClosedMesh,
     centre: DVec3,
@@ -116,7 +117,8 @@ impl Globe {
         }
     }
 
-    /// A ray from inside at a corner, an edge or any point.
+    /// Creates a ray from inside the mesh towards a corner, an edge, or any point of the
+    /// surrounding sphere.
     fn ray<R: Real>(&self, rng: &mut CaseRng) -> Ray<R> {
         let face = self.mesh.faces[rng.bits() as usize % self.mesh.faces.len()];
         let corner = |i: usize| self.mesh.corners[face[i]].as_dvec3();
@@ -132,7 +134,7 @@ impl Globe {
     }
 }
 
-/// Rays from inside closed meshes, all of which must hit.
+/// Measures rays from inside closed meshes, all of which must hit.
 fn leaks<R: Real>(
     case: &str,
     seed: u64,
@@ -156,7 +158,7 @@ fn leaks<R: Real>(
     })
 }
 
-/// T06: a closed mesh of every size from 1e-12 to 1e12.
+/// T06: rays from inside closed meshes of every size from 1e-12 to 1e12.
 pub fn any_size<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let globes: Vec<_> = (-12..=12)
         .map(|k| Globe::new(3, 10_f64.powi(k), DVec3::ZERO))
@@ -164,7 +166,7 @@ pub fn any_size<R: Real>(rays: RayCount) -> Vec<Measurement> {
     leaks::<R>("T06", 226, 1_000_000, rays, &globes)
 }
 
-/// Closed meshes far from the origin.
+/// Creates three closed meshes far from the origin.
 fn distant() -> [Globe; 3] {
     let diagonal = DVec3::new(0.8, -0.36, 0.48);
     [
@@ -174,7 +176,7 @@ fn distant() -> [Globe; 3] {
     ]
 }
 
-/// T07: closed meshes and a ground of cells, far from the origin.
+/// T07: rays from inside closed meshes, and onto a ground of square cells, far from the origin.
 pub fn far_away<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let measured = leaks::<R>("T07", 227, 1_000_000, rays, &distant());
     const SIDE: usize = 12;
@@ -209,7 +211,8 @@ pub fn far_away<R: Real>(rays: RayCount) -> Vec<Measurement> {
             judge("T07 ground", 228, 400_000, rays, |rng| {
                 let inner = |rng: &mut CaseRng| 1 + rng.bits() as usize % (SIDE - 1);
                 let (i, j) = (inner(rng), inner(rng));
-                // At a corner inside the ground, or at an edge that ends there.
+                // The ray is aimed at a corner inside the ground, or at an edge that ends at this
+                // corner.
                 let (di, dj) = rng.choose(&[(0, 0), (1, 0), (0, 1), (1, 1)]);
                 let (a, b) = (
                     corner(i, j).as_dvec3(),
@@ -218,7 +221,7 @@ pub fn far_away<R: Real>(rays: RayCount) -> Vec<Measurement> {
                 let target = a + (b - a) * rng.unit() * 0.99;
                 let up = rng.in_cube() + DVec3::Y * 1.5;
                 let ray = ray_towards::<R>(target + up * rng.uniform(1.0, 20.0), target);
-                // Rounding of the direction moves the target by a tiny fraction of a cell.
+                // The rounding of the direction moves the target by a tiny fraction of a cell.
                 Verdict::holds(is_hit(&trees[0], &ray), || format!("leak{}", hex(&ray)))
             })
         },
@@ -230,8 +233,9 @@ pub fn far_away<R: Real>(rays: RayCount) -> Vec<Measurement> {
     measured.into_iter().zip(ground).map(both).collect()
 }
 
-/// T10: the leaks of T07 and of a mesh at the origin, and the surface area that padding adds to
-/// boxes there, which is the increase of rays that enter them.
+/// T10: the padding of boxes. Rays from inside the meshes of T07, and a mesh at the origin, must
+/// hit. The surface area that padding adds to the boxes of the mesh at the origin, which is the
+/// increase of the rays that enter them, must be below 30 percent.
 pub fn inflation<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let [a, b, c] = distant();
     let near = Globe::new(4, 1.0, DVec3::ZERO);

@@ -1,6 +1,6 @@
 //! The cost of accuracy: the same work by textbook formulas and by the library, for programs that
-//! time both in turns. The rays are ordinary, from five sizes away, and about half of them hit:
-//! hard cases are rare, but their cost is paid by every ray.
+//! time both in turns. The rays are ordinary, from five sizes away, and about half of them hit.
+//! Hard cases are rare, but every ray pays for their treatment.
 
 use core::fmt;
 use core::hint::black_box;
@@ -12,18 +12,18 @@ use super::{Intersect, textbook};
 use crate::shapes::{AnyShape, Cone, Ellipsoid, Sphere, Torus, Triangle};
 use crate::{Interval, PreparedRay, Ray, Real, Shape, Side};
 
-/// Work to be timed.
+/// Work that a program times: one call is one run.
 pub type Work = Box<dyn Fn()>;
 
-/// The same work in three implementations.
+/// The same work in three implementations, for a comparison of their times.
 pub struct Contest {
-    /// Operation per ray or sample.
+    /// Name of the operation that is done once per ray or sample.
     pub label: &'static str,
-    /// Rays or samples of one run.
+    /// Number of rays or samples in one run.
     pub count: u32,
-    /// By textbook formulas in f32.
+    /// Implementation by textbook formulas in f32.
     pub textbook: Work,
-    /// By the library, in `robust` and in `reference`.
+    /// Implementations by the library, with scalars in f32 (`robust`) and in f64 (`reference`).
     pub library: [Work; 2],
 }
 
@@ -36,10 +36,11 @@ impl fmt::Debug for Contest {
     }
 }
 
-/// Number of distinct rays of a contest.
+/// Number of different rays in a comparison.
 const RAYS: u32 = 4096;
 
-/// The contest of a case; `None` if the textbook has no formula for it, or if it concerns no shape.
+/// Creates the comparison for a case, given by its number as in `P01`; `None` if the textbook has
+/// no formula for the case, or if the case concerns no shape.
 pub fn contest(number: &str) -> Option<Contest> {
     let (zero, axis) = (DVec3::ZERO, DVec3::new(0.3, 1.0, -0.2));
     Some(match number {
@@ -99,7 +100,7 @@ fn triangle<R: Real>() -> AnyShape<R> {
     Triangle::new(corners.map(to_scalar::<R>)).into()
 }
 
-/// Rays from around a shape of about unit size, at points near it.
+/// Creates rays from around a shape of about unit size, towards points near it.
 fn rays<R: Real>() -> Vec<Ray<R>> {
     let ray = |i: u32| {
         let rng = &mut CaseRng::new(1, i.into());
@@ -112,12 +113,13 @@ fn rays<R: Real>() -> Vec<Ray<R>> {
     (0..RAYS).map(ray).collect()
 }
 
-/// These rays, prepared as in a query of the library.
+/// Creates the rays of the comparison, prepared as in a query of the library.
 fn prepared<R: Real>() -> Vec<PreparedRay> {
     rays::<R>().into_iter().map(PreparedRay::new).collect()
 }
 
-/// Tests of one shape.
+/// Creates the comparison of intersection tests of one shape. Each run tests all rays `turns`
+/// times.
 fn tests(label: &'static str, turns: u32, single: AnyShape<f32>, double: AnyShape<f64>) -> Contest {
     fn all<R: Real>(turns: u32, shape: AnyShape<R>) -> Work {
         let rays = prepared::<R>();
@@ -141,7 +143,8 @@ fn tests(label: &'static str, turns: u32, single: AnyShape<f32>, double: AnyShap
     }
 }
 
-/// Tests of a sphere, and the surfaces at the hits.
+/// Creates the comparison of intersection tests of a sphere followed by the surface at the hit.
+/// Each run tests all rays `turns` times.
 fn surfaces(turns: u32) -> Contest {
     fn all<R: Real>(turns: u32) -> Work {
         let (sphere, rays) = (sphere::<R>(), prepared::<R>());

@@ -1,4 +1,5 @@
-//! Seeded rays, judged in parallel, and the outcome.
+//! Random rays of a case, their verdicts by an oracle, and the outcome of the case. Rays are judged
+//! in parallel.
 
 use core::fmt::Write;
 
@@ -10,14 +11,14 @@ use crate::{Interval, PreparedRay, Ray, Real, Shape, ShapeHit, Side, Vector};
 /// Unit roundoff of f32.
 pub const U: f64 = 5.960_464_477_539_063e-8;
 
-/// The spacing of f32 at `x`.
+/// Distance from `x` to the next greater f32.
 pub fn ulp(x: f64) -> f64 {
     let x = (x.abs() as f32).max(f32::MIN_POSITIVE);
     f64::from(x.next_up()) - f64::from(x)
 }
 
-/// A small generator (SplitMix64: Steele, Lea, Flood, "Fast Splittable Pseudorandom Number
-/// Generators", 2014), seeded by case and ray, so that each ray can be repeated alone.
+/// A random number generator (SplitMix64: Steele, Lea, Flood, "Fast Splittable Pseudorandom Number
+/// Generators", 2014). It is seeded by case and ray, so that each ray can be repeated alone.
 #[derive(Debug)]
 pub struct CaseRng {
     state: u64,
@@ -25,7 +26,7 @@ pub struct CaseRng {
 }
 
 impl CaseRng {
-    /// The generator of one ray of a case.
+    /// Creates the generator of one ray of a case.
     pub fn new(seed: u64, index: u64) -> Self {
         let state =
             seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ index.wrapping_mul(0xd6e8_feb8_6659_fd93);
@@ -37,7 +38,7 @@ impl CaseRng {
     pub fn index(&self) -> u64 {
         self.index
     }
-    /// 64 random bits.
+    /// Returns 64 random bits.
     pub fn bits(&mut self) -> u64 {
         self.state = self.state.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let z = self.state;
@@ -45,23 +46,23 @@ impl CaseRng {
         let z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
         z ^ z >> 31
     }
-    /// Uniform in [0, 1).
+    /// Samples a number, uniform in [0, 1).
     pub fn unit(&mut self) -> f64 {
         (self.bits() >> 11) as f64 / (1_u64 << 53) as f64
     }
-    /// Uniform in [low, high).
+    /// Samples a number, uniform in [low, high).
     pub fn uniform(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.unit()
     }
-    /// A random element.
+    /// Returns a random element of a list.
     pub fn choose<T: Copy>(&mut self, from: &[T]) -> T {
         from[(self.bits() % from.len() as u64) as usize]
     }
-    /// 1 or −1.
+    /// Returns 1 or −1 with equal probability.
     pub fn sign(&mut self) -> f64 {
         if self.bits() & 1 == 0 { 1.0 } else { -1.0 }
     }
-    /// Uniform on the unit sphere.
+    /// Samples a unit vector, uniform on the sphere.
     pub fn direction(&mut self) -> DVec3 {
         let (z, a) = (
             self.uniform(-1.0, 1.0),
@@ -70,7 +71,7 @@ impl CaseRng {
         let ring = (1.0 - z * z).sqrt();
         DVec3::new(ring * a.cos(), ring * a.sin(), z)
     }
-    /// Uniform in the cube [−1, 1]³.
+    /// Samples a point, uniform in the cube [−1, 1]³.
     pub fn in_cube(&mut self) -> DVec3 {
         DVec3::new(
             self.uniform(-1.0, 1.0),
@@ -78,7 +79,7 @@ impl CaseRng {
             self.uniform(-1.0, 1.0),
         )
     }
-    /// Uniform in the disc of the given radius, perpendicular to a direction.
+    /// Samples an offset, uniform in the disc of the given radius perpendicular to `across`.
     pub fn in_disc(&mut self, across: DVec3, radius: f64) -> DVec3 {
         let (a, b) = across.any_orthonormal_pair();
         let (r, angle) = (
@@ -89,33 +90,33 @@ impl CaseRng {
     }
 }
 
-/// A vector rounded to the stored scalar.
+/// Rounds a vector to the stored scalar.
 pub fn to_scalar<R: Real>(v: DVec3) -> R::Vec3 {
     R::Vec3::from_f64(v)
 }
 
-/// A vector rounded to f32, as f64: an exact input.
+/// Rounds a vector to f32 and converts it back, so that both precisions store it exactly.
 pub fn exact(v: DVec3) -> DVec3 {
     v.as_vec3().as_dvec3()
 }
 
-/// A ray from exact origin and direction, without normalisation.
+/// Creates a ray from an origin and a direction that is not normalised.
 pub fn ray<R: Real>(origin: DVec3, direction: DVec3) -> Ray<R> {
     Ray::new(to_scalar::<R>(origin), to_scalar::<R>(direction))
 }
 
-/// A ray towards a point, of unit length as far as f32 allows.
+/// Creates a ray towards a point, whose direction has unit length up to the rounding to f32.
 pub fn ray_towards<R: Real>(origin: DVec3, target: DVec3) -> Ray<R> {
     let origin = exact(origin);
     ray::<R>(origin, exact((target - origin).normalize()))
 }
 
-/// The nearest hit in front of the origin, from either side.
+/// Returns the nearest hit in front of the ray's origin, from either side.
 pub fn hit<R: Real>(shape: &impl Shape<R>, ray: &Ray<R>) -> Option<ShapeHit<R>> {
     shape.intersect(&PreparedRay::new(*ray), Interval::positive(), Side::Both)
 }
 
-/// Bit patterns of a ray in f32, for a message.
+/// Formats the bit patterns of a ray's numbers in f32, for a message.
 pub fn hex<R: Real>(ray: &Ray<R>) -> String {
     let mut text = String::new();
     for (name, v) in [
@@ -133,21 +134,22 @@ pub fn hex<R: Real>(ray: &Ray<R>) -> String {
     text
 }
 
-/// Judgement of one ray by an oracle.
+/// Verdict of an oracle about one ray.
 #[derive(Debug)]
 pub enum Verdict {
-    /// Right, with the error relative to the bound.
+    /// Right, with the error as a fraction of its bound.
     Right(f64),
-    /// Undecidable, since the oracle's margin is smaller than the bound: counted, not judged.
+    /// Undecidable, since the ray is within the oracle's margin. The ray is counted, but not
+    /// judged.
     Band,
-    /// Wrong, with a message.
+    /// Wrong, with a message about the ray.
     Wrong(String),
-    /// The random construction has no valid question.
+    /// Skipped, since the randomly built ray tests nothing.
     Skip,
 }
 
 impl Verdict {
-    /// Right if the error is within the bound; wrong for NaN.
+    /// Creates the verdict about an error: right if it is within the bound; wrong for NaN.
     pub fn within_bound(error: f64, bound: f64, label: impl FnOnce() -> String) -> Self {
         if error <= bound {
             Self::Right(error / bound)
@@ -155,7 +157,7 @@ impl Verdict {
             Self::Wrong(format!("{}: {error:e} > {bound:e}", label()))
         }
     }
-    /// Right if the condition holds.
+    /// Creates the verdict about a condition: right if it holds.
     pub fn holds(condition: bool, label: impl FnOnce() -> String) -> Self {
         if condition {
             Self::Right(0.0)
@@ -163,7 +165,7 @@ impl Verdict {
             Self::Wrong(label())
         }
     }
-    /// The first verdict that is not right, otherwise the greater error.
+    /// Combines two verdicts: the first that is not right, otherwise right with the greater error.
     pub fn and(self, other: impl FnOnce() -> Self) -> Self {
         match self {
             Self::Right(a) => match other() {
@@ -175,18 +177,18 @@ impl Verdict {
     }
 }
 
-/// How many rays of a case to shoot.
+/// Part of a case's rays that is traced.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum RayCount {
-    /// A quarter; of small cases all.
+    /// A quarter of the rays, but at least 10,000, or all if the case has fewer.
     #[default]
     Quarter,
-    /// All, which takes minutes on one core.
+    /// All rays, which takes minutes on one core.
     All,
 }
 
 impl RayCount {
-    /// Number of rays out of `count`.
+    /// Number of rays to trace, out of `count`.
     pub fn of(self, count: u32) -> u32 {
         match self {
             Self::Quarter => (count / 4).max(10_000).min(count),
@@ -195,35 +197,35 @@ impl RayCount {
     }
 }
 
-/// Sum of many verdicts.
+/// Outcome of a case: the sum of its verdicts.
 #[derive(Clone, Debug)]
 pub struct Outcome {
     /// Name of the case.
     pub case: String,
-    /// Number of rays of the case.
+    /// Number of rays that the case has.
     pub rays: u64,
-    /// Number of rays shot.
+    /// Number of rays that were traced.
     pub shot: u64,
-    /// Number of rays judged by an oracle.
+    /// Number of rays with a verdict of right or wrong.
     pub judged: u64,
-    /// Number of rays too close for the oracle to decide.
+    /// Number of undecidable rays, within the oracle's margin.
     pub band: u64,
-    /// Number of wrong rays.
+    /// Number of rays whose hit is wrong.
     pub wrong: u64,
-    /// Number of rays without a valid question.
+    /// Number of skipped rays, which test nothing.
     pub skipped: u64,
-    /// Greatest error of a right ray, relative to its bound.
+    /// Greatest error of a right ray, as a fraction of its bound.
     pub worst: f64,
-    /// Index and message of the first wrong ray.
+    /// Index of the first wrong ray, and the message about it.
     pub first: Option<(u64, String)>,
 }
 
 impl Outcome {
-    /// Fraction of judged rays that are wrong.
+    /// Fraction of the judged rays that are wrong.
     pub fn wrong_share(&self) -> f64 {
         self.wrong as f64 / (self.judged as f64).max(1.0)
     }
-    /// Sum of both outcomes, under the first one's name.
+    /// Adds two outcomes, under the name of the first.
     #[must_use]
     pub fn plus(self, other: Self) -> Self {
         let first = match (self.first, other.first) {
@@ -244,7 +246,8 @@ impl Outcome {
     }
 }
 
-/// Judges the rays of a case of `count` rays in parallel, each with its own random numbers.
+/// Judges the rays of a case of `count` rays in parallel. `f` builds and judges one ray from its
+/// own random numbers.
 pub fn judge(
     case: &str,
     seed: u64,

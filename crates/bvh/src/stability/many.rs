@@ -1,4 +1,5 @@
-//! T12, T14, T15, T17, T19, T20: trees against scans, for any content and any query.
+//! Cases T12, T14, T15, T17, T19 and T20: trees compared with linear scans, for any content and any
+//! query.
 
 use glam::DVec3;
 
@@ -15,7 +16,7 @@ use crate::{
     Side, TraversalStats, Visibility,
 };
 
-/// A random bounded shape of about unit size in a cube of size 10.
+/// Creates a random bounded shape of about unit size in a cube of size 10.
 fn shape<R: Real>(rng: &mut CaseRng) -> AnyShape<R> {
     let (c, axis) = (rng.in_cube() * 5.0, rng.direction());
     let mut size = || rng.uniform(0.2, 1.2);
@@ -40,7 +41,8 @@ fn shape<R: Real>(rng: &mut CaseRng) -> AnyShape<R> {
     }
 }
 
-/// `count` random shapes, every fifth one twice, so that there are ties.
+/// Builds a geometry of `count` random shapes, with every fifth shape added twice, so that hits
+/// tie.
 fn mixed<R: Real>(seed: u64, scene: u64, count: u64, kind: AcceleratorKind) -> Geometry<R> {
     let mut group = PrimitiveSet::<R>::default();
     for i in 0..count {
@@ -54,13 +56,13 @@ fn mixed<R: Real>(seed: u64, scene: u64, count: u64, kind: AcceleratorKind) -> G
     Geometry::new(group, kind)
 }
 
-/// A ray between two random points of a cube.
+/// Creates a ray from a random point of a cube towards another.
 fn anywhere<R: Real>(rng: &mut CaseRng, size: f64) -> Ray<R> {
     let origin = rng.in_cube() * size;
     ray_towards::<R>(origin, rng.in_cube() * (0.8 * size))
 }
 
-/// Whether tree and scan agree on the closest hit of a ray in an interval, and on occlusion.
+/// Judges whether tree and scan agree on the closest hit of a ray in a range, and on occlusion.
 fn same<R: Real>(
     tree: &Geometry<R>,
     scan: &Geometry<R>,
@@ -83,13 +85,13 @@ fn same<R: Real>(
     })
 }
 
-/// T12: nested boxes: a thousand in even steps, 120 powers of two, and 5000 that grow by one
-/// percent each.
+/// T12: nested boxes: a thousand in even steps, 120 of sizes that are powers of two, and 5000 that
+/// grow by one percent each.
 pub fn nested<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let halves: [Vec<f64>; 3] = [
         (1..=1000).map(f64::from).collect(),
         (-60..60).map(|k| 2_f64.powi(k)).collect(),
-        // From 1.6e-11 to 6.3e10, whose surface areas f32 can hold.
+        // Half sizes from 1.6e-11 to 6.3e10, for which f32 can hold the surface areas.
         (0..5000).map(|i| 1.01_f64.powi(i - 2500)).collect(),
     ];
     let geometry = |halves: &Vec<f64>, kind| {
@@ -136,8 +138,8 @@ pub fn nested<R: Real>(rays: RayCount) -> Vec<Measurement> {
     })
 }
 
-/// T14: a plane below a thousand spheres: the hits of the scan, and within a tenth as many nodes as
-/// without the plane.
+/// T14: a plane below a thousand spheres. The tree must find the hits of the scan, and visit as
+/// many nodes as without the plane, to within a tenth.
 pub fn planes<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let geometry = |kind, has_plane| {
         let mut group = PrimitiveSet::<R>::default();
@@ -192,7 +194,7 @@ pub fn planes<R: Real>(rays: RayCount) -> Vec<Measurement> {
     })
 }
 
-/// T15: scenes of zero, one and two shapes, by trees of every quality.
+/// T15: scenes of zero, one and two shapes, by trees of every build quality.
 pub fn few<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let scenes = 0..60_u64;
     let scan = |scene: u64| mixed::<R>(245, scene, scene % 3, AcceleratorKind::Linear);
@@ -214,7 +216,7 @@ pub fn few<R: Real>(rays: RayCount) -> Vec<Measurement> {
     })
 }
 
-/// T17: intervals that end or begin at a hit, or an ulp beside it.
+/// T17: ranges of distances that end or begin at a hit, or an ulp beside it.
 pub fn interval_ends<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let scan = mixed::<R>(247, 0, 60, AcceleratorKind::Linear);
     by_each_kernel(
@@ -263,8 +265,8 @@ pub fn interval_ends<R: Real>(rays: RayCount) -> Vec<Measurement> {
     )
 }
 
-/// T19: no shape returns a distance that is NaN or outside the interval, even if the interval
-/// begins at a hit.
+/// T19: no shape returns a distance that is NaN or outside the range, even if the range begins at a
+/// hit.
 pub fn within_the_interval<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let outcome = judge("T19", 249, 400_000, rays, |rng| {
         let shape = shape::<R>(rng);
@@ -304,7 +306,7 @@ pub fn within_the_interval<R: Real>(rays: RayCount) -> Vec<Measurement> {
     vec![by_shapes::<R>(outcome)]
 }
 
-/// T20: 200 scenes of shapes of every kind, by trees and by scans.
+/// T20: 200 scenes of shapes of every kind, by trees and by linear scans.
 pub fn tree_against_scan<R: Real>(rays: RayCount) -> Vec<Measurement> {
     const SCENES: u64 = 200;
     let each = |kind| {

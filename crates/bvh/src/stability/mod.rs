@@ -1,6 +1,6 @@
-//! Hard cases, judged by oracles of higher accuracy: tests check the library by them, and programs
-//! tabulate them. Cases that textbook formulas fail take the arithmetic as a parameter, so that
-//! both can be compared.
+//! Hard cases of ray intersection, judged by oracles of higher accuracy. Tests check the library by
+//! them, and programs tabulate the results. A case that textbook formulas fail takes the
+//! intersection function as a parameter, so that textbook and library can be compared.
 
 pub mod boxes;
 pub mod closed;
@@ -20,29 +20,29 @@ use crate::{Geometry, Kernel, Ray, Real};
 
 use self::judge::{Outcome, RayCount};
 
-/// The distance of the closest hit of a ray with a shape by some arithmetic, in front of the origin
-/// and from either side.
+/// Intersection function under test: returns the distance of the closest hit of a ray with a shape,
+/// in front of the origin and from either side.
 pub type Intersect<R> = fn(&AnyShape<R>, &Ray<R>) -> Option<R>;
 
-/// The library's closest hit.
+/// Returns the distance of the closest hit by the library.
 pub fn intersect<R: Real>(shape: &AnyShape<R>, ray: &Ray<R>) -> Option<R> {
     judge::hit(shape, ray).map(|hit| hit.t)
 }
 
-/// Outcome of a case in one setting.
+/// Outcome of a case in one setting: a precision, and possibly a kernel.
 #[derive(Clone, Debug)]
 pub struct Measurement {
-    /// The precision, and the kernel if several can traverse the tree, as in `robust, avx2`; or the
-    /// part of a case with several bounds.
+    /// Name of the setting: the precision, and the kernel if several can traverse the tree, as in
+    /// `robust, avx2`; for a part of a case, also the name of the part.
     pub setting: String,
-    /// Outcome of the library.
+    /// Outcome of the library's intersections.
     pub outcome: Outcome,
-    /// Outcome of the textbook formulas on the same rays, if the case has them.
+    /// Outcome of the textbook formulas on the same rays, if the case has such formulas.
     pub textbook: Option<Outcome>,
 }
 
 impl Measurement {
-    /// The measurement of one part of a case, whose name follows the precision.
+    /// Adds the name of a part of the case to the setting.
     #[must_use]
     pub fn of_part(self, part: &str) -> Self {
         Self {
@@ -52,12 +52,13 @@ impl Measurement {
     }
 }
 
-/// Name of a precision.
+/// Returns the name of the precision that stores the scalar: `robust` for f32, `reference` for f64.
 fn precision<R: Real>() -> &'static str {
     if R::IS_SINGLE { "robust" } else { "reference" }
 }
 
-/// A case in one precision, without kernels.
+/// Creates the measurement of a case in one precision, for shapes that are intersected without a
+/// tree.
 pub fn by_shapes<R: Real>(outcome: Outcome) -> Measurement {
     Measurement {
         setting: precision::<R>().to_owned(),
@@ -66,7 +67,8 @@ pub fn by_shapes<R: Real>(outcome: Outcome) -> Measurement {
     }
 }
 
-/// A case by each kernel that can traverse its trees: one kernel for trees of f64.
+/// Measures a case with each kernel that can traverse its trees. Trees of f64 have only one kernel.
+/// `judged` returns the outcome for the trees, with the kernel selected.
 pub fn by_each_kernel<R: Real>(
     mut trees: Vec<Geometry<R>>,
     judged: impl Fn(&[Geometry<R>]) -> Outcome,
@@ -95,7 +97,7 @@ pub fn by_each_kernel<R: Real>(
 /// Measures a case in both precisions and by every kernel of this processor; `None` for an unknown
 /// case number.
 pub fn measure(number: &str, rays: RayCount) -> Option<Vec<Measurement>> {
-    /// A case in both precisions.
+    /// Measures a case in both precisions.
     macro_rules! both {
         ($module:ident::$of:ident) => {
             [$module::$of::<f32>(rays), $module::$of::<f64>(rays)].concat()

@@ -1,4 +1,4 @@
-//! P07, P08: planes at grazing angles, and far from their origin.
+//! Cases P07 and P08: planes at grazing angles, and far from their origin.
 
 use glam::DVec3;
 
@@ -7,7 +7,7 @@ use super::{Measurement, by_shapes};
 use crate::shapes::Plane;
 use crate::{PreparedRay, Real, Shape, Vector};
 
-/// P07: distance to a plane at slopes from 1e-2 down to 1e-7.
+/// P07: the hit distance of a plane, by rays with slopes from 1e-2 down to 1e-7.
 pub fn grazing<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let slopes = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7];
     let outcome = judge("P07", 7, 400_000, rays, |rng| {
@@ -45,11 +45,12 @@ pub fn grazing<R: Real>(rays: RayCount) -> Vec<Measurement> {
     vec![by_shapes::<R>(outcome)]
 }
 
-/// P08: cells of a checkerboard at distances from a thousand to ten million metres.
+/// P08: the cell of a checkerboard that a ray hits, at distances from a thousand to ten million
+/// metres.
 pub fn far_out<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let plane = Plane::new(to_scalar::<R>(DVec3::ZERO), to_scalar::<R>(DVec3::Y));
     let at = |far: f64| {
-        // The cell size leaves about one ray in a thousand near a border.
+        // The cell size, for which about one ray in a thousand hits close to the border of a cell.
         let cell = 2_f64.powf((far / 128.0).log2().ceil());
         judge(
             &format!("P08 {far:e}"),

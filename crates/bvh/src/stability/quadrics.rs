@@ -1,4 +1,5 @@
-//! P13, P15: rays for which a leading coefficient vanishes, and ellipsoids of extreme shape.
+//! Cases P13 and P15: rays for which the leading coefficient of a quadric vanishes, and ellipsoids
+//! of extreme shape.
 
 use crate::shapes::{Cone, Ellipsoid, Hyperboloid};
 use crate::{Real, Vector};
@@ -7,7 +8,9 @@ use glam::DVec3;
 use super::Intersect;
 use super::judge::{Outcome, RayCount, Verdict, exact, hex, judge, ray, to_scalar};
 
-/// The near root where the leading coefficient nearly vanishes, judged by its relative error.
+/// Judges the near root of a quadric whose leading coefficient nearly vanishes, by its relative
+/// error. `case` is `cone` or `hyperboloid`; `deviation` is the change of the generator's
+/// components.
 pub fn near_root<R: Real>(
     case: &str,
     deviation: f64,
@@ -22,8 +25,9 @@ pub fn near_root<R: Real>(
         rays,
         |rng| {
             let cone = case == "cone";
-            // A generator of the cone of radius 3 and height 4 below its apex, and an asymptote of
-            // the hyperboloid a = c = 1. Both are exact in f32, also with a changed component.
+            // The generator of a cone with radius 3 and height 4, and an asymptote of the
+            // hyperboloid a = c = 1. Both directions are exact in f32, also with a changed
+            // component.
             let generator = if cone {
                 DVec3::new(3.0, 4.0, 0.0)
             } else {
@@ -44,7 +48,7 @@ pub fn near_root<R: Real>(
             let origin = exact(target - d * rng.uniform(0.5, 3.0));
             let ray = ray::<R>(origin, d);
             let (o, d) = (ray.origin.to_f64(), ray.direction.to_f64());
-            // In f64: the form is negative inside.
+            // The quadratic form of the shape, in f64; negative inside.
             let form = |a: DVec3, b: DVec3| {
                 if cone {
                     16.0 * (a.x * b.x + a.z * b.z) - 9.0 * a.y * b.y
@@ -73,7 +77,7 @@ pub fn near_root<R: Real>(
             if near < 0.1 || !clip.contains(&y) {
                 return Verdict::Skip;
             }
-            // An earlier root, or a cap, would be a different hit.
+            // An earlier root or a cap would be another hit.
             let far = if a == 0.0 {
                 f64::INFINITY
             } else if (c / q).abs() < (q / a).abs() {
@@ -116,8 +120,8 @@ pub fn near_root<R: Real>(
     )
 }
 
-/// Distance and point of an ellipsoid's hit, computed in f64 in the space where it is the unit
-/// sphere.
+/// Computes distance and point of an ellipsoid's hit in f64, in the space where the ellipsoid is
+/// the unit sphere. `s` holds the semi-axes.
 pub fn body(o: DVec3, d: DVec3, s: DVec3) -> Option<(f64, DVec3)> {
     let (f, e) = (o / s, d / s);
     let middle = -f.dot(e) / e.length_squared();
@@ -126,8 +130,9 @@ pub fn body(o: DVec3, d: DVec3, s: DVec3) -> Option<(f64, DVec3)> {
     (half >= 0.0).then(|| (middle - half.sqrt(), o + d * (middle - half.sqrt())))
 }
 
-/// Rays at an extreme ellipsoid from ten times its size, within the fraction `share` of its
-/// outline.
+/// Judges rays from ten sizes away at an ellipsoid with the semi-axes 1, 1 and `k`, within the
+/// fraction `share` of its outline. `f` judges a ray from the semi-axes, the shape, the origin and
+/// the direction.
 pub fn extreme<R: Real>(
     k: f64,
     share: f64,
@@ -147,8 +152,8 @@ pub fn extreme<R: Real>(
         |rng| {
             let out = rng.direction();
             let origin = exact(out * (10.0 * semi.max_element()));
-            // Over the outline: the unit disc perpendicular to the ray in the space of the unit
-            // sphere.
+            // The outline is the unit disc perpendicular to the ray, in the space where the
+            // ellipsoid is the unit sphere.
             let across = rng.in_disc((origin / semi).normalize(), share) * semi;
             let d = exact((across - origin).normalize());
             f(semi, &shape, origin, d)
@@ -156,7 +161,8 @@ pub fn extreme<R: Real>(
     )
 }
 
-/// Distances to these ellipsoids; wrong are misses, and errors above `bound` of the least axis.
+/// Judges hit distances of the ellipsoids of [`extreme`]. Wrong are misses, and errors above the
+/// fraction `bound` of the least semi-axis.
 pub fn extreme_distance<R: Real>(
     k: f64,
     bound: f64,

@@ -1,5 +1,5 @@
-//! P01, P02, P13, P15, P17, P21, P22: shapes that textbook formulas get wrong, by these formulas
-//! and by the library on the same rays.
+//! Cases P01, P02, P13, P15, P17, P21 and P22: shapes for which textbook formulas fail, measured by
+//! these formulas and by the library on the same rays.
 
 use super::judge::{Outcome, RayCount};
 use super::quadrics::{extreme_distance, near_root};
@@ -9,7 +9,7 @@ use super::triangles::{ClosedMesh, RayTarget, cube, icosphere, leaks, leaks_of_l
 use super::{Measurement, by_shapes, intersect, textbook};
 use crate::Real;
 
-/// Measurements of both precisions, each beside the textbook.
+/// Returns the measurements of both precisions, each beside the outcome of the textbook.
 fn compared(textbook: Outcome, robust: Outcome, reference: Outcome) -> Vec<Measurement> {
     [by_shapes::<f32>(robust), by_shapes::<f64>(reference)]
         .map(|measurement| Measurement {
@@ -19,7 +19,7 @@ fn compared(textbook: Outcome, robust: Outcome, reference: Outcome) -> Vec<Measu
         .to_vec()
 }
 
-/// Sum of the outcomes of a case's parts.
+/// Adds up the outcomes of the parts of a case.
 fn sum<T>(each: impl IntoIterator<Item = T>, value_of: impl Fn(T) -> Outcome) -> Outcome {
     each.into_iter()
         .map(value_of)
@@ -27,7 +27,7 @@ fn sum<T>(each: impl IntoIterator<Item = T>, value_of: impl Fn(T) -> Outcome) ->
         .expect("a case has parts")
 }
 
-/// Distances in radii.
+/// Distances of the spheres from the rays' origins, in radii.
 const RATIOS: [f64; 6] = [2.0, 1e2, 1e3, 1e4, 1e5, 1e6];
 
 /// P01: spheres from 2 to 10⁶ radii away.
@@ -45,7 +45,7 @@ pub fn far_spheres(rays: RayCount) -> Vec<Measurement> {
     )
 }
 
-/// P02: the surface points of these spheres, around the origin and far from it.
+/// P02: the surface points of spheres from 2 to 10⁶ radii away, around the origin and far from it.
 pub fn drifts(rays: RayCount) -> Vec<Measurement> {
     let parts = || {
         [0.0, 1e3, 1e5]
@@ -65,7 +65,7 @@ pub fn drifts(rays: RayCount) -> Vec<Measurement> {
     )
 }
 
-/// P13: rays along or nearly along a generator of a cone and an asymptote of a hyperboloid.
+/// P13: rays along, or nearly along, a generator of a cone or an asymptote of a hyperboloid.
 pub fn vanishing_coefficients(rays: RayCount) -> Vec<Measurement> {
     let parts = || {
         ["cone", "hyperboloid"]
@@ -97,7 +97,7 @@ pub fn extreme_ellipsoids(rays: RayCount) -> Vec<Measurement> {
     )
 }
 
-/// P17: tori with three tube radii, from 3 to 1000 radii away.
+/// P17: tori with three tube radii, from 3 to 1000 major radii away.
 pub fn far_tori(rays: RayCount) -> Vec<Measurement> {
     const COUNT: u32 = 10_000;
     let parts = || {
@@ -129,7 +129,7 @@ fn closed_meshes() -> [(&'static str, ClosedMesh); 2] {
     [("icosphere", icosphere(5)), ("cube", cube(16))]
 }
 
-/// P22: the meshes of P21 with all faces flipped, or every second.
+/// P22: the closed meshes of P21, with every face or every second face flipped.
 pub fn turned_edges(rays: RayCount) -> Vec<Measurement> {
     fn of<R: Real>(count: u32, rays: RayCount) -> Measurement {
         let turned = [1, 2]
@@ -145,8 +145,8 @@ pub fn turned_edges(rays: RayCount) -> Vec<Measurement> {
     vec![of::<f32>(1_000_000, rays), of::<f64>(100_000, rays)]
 }
 
-/// P21: shared edges and corners in closed meshes; fewer rays for the textbook, which tests each
-/// face.
+/// P21: rays at common edges and corners of closed meshes. The textbook gets fewer rays, since it
+/// tests every face.
 pub fn shared_edges(rays: RayCount) -> Vec<Measurement> {
     let meshes = closed_meshes();
     let parts = || {

@@ -1,4 +1,4 @@
-//! P01, P02: distant spheres, and their surface points.
+//! Cases P01 and P02: distant spheres, and the surface points on them.
 
 use crate::shapes::Sphere;
 use crate::{PreparedRay, Ray, Real, Shape, Surface, Vector};
@@ -9,24 +9,25 @@ use super::judge::{
     Outcome, RayCount, Verdict, exact, hex, hit, judge, ray_towards, to_scalar, ulp,
 };
 
-/// The surface where a ray hits a sphere, by some arithmetic.
+/// Surface function under test: returns the surface where a ray hits a sphere.
 pub type Surfaces<R> = fn(&Sphere<R>, &Ray<R>) -> Option<Surface<R>>;
 
-/// The library's surface.
+/// Computes the surface where a ray hits a sphere by the library.
 pub fn surface<R: Real>(sphere: &Sphere<R>, ray: &Ray<R>) -> Option<Surface<R>> {
     hit::<R>(sphere, ray).map(|hit| sphere.surface(&PreparedRay::new(*ray), hit))
 }
 
-/// Relation of an exact ray's line to a sphere, computed in f64 from the perpendicular.
+/// Position of a ray's line relative to a sphere, computed in f64 from the perpendicular of the
+/// centre.
 #[derive(Clone, Copy, Debug)]
 pub struct ClosestApproach {
     /// Distance of the line from the centre.
     pub distance: f64,
-    /// True distances along the ray of both crossings; `None` for a miss.
+    /// Distances along the ray of the two crossings; `None` for a miss.
     pub roots: Option<[f64; 2]>,
 }
 
-/// Relation of an exact ray's line to a sphere.
+/// Computes the position of the line with origin `o` and direction `d` relative to a sphere.
 pub fn pass(o: DVec3, d: DVec3, centre: DVec3, radius: f64) -> ClosestApproach {
     let f = o - centre;
     let length = d.length();
@@ -39,7 +40,7 @@ pub fn pass(o: DVec3, d: DVec3, centre: DVec3, radius: f64) -> ClosestApproach {
     }
 }
 
-/// A sphere rounded to the stored scalar.
+/// Creates a sphere whose numbers are rounded to the stored scalar.
 pub fn sphere<R: Real>(centre: DVec3, radius: f64) -> Sphere<R> {
     Sphere {
         centre: to_scalar::<R>(centre),
@@ -47,9 +48,10 @@ pub fn sphere<R: Real>(centre: DVec3, radius: f64) -> Sphere<R> {
     }
 }
 
-/// Rays over a disc of 1.05 radii from `ratio` radii away. Wrong are points off the surface by more
-/// than `bound` of u·(D + C), with u the roundoff of the stored scalar, and hits or misses that
-/// contradict the oracle beyond its margin.
+/// Judges rays from `ratio` radii away over a disc of 1.05 radii around the sphere's centre. Wrong
+/// are points off the surface by more than `bound` of u·(D + C), with u the roundoff of the stored
+/// scalar, D the distance of the ray's origin and C the greatest coordinate. Wrong are also hits
+/// and misses that contradict the oracle beyond its margin.
 pub fn far_sphere<R: Real>(
     ratio: f64,
     bound: f64,
@@ -66,9 +68,9 @@ pub fn far_sphere<R: Real>(
             let ray = ray_towards::<R>(out * ratio, rng.in_disc(out, 1.05));
             let (o, d) = (ray.origin.to_f64(), ray.direction.to_f64());
             let expected = pass(o, d, DVec3::ZERO, 1.0);
-            // The specification allows 8·u·(D + C), which far away is the whole sphere. The margin
-            // here is stricter: the error of b² − c in an f64 core, or for f64 storage some
-            // roundings of the oracle itself.
+            // The specification of the case allows 8·u·(D + C), which far away is the whole sphere.
+            // The margin here is stricter: for f32 storage the error of b² − c in f64 arithmetic,
+            // and for f64 storage some roundings of the oracle itself.
             let roundoff = R::ROUNDOFF.to_f64();
             let margin = if roundoff < 1e-10 {
                 16.0 * roundoff * ratio
@@ -101,7 +103,8 @@ pub fn far_sphere<R: Real>(
     )
 }
 
-/// Surface points from 2 to 1e6 radii away, around the origin and far from it.
+/// Judges surface points of a sphere at distance `offset` from the origin, by rays from `ratio`
+/// radii away.
 pub fn drift<R: Real>(offset: f64, ratio: f64, rays: RayCount, surface: Surfaces<R>) -> Outcome {
     judge(
         &format!("P02 at {offset:e}, {ratio:e} away"),
@@ -123,8 +126,8 @@ pub fn drift<R: Real>(offset: f64, ratio: f64, rays: RayCount, surface: Surfaces
             Verdict::within_bound(error, 4.0 * ulp(scale), || {
                 format!("off the surface{}", hex::<R>(&ray))
             })
-            // The stated error bound holds: the point is off along the normal by at most the reach
-            // of the error box.
+            // The stated error bound must hold: the point is off the sphere, along the normal, by
+            // at most the extent of the error box.
             .and(|| {
                 let off = (from.length() - 1.0).abs();
                 let reach = surface.error.to_f64() * surface.normal.to_f64().abs().element_sum();

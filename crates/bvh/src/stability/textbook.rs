@@ -1,5 +1,5 @@
-//! The comparator: textbook intersections, all in f32. The library uses none of them; they show the
-//! errors of careless formulas.
+//! Textbook intersections, all in f32, for comparison with the library. The library uses none of
+//! them. They show the errors of careless formulas.
 
 use crate::shapes::{AnyShape, Cone, Ellipsoid, Hyperboloid, Sphere, Torus, Triangle};
 use crate::{Ray, Surface};
@@ -8,7 +8,10 @@ use glam::Vec3;
 /// Distances at which a ray enters and leaves a solid.
 type TextbookCrossings = [f32; 2];
 
-/// Distance of the closest hit of a ray with a shape.
+/// Returns the distance of the closest hit of a ray with a shape.
+///
+/// # Panics
+/// For a shape without a textbook formula.
 pub fn intersect(shape: &AnyShape<f32>, ray: &Ray<f32>) -> Option<f32> {
     match shape {
         AnyShape::Sphere(sphere) => first(self::sphere(sphere, ray)?, |_| true),
@@ -19,14 +22,14 @@ pub fn intersect(shape: &AnyShape<f32>, ray: &Ray<f32>) -> Option<f32> {
         AnyShape::Cone(cone) => first(self::cone(cone, ray)?, |_| true),
         AnyShape::Torus(ring) => torus(ring, ray),
         AnyShape::Triangle(face) => triangle(face, ray),
-        // Only the formulas that some case compares exist here; no other would ever run.
+        // Only shapes that a case compares have a formula here.
         _ => panic!(
             "the textbook's formulas are those of sphere, ellipsoid, hyperboloid, cone, torus and triangle"
         ),
     }
 }
 
-/// The nearer crossing in front of the origin that satisfies `keep`.
+/// Returns the nearer crossing that is in front of the origin and satisfies `keep`.
 fn first(crossings: TextbookCrossings, keep: impl Fn(f32) -> bool) -> Option<f32> {
     let ahead = crossings
         .into_iter()
@@ -34,7 +37,7 @@ fn first(crossings: TextbookCrossings, keep: impl Fn(f32) -> bool) -> Option<f32
     ahead.min_by(f32::total_cmp)
 }
 
-/// (−b ± √(b² − a·c))/a.
+/// Computes the roots (−b ± √(b² − a·c))/a; `None` if they are not real.
 fn roots(a: f32, b: f32, c: f32) -> Option<TextbookCrossings> {
     let discriminant = b * b - a * c;
     (discriminant >= 0.0).then(|| {
@@ -50,7 +53,8 @@ fn sphere(sphere: &Sphere<f32>, ray: &Ray<f32>) -> Option<TextbookCrossings> {
     roots(d.dot(d), f.dot(d), f.dot(f) - sphere.radius * sphere.radius)
 }
 
-/// The point at the hit distance, and the normal from the centre to it, without an error bound.
+/// Computes the surface where a ray hits a sphere: the point at the hit distance, and the normal
+/// from the centre to it, without an error bound.
 pub fn sphere_surface(shape: &Sphere<f32>, ray: &Ray<f32>) -> Option<Surface<f32>> {
     let point = ray.at(first(sphere(shape, ray)?, |_| true)?);
     let normal = (point - shape.centre).normalize();
@@ -63,7 +67,8 @@ pub fn sphere_surface(shape: &Sphere<f32>, ray: &Ray<f32>) -> Option<Surface<f32
     })
 }
 
-/// In the space where the ellipsoid is a sphere: each axis is scaled by the other two semi-axes.
+/// Intersects a ray with an ellipsoid in the space where it is a sphere: each axis is scaled by the
+/// product of the other two semi-axes.
 fn ellipsoid(body: &Ellipsoid<f32>, ray: &Ray<f32>) -> Option<TextbookCrossings> {
     let s = body.semi_axes;
     let scale = Vec3::new(s.y * s.z, s.z * s.x, s.x * s.y);
@@ -83,12 +88,12 @@ fn hyperboloid(sheet: &Hyperboloid<f32>, ray: &Ray<f32>) -> Option<TextbookCross
     roots(form(d, d), form(d, f), form(f, f) - (a * c) * (a * c))
 }
 
-/// The nappe of the wall between both ends.
+/// Intersects a ray with a cone: with the nappe of its wall, between both ends.
 fn cone(cone: &Cone<f32>, ray: &Ray<f32>) -> Option<TextbookCrossings> {
     let (axis, d, f) = (cone.axis, ray.direction, ray.origin - cone.base);
     let (squared, taper) = (axis.dot(axis), cone.top_radius - cone.radius);
     let (m, n) = (d.cross(axis), f.cross(axis));
-    // The radius at distance t, times the squared axis: reach + t·opening.
+    // The radius at distance t, times the squared axis, is reach + t·opening.
     let (reach, opening) = (
         cone.radius * squared + taper * f.dot(axis),
         taper * d.dot(axis),
@@ -100,8 +105,8 @@ fn cone(cone: &Cone<f32>, ray: &Ray<f32>) -> Option<TextbookCrossings> {
     let wall = match () {
         () if a > 0.0 && reach - opening * b / a < 0.0 => return None,
         () if a > 0.0 => [enter, leave],
-        // Steeper than the wall: inside is everything beyond one root, on the side where the radius
-        // grows.
+        // The ray is steeper than the wall: everything beyond one root is inside, on the side where
+        // the radius grows.
         () if opening > 0.0 => [enter, f32::INFINITY],
         () => [f32::NEG_INFINITY, leave],
     };
@@ -114,7 +119,8 @@ fn cone(cone: &Cone<f32>, ray: &Ray<f32>) -> Option<TextbookCrossings> {
     (near < far).then_some([near, far])
 }
 
-/// Coefficients relative to the origin, with the cubic term removed afterwards.
+/// Intersects a ray with a torus by a quartic with coefficients relative to the ray's origin, whose
+/// cubic term is removed afterwards.
 fn torus(torus: &Torus<f32>, ray: &Ray<f32>) -> Option<f32> {
     let (major, tube, axis) = (
         torus.major_radius,
@@ -140,8 +146,8 @@ fn torus(torus: &Torus<f32>, ray: &Ray<f32>) -> Option<f32> {
     })
 }
 
-/// The first zero of x⁴ + p·x² + q·x + w in [−reach, reach] that `take` accepts, by bisection
-/// between the extrema.
+/// Finds the first zero of x⁴ + p·x² + q·x + w in [−reach, reach] for which `take` returns a
+/// result, by bisection between the extrema.
 fn quartic([p, q, w]: [f32; 3], reach: f32, take: impl Fn(f32) -> Option<f32>) -> Option<f32> {
     let value = |x: f32| ((x * x + p) * x + q) * x + w;
     let slope = |x: f32| (4.0 * x * x + 2.0 * p) * x + q;
@@ -159,7 +165,8 @@ fn quartic([p, q, w]: [f32; 3], reach: f32, take: impl Fn(f32) -> Option<f32>) -
         .find_map(take)
 }
 
-/// The zero of a monotone function that changes sign between two points.
+/// Finds the zero of a monotone function that changes sign between two points, by bisection; `None`
+/// without a change of sign.
 fn zero((mut low, mut high): (f32, f32), f: impl Fn(f32) -> f32) -> Option<f32> {
     let rises = f(low) < 0.0;
     if rises == (f(high) < 0.0) {
@@ -176,7 +183,8 @@ fn zero((mut low, mut high): (f32, f32), f: impl Fn(f32) -> f32) -> Option<f32> 
     Some(0.5 * (low + high))
 }
 
-/// "Fast, Minimum Storage Ray/Triangle Intersection" (Möller, Trumbore 1997).
+/// Intersects a ray with a triangle ("Fast, Minimum Storage Ray/Triangle Intersection", Möller,
+/// Trumbore 1997).
 fn triangle(face: &Triangle<f32>, ray: &Ray<f32>) -> Option<f32> {
     let [a, b, c] = face.vertices;
     let (ab, ac) = (b - a, c - a);
@@ -199,8 +207,8 @@ pub fn hits_any(triangles: &[Triangle<f32>], ray: &Ray<f32>) -> bool {
     triangles.iter().any(|face| triangle(face, ray).is_some())
 }
 
-/// The slab test that clamps the reciprocal of each direction component to 2²³ in f32, to avoid a
-/// division by zero.
+/// Whether a ray enters a box, by a slab test that clamps the reciprocal of each direction
+/// component to 2²³ in f32, to avoid a division by zero.
 pub fn enters_clamped([min, max]: [Vec3; 2], ray: &Ray<f32>) -> bool {
     const MOST: f32 = 8_388_608.0;
     let inverse = ray.direction.map(|d| (1.0 / d).clamp(-MOST, MOST));

@@ -1,4 +1,4 @@
-//! P17: the torus from far away.
+//! Case P17: a torus that is far away.
 
 use crate::shapes::Torus;
 use crate::{Real, Vector};
@@ -7,7 +7,7 @@ use glam::DVec3;
 use super::Intersect;
 use super::judge::{Outcome, RayCount, Verdict, hex, judge, ray_towards, to_scalar};
 
-/// A torus around the vertical axis with major radius 1.
+/// Creates a torus around the vertical axis with major radius 1.
 pub fn torus<R: Real>(tube: f64) -> Torus<R> {
     Torus {
         centre: to_scalar::<R>(DVec3::ZERO),
@@ -17,14 +17,15 @@ pub fn torus<R: Real>(tube: f64) -> Torus<R> {
     }
 }
 
-/// Signed distance from the tube.
+/// Signed distance of a point from the tube, negative inside.
 fn distance(p: DVec3, tube: f64) -> f64 {
     let out = (p.x * p.x + p.z * p.z).sqrt() - 1.0;
     (out * out + p.y * p.y).sqrt() - tube
 }
 
-/// The first crossing by sphere tracing, starting at the bounding sphere: no step can jump over the
-/// tube. The second number is the least distance found along the ray.
+/// Finds the first crossing of the tube by sphere tracing, starting at the bounding sphere. No step
+/// can jump over the tube. Returns the distance of the crossing, and the least distance from the
+/// tube along the ray.
 fn walk(o: DVec3, d: DVec3, tube: f64) -> (Option<f64>, f64) {
     let d = d / d.length();
     let middle = -o.dot(d);
@@ -48,8 +49,8 @@ fn walk(o: DVec3, d: DVec3, tube: f64) -> (Option<f64>, f64) {
     (Some(middle + s), minimum)
 }
 
-/// Rays from `far` away over the bounding sphere of the torus. Wrong are misses, false hits, and
-/// points off the tube by more than `bound` of its radius.
+/// Judges rays from the distance `far` over the bounding sphere of the torus. Wrong are misses,
+/// false hits, and points off the tube by more than `bound` of its radius.
 pub fn far_torus<R: Real>(
     tube: f64,
     far: f64,
@@ -79,7 +80,7 @@ pub fn far_torus<R: Real>(
             match intersect(&torus::<R>(tube).into(), &ray) {
                 None if requested.is_none() => Verdict::Right(0.0),
                 None => {
-                    // Grazing within the precision of f64.
+                    // A ray that grazes the tube within the precision of f64 is undecidable.
                     let inside = requested
                         .map_or(0.0, |t| distance(o + d * ((t + 1e-7) / d.length()), tube));
                     if inside > -1e-11 {
@@ -95,8 +96,8 @@ pub fn far_torus<R: Real>(
                 Some(found) => {
                     let off = distance(o + d * found.to_f64(), tube).abs() / tube;
                     let t = requested.unwrap_or(f64::INFINITY);
-                    // On the tube, and at its first crossing: the distance between two crossings
-                    // far exceeds rounding.
+                    // The hit must lie on the tube, and at the first crossing: the distance between
+                    // two crossings far exceeds rounding.
                     let late = (found.to_f64() * d.length() - t).abs() / tube;
                     Verdict::within_bound(off, bound, || format!("off the tube{}", hex::<R>(&ray)))
                         .and(|| {

@@ -1,5 +1,5 @@
-//! P20, P21, P22: rays nearly in the plane of a thin triangle, and closed meshes without leaks at
-//! edges and corners.
+//! Cases P20, P21 and P22: rays nearly in the plane of a thin triangle, and closed meshes without
+//! leaks at edges and corners.
 
 use crate::shapes::Triangle;
 use crate::{
@@ -18,11 +18,11 @@ use super::{Measurement, by_shapes};
 pub struct ClosedMesh {
     /// Positions of corners.
     pub corners: Vec<Vec3>,
-    /// Three corners each, counter-clockwise from outside.
+    /// Indices of the three corners of each triangle, counter-clockwise as seen from outside.
     pub faces: Vec<[usize; 3]>,
 }
 
-/// An icosahedron on the unit sphere, each face subdivided into four `levels` times.
+/// Creates an icosahedron on the unit sphere, with each face subdivided into four, `levels` times.
 pub fn icosphere(levels: u32) -> ClosedMesh {
     let g = (1.0 + 5.0_f64.sqrt()) / 2.0;
     let mut corners: Vec<DVec3> = vec![];
@@ -71,8 +71,8 @@ pub fn icosphere(levels: u32) -> ClosedMesh {
     }
 }
 
-/// The cube [−1, 1]³ with `n` × `n` cells per face, two triangles each. Faces share the bits of
-/// corners at edges.
+/// Creates the cube [−1, 1]³ with `n` × `n` cells per face, of two triangles each. Adjacent faces
+/// of the cube have the same bits of corners at their common edge.
 pub fn cube(n: usize) -> ClosedMesh {
     let mut mesh = ClosedMesh {
         corners: vec![],
@@ -107,7 +107,7 @@ pub fn cube(n: usize) -> ClosedMesh {
 }
 
 impl ClosedMesh {
-    /// The mesh's triangles.
+    /// Returns the triangles of the mesh.
     pub fn triangles<R: Real>(&self) -> Vec<Triangle<R>> {
         let corners = |face: &[usize; 3]| face.map(|i| to_scalar::<R>(self.corners[i].as_dvec3()));
         self.faces
@@ -116,7 +116,7 @@ impl ClosedMesh {
             .collect()
     }
 
-    /// The mesh with every n-th face flipped.
+    /// Flips the orientation of every `every`-th triangle.
     #[must_use]
     pub fn flip_every(mut self, every: usize) -> Self {
         for face in self.faces.iter_mut().step_by(every) {
@@ -125,7 +125,7 @@ impl ClosedMesh {
         self
     }
 
-    /// A tree over the mesh.
+    /// Builds a tree over the triangles of the mesh.
     pub fn geometry<R: Real>(&self) -> Geometry<R> {
         let mut group = PrimitiveSet::<R>::default();
         for triangle in self.triangles() {
@@ -137,20 +137,20 @@ impl ClosedMesh {
     }
 }
 
-/// Target of rays.
+/// Target at which the rays of a case are aimed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RayTarget {
     /// A corner.
     Corner,
     /// An edge.
     Edge,
-    /// A corner or an edge, from the exact centre.
+    /// A corner or an edge, by rays from the exact centre of the mesh.
     FromCentre,
-    /// Any direction.
+    /// A random direction.
     Anywhere,
 }
 
-/// Rays from inside a closed mesh, each of which must hit.
+/// Judges rays from inside a closed mesh, each of which must hit; `hits` tests a ray.
 pub fn leaks<R: Real>(
     name: &str,
     mesh: &ClosedMesh,
@@ -180,7 +180,8 @@ pub fn leaks<R: Real>(
             } else {
                 exact(rng.direction() * (0.9 * rng.unit()))
             };
-            // From the centre the direction *is* the corner, so the ray passes exactly through it.
+            // From the centre the unnormalised direction *is* the corner, so the ray passes exactly
+            // through it.
             let ray = if ray_target == RayTarget::FromCentre {
                 ray::<R>(origin, target)
             } else {
@@ -191,7 +192,7 @@ pub fn leaks<R: Real>(
     )
 }
 
-/// Counts the rays at a closed mesh that miss it in the BVH of this crate.
+/// Judges rays from inside a closed mesh by the library's tree over the mesh: each must hit.
 pub fn leaks_of_library<R: Real>(
     name: &str,
     mesh: &ClosedMesh,
@@ -207,15 +208,15 @@ pub fn leaks_of_library<R: Real>(
     })
 }
 
-/// P20: rays nearly in the plane of a thin distant triangle: any hit must lie in the triangle's
+/// P20: rays nearly in the plane of a thin distant triangle. Any hit must lie in the triangle's
 /// box.
 pub fn nearly_parallel<R: Real>(rays: RayCount) -> Vec<Measurement> {
     let outcome = judge("P20", 52, 600_000, rays, |rng| {
         let x = rng.direction();
         let y = rng.in_disc(x, 1.0).normalize();
         let point = rng.direction() * 600.0;
-        // A needle of the bounding box 11.2 × 9.7 × 1.4, axis-aligned; or one of that length and
-        // height in random orientation.
+        // A needle with a bounding box of 11.2 × 9.7 × 1.4, or a needle of about that length and
+        // height in a random orientation.
         let diagonal = DVec3::new(11.2, 9.7, 1.4);
         let corners = if rng.sign() > 0.0 {
             [
