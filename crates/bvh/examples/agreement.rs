@@ -1,6 +1,6 @@
-//! Checks that all accelerators give the same hits, for any number of rays: kernels and builds of
-//! the wide tree, the tree in f64, and the scan; and that closed meshes do not leak. The tests do
-//! this for thousands of rays, this program for millions.
+//! Checks that all accelerators find the same hits: kernels and builds of the eight-wide tree, the
+//! tree in f64, and the linear scan. It also checks that closed meshes do not leak. The tests do
+//! both for thousands of rays, this program for millions.
 //!
 //! ```sh
 //! cargo run --release -p raywright-bvh --example agreement -- trees 10000000 [MESH..]   # rays a mesh
@@ -8,9 +8,9 @@
 //! cargo run --release -p raywright-bvh --example agreement -- leaks 1000000              # rays a batch
 //! ```
 //!
-//! MESH is a file: two u32, the numbers of corners and of triangles, then three f32 per corner and
-//! three u32 per triangle, little endian. The default is the hard meshes of the tests. The exit
-//! code is 1 if any hit differs or a mesh leaks.
+//! MESH is a mesh file: two u32, the numbers of corners and of triangles, then three f32 per corner
+//! and three u32 per triangle, little endian. Without MESH, the hard meshes of the tests are used.
+//! The exit code is 1 if any hit differs or a mesh leaks.
 #![expect(clippy::print_stdout, reason = "the table is this program's result")]
 
 #[expect(dead_code, reason = "`visits` reads rays too")]

@@ -1,9 +1,9 @@
-//! Rays, boxes, shapes and acceleration structures: which primitive a ray hits, and where. This
-//! crate knows nothing of light, materials or files.
+//! Rays, boxes, shapes and acceleration structures: this crate finds the primitive that a ray hits,
+//! and the point of the hit. It contains no light, no materials and no files.
 //!
-//! A [`PrimitiveSet`] collects primitives. [`Geometry`] answers queries about them: the closest
-//! hit, or any hit that a filter accepts. A linear scan and a tree return the same bits. Primitives
-//! are stored in f32 or f64; intersections are computed in f64.
+//! A [`PrimitiveSet`] collects primitives. A [`Geometry`] runs queries over them: for the closest
+//! hit, or for any hit that a filter accepts. A linear scan and a tree return the same bits.
+//! Primitives are stored in f32 or f64, and intersections are computed in f64.
 //!
 //! ```
 //! use glam::{DVec3, Vec3};
@@ -25,8 +25,8 @@
 //! # Ok::<(), raywright_bvh::GeometryError>(())
 //! ```
 //!
-//! Tree nodes have eight child boxes. Leaves of primitives stored in f32 hold up to eight triangles
-//! or spheres. Queries use the best [`Kernel`] that the processor can run.
+//! Tree nodes have eight child boxes. In trees of primitives stored in f32, a leaf holds up to
+//! eight triangles or spheres. Queries use the fastest [`Kernel`] that the processor can run.
 //!
 //! [`Geometry::closest_from`] traces rays with a common origin together.
 //!

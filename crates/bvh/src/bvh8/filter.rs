@@ -1,48 +1,48 @@
-//! The filter: which triangles of a block the exact test may hit within the range, decided in f32
-//! with proven error bounds.
+//! The filter of triangle blocks: it selects the triangles that the exact test may hit within the
+//! range, in f32 with proven error bounds.
 //!
 //! Let C be the first corner relative to the origin, e₁ and e₂ the edges at that corner, d the
 //! direction, N = e₁ × e₂ and r = C × d. The weights of a hit are U = e₂·r, V = −e₁·r and W = D − U
 //! − V, over D = N·d. The distance is T/D with T = N·C ("Fast, Minimum Storage Ray/Triangle
-//! Intersection", Möller, Trumbore 1997). In f32 each of these has an error below a bound. So the
-//! filter can decide *missed*, *before the range* or *beyond the range* only where the exact test
-//! decides the same.
+//! Intersection", Möller, Trumbore 1997). In f32 each of these terms has an error below a bound. So
+//! the filter decides *missed*, *before the range* or *beyond the range* only where the exact test
+//! certainly decides the same.
 //!
 //! **Bounds.** Let u = 2⁻²⁴, w = 2⁻⁵³, E the longer of both edges, and R the distance of the
 //! farthest corner from the origin. Then |C| ≤ R and E ≤ 2R. Each component of an edge and of C has
 //! relative error u. A component of r or N is a difference of two products, with errors of u from
-//! each factor's own difference, u for a product, and u for the difference. The sums of the
-//! magnitudes of both products form a vector of length at most √2 |a||b|. A dot product of three
-//! terms adds u and 2u. The sums, whether or not operations are fused:
+//! the difference in each factor, u for each product, and u for the difference of the products. The
+//! sums of the magnitudes of both products form a vector of length at most √2 |a||b|. A dot product
+//! of three terms adds u and 2u. The sums, whether or not operations are fused:
 //!
 //! - U and V: 7√2 u E R |d| < 10 u E R |d|. D: 7√2 u E² |d| < 10 u E² |d| ≤ 20 u E R |d|. W, their
 //!   difference, with its own two roundings: 46 u E R |d|. So 46 u E R |d| bounds all three.
 //! - T: 8√2 u E² R < 12 u E² R.
 //!
-//! The exact test takes exact signs of edge functions of the corners that it has projected in f64,
-//! each moved by at most 4 w R across the ray and along it. So a ray that it accepts passes the
-//! true triangle by less than 6 w R. A weight is the length of an edge times a distance from it, so
-//! it is at most 12 w E R |d| on the wrong side. That is negligible beside 2 u E R |d|, the
-//! difference between 48 and 46 below, for triangles of any size. The distance of the exact test is
-//! that of the moved corners' plane. The slope of the true plane is at most E² |d|/|D|, so the
-//! distance along it is off by 10 w R E² |d|/|D|. Multiplied by |D|, that is negligible beside 12 u
-//! E² R. The constant `least` covers underflow. So with
+//! The exact test takes exact signs of edge functions of corners that were projected in f64, each
+//! moved by at most 4 w R across the ray and along it. So a ray that the exact test accepts passes
+//! the true triangle by less than 6 w R. A weight is the length of an edge times a distance from
+//! that edge, so it is at most 12 w E R |d| on the wrong side. That is negligible beside 2 u E R
+//! |d|, the difference between 48 and 46 below, for triangles of any size. The distance of the
+//! exact test belongs to the plane of the moved corners. The slope of the true plane is at most E²
+//! |d|/|D|, so the distance along the ray is off by 10 w R E² |d|/|D|. Multiplied by |D|, that is
+//! negligible beside 12 u E² R. The constant `least` covers underflow. So the decisions are:
 //!
-//! - e = 48 u E R |d| + least: *missed* if and only if the least weight is below −e and the
+//! - With e = 48 u E R |d| + least: *missed* if and only if the least weight is below −e and the
 //!   greatest above e. The sign of D is not needed.
-//! - e_D = 12 u E² |d| + least and e_T = e_D · 2R/|d| + least, and with s the sign of D, which is
-//!   certain if |D| > e_D: *before the range* if s T + e_T < tmin |D| − |tmin| e_D, *beyond the
-//!   range* if s T − e_T > far |D| + |far| e_D. The ends may have either sign. Half of e_T is a
-//!   margin: 12 u R E²/|D| of a distance, which is at least 12 u R, while rounding a distance to
-//!   f32 takes u R.
+//! - With e_D = 12 u E² |d| + least, e_T = e_D · 2R/|d| + least, and s the sign of D, which is
+//!   certain if |D| > e_D: *before the range* if s T + e_T < tmin |D| − |tmin| e_D, and *beyond the
+//!   range* if s T − e_T > far |D| + |far| e_D. The ends of the range may have either sign. Half of
+//!   e_T is a margin: 12 u R E²/|D| of a distance, which is at least 12 u R, while rounding a
+//!   distance to f32 takes u R.
 //! - *Certainly hit*: all weights beyond e on one side, |D| > e_D, and the distance certainly
 //!   within the range.
 //!
 //! The constants in use are slightly greater, for the rounding of the bounds themselves. Each lane
-//! has an R of its own: the sum of C's components, plus E. So small triangles are separated in a
-//! large scene too.
+//! has its own R: the sum of C's components, plus E. So small triangles are separated in a large
+//! scene too.
 //!
-//! **NaN** is never missed: comparisons are written so that such a lane gets the exact test. If
+//! **NaN** is never *missed*: comparisons are written so that such a lane gets the exact test. If
 //! corners, origin or direction are so large or small that a product of three lengths might leave
 //! the range of f32, the bounds are infinite ([`super::triangle8::LARGE`],
 //! [`super::traversal_ray`]).
@@ -54,17 +54,17 @@ use crate::math::simd::Simd;
 /// Multiple of its error bound that a determinant must exceed before the filter decides about the
 /// distance. A triangle that the exact test treats as edge-on ([`crate::shapes::EDGE_ON`]) stays
 /// below: its D is below 24 · 2⁻²⁵ E² |d| = 12 u E² |d|, and including the error of f32 below 24 u
-/// E² |d|, where 2 · 14 u E² |d| is required.
+/// E² |d|, while the filter requires 2 · 14 u E² |d|.
 ///
 /// With a factor of one, *beyond the range* would still be correct if the range ends above zero:
 /// |T| in f32 is below (12 + 12) u E² R for such a triangle, and e_T is 28 u E² R. A factor of two
 /// needs no such argument.
 const TOLD: f32 = 2.0;
 
-/// Bound of underflow errors.
+/// Upper bound of the errors from underflow, the constant `least` above.
 const UNDERFLOW: f32 = 512.0 * f32::MIN_POSITIVE;
 
-/// Lanes that the filter leaves, one bit each, and intermediate results for [`certain`].
+/// Mask of the lanes that need the exact test, and intermediate results for [`certain`].
 #[derive(Clone, Copy)]
 pub(super) struct FilterCandidates<S: Simd> {
     pub lanes: u32,
@@ -108,8 +108,8 @@ pub(super) fn corner<S: Simd>(s: S, block: &Triangle8, index: usize) -> [S::Floa
     ]
 }
 
-/// Error bounds as above: of weights, of determinants, of distances times determinants, and of both
-/// comparisons with the range.
+/// Error bounds as derived above: of weights, of determinants, of distances times determinants, and
+/// of the comparisons with the near and with the far end of the range.
 #[derive(Clone, Copy)]
 pub(super) struct ErrorBounds<S: Simd> {
     pub weight: S::Floats,
@@ -120,8 +120,8 @@ pub(super) struct ErrorBounds<S: Simd> {
 }
 
 impl<S: Simd> ErrorBounds<S> {
-    /// Error bounds for triangles, from their first corners relative to the origin and their
-    /// longest edges.
+    /// Computes the bounds for eight triangles, from their first corners relative to the origin and
+    /// their longest edges.
     #[inline(always)]
     pub fn new(s: S, ray: &LeafRay, from: [S::Floats; 3], longest: &[f32; 8], far: f32) -> Self {
         let longest = s.load(longest);
@@ -145,8 +145,9 @@ impl<S: Simd> ErrorBounds<S> {
     }
 }
 
-/// The lanes that the exact test may hit before `far`. The ray is read from memory, one number at a
-/// time: the load broadcasts the number to all lanes, and the traversal keeps its registers.
+/// Filters a block: returns the lanes that the exact test may hit before `far`. The ray is read
+/// from memory, one number at a time. Each load broadcasts the number to all lanes, so the
+/// traversal keeps its registers.
 #[inline(always)]
 pub(super) fn candidates<S: Simd>(
     s: S,
@@ -175,7 +176,8 @@ pub(super) fn candidates<S: Simd>(
     )
 }
 
-/// The lanes that are neither certainly missed nor certainly outside the range, from U, V, D and T.
+/// Filters lanes by U, V, D and T: returns the lanes that are neither certainly missed nor
+/// certainly outside the range.
 #[inline(always)]
 pub(super) fn undecided<S: Simd>(
     s: S,
@@ -203,7 +205,7 @@ pub(super) fn undecided<S: Simd>(
     }
 }
 
-/// Those of the remaining lanes that the exact test certainly hits within the range.
+/// Returns the candidate lanes that the exact test certainly hits within the range.
 #[inline(always)]
 pub(super) fn certain<S: Simd>(s: S, found: &FilterCandidates<S>, near: f32, far: f32) -> u32 {
     const SLACK: f32 = 1e-6;

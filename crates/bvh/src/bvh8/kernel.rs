@@ -1,9 +1,9 @@
-//! Selection of the traversal code by the processor's instructions, once for all rays; and the
-//! entry points of that code: the whole traversal, and the leaf tests as separate functions, which
-//! take no registers of the traversal.
+//! Selection of the traversal code by the processor's instructions, once for all rays, and the
+//! entry points of that code. An entry point runs the whole traversal, or the test of a leaf. Leaf
+//! tests are separate functions, which take no registers of the traversal.
 //!
 //! Each entry point is a method of a token that proves that the processor has the instructions. It
-//! calls a function compiled for them, into which everything else is inlined.
+//! calls a function compiled for these instructions, into which all other code is inlined.
 #![expect(
     unsafe_code,
     reason = "calls of functions that are compiled for instructions whose token the caller has"
@@ -37,7 +37,7 @@ pub enum Kernel {
 }
 
 impl Kernel {
-    /// Kernels that this processor can run, slowest first.
+    /// Returns the kernels that this processor can run, slowest first.
     pub fn available() -> Vec<Self> {
         let all = [Self::Portable, Self::Avx2, Self::Avx512];
         all.into_iter()
@@ -46,7 +46,7 @@ impl Kernel {
     }
 }
 
-/// A kernel that this processor can run.
+/// A kernel that this processor can run, with its token.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum ChosenKernel {
     Portable(Portable),
@@ -64,7 +64,7 @@ impl ChosenKernel {
     }
 }
 
-/// The fastest kernel that this processor can run.
+/// Selects the fastest kernel that this processor can run.
 impl Default for ChosenKernel {
     fn default() -> Self {
         [Kernel::Avx512, Kernel::Avx2]
@@ -74,8 +74,8 @@ impl Default for ChosenKernel {
     }
 }
 
-/// Evaluates an expression with the query's mode as a type, for known values of the other
-/// properties.
+/// Evaluates an expression with the query's mode as a type. `$mapped` and `$counts` are literals,
+/// and `any` is read from the query.
 macro_rules! by_mode {
     ($query:expr, $mapped:literal, $counts:literal, $mode:ident => $call:expr) => {
         if $query.any {
@@ -88,8 +88,9 @@ macro_rules! by_mode {
     };
 }
 
-/// Calls an entry point for a kernel's instructions and the query's mode. Counting queries always
-/// use the portable code: they are not timed, so they need no copy per instruction set.
+/// Calls an entry point with the token of a kernel and with the query's mode as a type. Counting
+/// queries always use the portable code: they are not timed, so they need no copy per instruction
+/// set.
 macro_rules! with {
     ($kernel:expr, $query:expr, $mapped:literal, $token:ident, $mode:ident => $call:expr) => {
         match $kernel {
@@ -104,11 +105,11 @@ macro_rules! with {
     };
 }
 
-/// Traversals with one copy each, for any scalar of the caller.
+/// Traversals, compiled once for both scalars of the caller.
 impl Bvh8 {
-    /// Passes the hits of the query's ray to `visitor`. The ray is exact in f32. Its numbers are
-    /// separate arguments: a load of two numbers would wait for both stores of a caller that just
-    /// wrote the ray. Returns whether a hit ended the traversal.
+    /// Passes the hits of a ray, exact in f32, to `visitor`. Returns whether a hit ended the
+    /// traversal. The numbers of the ray are separate arguments, in registers. In memory, a load of
+    /// two numbers would wait for both stores of a caller that just wrote the ray.
     #[inline(never)]
     #[expect(clippy::too_many_arguments, reason = "in registers")]
     pub(crate) fn visit(
@@ -123,15 +124,15 @@ impl Bvh8 {
         query: &mut TraversalQuery<'_>,
         visitor: &mut dyn HitVisitor,
     ) -> bool {
-        // A separate function, so that this one only forwards its registers.
+        // The rare case is a separate function, so that this function only forwards its registers.
         if self.always > 0 || self.nodes.is_empty() {
             return self.visit_flat(ox, oy, oz, dx, dy, dz, near, query, visitor);
         }
         with!(self.kernel, query, false, s, M => s.walk::<M>(self, ox, oy, oz, dx, dy, dz, near, query, visitor))
     }
 
-    /// [`Self::visit`] for a structure with primitives outside nodes: rows first, then, if the tree
-    /// has no nodes, blocks and single primitives.
+    /// Passes hits as [`Self::visit`], in a structure with primitives outside nodes: rows first,
+    /// then the tree or, if it has no nodes, blocks and other primitives.
     #[inline(never)]
     #[expect(clippy::too_many_arguments, reason = "in registers")]
     fn visit_flat(
@@ -161,8 +162,8 @@ impl Bvh8 {
         with!(self.kernel, query, false, s, M => s.blocks::<M>(self, &leaf_ray, query, visitor))
     }
 
-    /// [`Self::visit`] for a ray in an instance's space, which f32 does not represent exactly.
-    /// `traversal_ray` is the result of [`TraversalRay::mapped`].
+    /// Passes hits as [`Self::visit`], for a ray in an instance's space, which f32 does not
+    /// represent exactly. `traversal_ray` is the result of [`TraversalRay::mapped`].
     #[inline(never)]
     pub(crate) fn visit_mapped(
         &self,
@@ -176,7 +177,7 @@ impl Bvh8 {
         with!(self.kernel, query, true, s, M => s.walk_mapped::<M>(self, traversal_ray, query, visitor))
     }
 
-    /// [`Self::visit_mapped`] for a structure with primitives outside nodes.
+    /// Passes hits as [`Self::visit_mapped`], in a structure with primitives outside nodes.
     #[inline(never)]
     fn visit_flat_mapped(
         &self,
@@ -197,8 +198,8 @@ impl Bvh8 {
         with!(self.kernel, query, true, s, M => s.blocks::<M>(self, &traversal_ray.leaf_ray, query, visitor))
     }
 
-    /// [`Self::visit`] for a world-space ray that reaches an instance of this tree; `None` if the
-    /// ray must be mapped in f64.
+    /// Passes hits as [`Self::visit`], for a world-space ray that reaches an instance of this tree;
+    /// `None` if the ray must be mapped in f64.
     #[inline(never)]
     pub(crate) fn visit_instance(
         &self,
@@ -214,7 +215,7 @@ impl Bvh8 {
         with!(self.kernel, query, true, s, M => s.walk_instance::<M>(self, inverse, bounds, ray, query, visitor))
     }
 
-    /// Passes candidate hits of a packet to `meets`.
+    /// Traverses the tree with a packet. Primitives without a packet test are passed to `meets`.
     #[inline(never)]
     pub(crate) fn visit_packet(
         &self,
@@ -229,8 +230,8 @@ impl Bvh8 {
     }
 }
 
-/// Entry points of an instruction set, as methods of the token that proves its presence. Each calls
-/// a function with the attribute that compiles it for the instruction set.
+/// Defines entry points of an instruction set as methods of its token. Each method calls a function
+/// with the attribute that compiles it for the instruction set.
 macro_rules! entries {
     ($token:ident, $compiled:meta: $(
         $(#[doc = $about:literal])*
@@ -253,7 +254,7 @@ macro_rules! entries {
     )* };
 }
 
-/// Entry points for the whole tree.
+/// Defines the entry points for the whole tree.
 macro_rules! traversals {
     ($token:ident, $compiled:meta) => {
         entries! { $token, $compiled:
@@ -286,8 +287,8 @@ macro_rules! traversals {
     };
 }
 
-/// Entry points for leaves, and the exact test of a lane. The leaf tests are separate functions,
-/// which take no registers of the traversal.
+/// Defines the entry points for leaf tests, and the exact test of a lane. The leaf tests are
+/// separate functions, which take no registers of the traversal.
 macro_rules! leaves {
     ($token:ident, $compiled:meta, $crossing:expr) => {
         #[inline(always)]

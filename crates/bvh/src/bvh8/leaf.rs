@@ -1,7 +1,7 @@
 //! Leaf tests of a traversal, also for primitives outside nodes. Triangles go through the filter
-//! and then the exact test. Spheres and planes in rows go through their own test ([`super::row`])
-//! at once, since a filter in f32 would cost more than it saves. Each function returns whether a
-//! hit ended the traversal.
+//! and then the exact test. Rows of spheres and planes are tested without a filter
+//! ([`super::row`]), since a filter in f32 would cost more than it saves. Each function returns
+//! whether a hit ended the traversal.
 
 use super::filter;
 use super::optimisation_barrier::in_memory;
@@ -15,8 +15,9 @@ use super::{Bvh8, ChildRef, Lanes};
 use crate::math::simd::Simd;
 use crate::shapes::{PreparedRay, TriangleHit};
 
-/// Lanes of a block that need the exact test, for a far end as it is and as boxes use it. `None` if
-/// a certain hit ended the traversal.
+/// Filters a block: returns the lanes that need the exact test; `None` if a certain hit ended the
+/// traversal. `far` is the greatest accepted distance, and `last` the same distance raised for box
+/// tests.
 #[inline(always)]
 pub(super) fn candidates<S: Simd, M: TraversalMode>(
     s: S,
@@ -36,7 +37,7 @@ pub(super) fn candidates<S: Simd, M: TraversalMode>(
     (!over).then_some(found.lanes & requested)
 }
 
-/// The exact test of some triangles of a block.
+/// Intersects some triangles of a block by the exact test.
 #[inline(always)]
 pub(super) fn triangles<S: TraversalSimd, M: TraversalMode>(
     s: S,
@@ -66,7 +67,7 @@ pub(super) fn triangles<S: TraversalSimd, M: TraversalMode>(
     false
 }
 
-/// The single-triangle test.
+/// Intersects one triangle of a block by the single-triangle test.
 #[inline(never)]
 fn alone(block: &Triangle8, lane: usize, query: &mut TraversalQuery<'_>) -> Option<TriangleHit> {
     block
@@ -76,6 +77,7 @@ fn alone(block: &Triangle8, lane: usize, query: &mut TraversalQuery<'_>) -> Opti
         .map(TriangleHit::from)
 }
 
+/// Intersects one row of spheres or planes.
 #[inline(always)]
 fn row<S: Simd, M: TraversalMode>(
     s: S,
@@ -89,7 +91,7 @@ fn row<S: Simd, M: TraversalMode>(
     row_hits.hits != 0 && query.row::<M>(&row.leaf_header, &row_hits.stored(s), visitor)
 }
 
-/// A leaf of spheres.
+/// Intersects a leaf of spheres.
 #[inline(always)]
 pub(super) fn spheres<S: Simd, M: TraversalMode>(
     s: S,
@@ -100,7 +102,7 @@ pub(super) fn spheres<S: Simd, M: TraversalMode>(
     query: &mut TraversalQuery<'_>,
     visitor: &mut dyn HitVisitor,
 ) -> bool {
-    // Prepared for the first row that the ray reaches.
+    // Prepared at the first row that the ray reaches.
     let prepared_ray = prepared_ray.get_or_insert_with(|| {
         if M::MAPPED {
             *query.prepared()
@@ -117,7 +119,7 @@ pub(super) fn spheres<S: Simd, M: TraversalMode>(
     )
 }
 
-/// The rows that every query tests.
+/// Intersects the rows that every query tests.
 #[inline(always)]
 pub(super) fn rows<S: Simd, M: TraversalMode>(
     s: S,
@@ -131,7 +133,7 @@ pub(super) fn rows<S: Simd, M: TraversalMode>(
         .any(|one| row::<S, M>(s, one, prepared_ray, query, visitor))
 }
 
-/// All blocks, then all single primitives, for a structure without nodes.
+/// Intersects all blocks, then all other primitives, for a structure without nodes.
 #[inline(always)]
 pub(super) fn blocks<S: TraversalSimd, M: TraversalMode>(
     s: S,

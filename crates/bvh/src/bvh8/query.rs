@@ -1,6 +1,6 @@
-//! A query as data of a traversal: the accepted range, the ray, the counts, and the receiver of
-//! hits. Nothing here depends on the stored scalar, so that each traversal is compiled once, in
-//! this crate.
+//! A query as the data of a traversal: the accepted range, the ray, the counts, and the receiver of
+//! hits. Nothing in this module depends on the stored scalar, so each traversal is compiled once,
+//! in this crate.
 
 use super::row::RowHits;
 use super::traversal_ray::RayReparametrisation;
@@ -12,18 +12,18 @@ use crate::stats::TraversalStats;
 
 /// Compile-time properties of a traversal.
 pub(crate) trait TraversalMode {
-    /// Whether any hit ends the query. Children are then visited in no order.
+    /// Whether any accepted hit ends the query. Children are then visited in any order.
     const ANY: bool;
-    /// Whether the ray was rounded, see [`super::TraversalRay::mapped`]. Exact tests then use
-    /// [`TraversalQuery::prepared`]. The primitives belong to an instance, or are stored in f64
-    /// without lanes, so every hit is passed on. Otherwise an opaque hit ends an any-hit query by
-    /// itself.
+    /// Whether the ray was mapped and rounded, see [`super::TraversalRay::mapped`]. Exact tests
+    /// then use [`TraversalQuery::prepared`]. The primitives belong to an instance, or are stored
+    /// in f64 without lanes, so every hit is passed to the visitor. Otherwise an opaque hit ends an
+    /// any-hit query without a call.
     const MAPPED: bool;
     /// Whether the traversal counts its work.
     const COUNTS: bool;
 }
 
-/// The properties as a type.
+/// Properties of a traversal as a type.
 pub(super) struct Mode<const ANY: bool, const MAPPED: bool, const COUNTS: bool>;
 
 impl<const ANY: bool, const MAPPED: bool, const COUNTS: bool> TraversalMode
@@ -39,41 +39,41 @@ impl<const ANY: bool, const MAPPED: bool, const COUNTS: bool> TraversalMode
 pub(crate) enum RaySource<'a> {
     /// A stored ray, and whether it is prepared for triangles and quads too.
     Stored(&'a Ray<f32>, bool),
-    /// A world-space ray, and the map of an instance.
+    /// The map of an instance, and a world-space ray.
     Under(&'a Transform, &'a PreparedRay),
     Prepared(&'a PreparedRay),
 }
 
 /// Receiver of a traversal's hits. Each method returns whether the traversal ends, and may shorten
-/// the query's range.
+/// the range of the query.
 pub(crate) trait HitVisitor {
-    /// A primitive in lanes was hit within the range.
+    /// Handles the hit of a primitive in lanes within the range.
     fn hit(&mut self, query: &mut TraversalQuery<'_>, slot: u32, t: f32, u: f32, v: f32) -> bool;
-    /// A primitive outside lanes is to be tested.
+    /// Tests a primitive that is not in lanes.
     fn other(&mut self, query: &mut TraversalQuery<'_>, index: usize) -> bool;
 }
 
-/// A query as data.
+/// A query as the data of a traversal.
 pub(crate) struct TraversalQuery<'a> {
-    /// See [`TraversalMode`].
+    /// Whether any accepted hit ends the query, see [`TraversalMode::ANY`].
     pub any: bool,
     pub counts: bool,
-    /// Accepted distances.
+    /// Open interval of accepted distances.
     pub range: Interval<f32>,
     /// Greatest accepted distance.
     pub far: f32,
     /// Whether this is a camera ray, which passes through culled backs.
     pub culls: bool,
     pub source: RaySource<'a>,
-    /// Made from `source` at first use.
+    /// The ray for exact tests, made from `source` at its first use.
     pub prepared: Option<PreparedRay>,
-    /// Distances of a traversal by a rounded ray.
+    /// Conversion of distances, for a traversal by a mapped and rounded ray.
     pub rebase: RayReparametrisation,
     pub stats: TraversalStats,
 }
 
 impl TraversalQuery<'_> {
-    /// The ray for exact tests.
+    /// Returns the ray for exact tests.
     #[inline(always)]
     pub fn prepared(&mut self) -> &PreparedRay {
         match self.source {
@@ -87,7 +87,7 @@ impl TraversalQuery<'_> {
         }
     }
 
-    /// The greatest accepted distance, in units of the traversal.
+    /// Returns the greatest accepted distance, converted to distances of the traversal.
     #[inline(always)]
     pub(super) fn far<M: TraversalMode>(&self) -> f32 {
         if M::MAPPED {
@@ -112,8 +112,8 @@ impl TraversalQuery<'_> {
         }
     }
 
-    /// Lanes of a leaf that the query considers, and lanes whose hit within the range always ends
-    /// the traversal.
+    /// Returns the mask of a leaf's lanes that the query considers, and the mask of lanes whose hit
+    /// within the range always ends the traversal.
     #[inline(always)]
     fn wanted<M: TraversalMode>(leaf_header: &LeafHeader) -> [u8; 2] {
         if M::ANY && !M::MAPPED {
@@ -123,7 +123,8 @@ impl TraversalQuery<'_> {
         }
     }
 
-    /// These masks for a block, before the side of the hit is known.
+    /// Returns the mask of a block's lanes that the query considers, and the mask of lanes whose
+    /// hit ends the traversal from either side.
     #[inline(always)]
     pub(super) fn lanes<M: TraversalMode>(&self, leaf_header: &LeafHeader) -> [u32; 2] {
         let [requested, ends] = Self::wanted::<M>(leaf_header);

@@ -1,5 +1,5 @@
-//! Blocks of eight triangles, for the filter and the exact test: the tree's only copy of its
-//! triangles.
+//! Blocks of eight triangles, for the filter and the exact test. They hold the tree's only copy of
+//! its triangles.
 
 use glam::Vec3;
 
@@ -7,18 +7,19 @@ use super::WIDTH;
 use crate::ray::{Occlusion, Side, Visibility};
 use crate::shapes::Triangle;
 
-/// From this coordinate on, products of three lengths might leave the range of f32. Triangles with
+/// Coordinate from which products of three lengths might leave the range of f32. Triangles with
 /// such corners always get the exact test.
 pub(super) const LARGE: f32 = (1_u64 << 38) as f32;
 
-/// Up to eight triangles, one array per coordinate: `corners[axis][corner][lane]`, unchanged from
-/// the input.
+/// A block of up to eight triangles, with one array per coordinate: `corners[axis][corner][lane]`,
+/// unchanged from the input.
 #[repr(C, align(64))]
 #[derive(Clone, Debug)]
 pub(crate) struct Triangle8 {
     pub corners: [[[f32; WIDTH]; 3]; 3],
-    /// At least the longer of the two edges at the first corner. −∞ in a lane that can't be hit,
-    /// which the filter then always rejects; ∞ if the filter must not decide.
+    /// Upper bound of the longer of the two edges at the first corner, in each lane. It is −∞ in a
+    /// lane that can't be hit, which the filter then always rejects, and ∞ if the filter must not
+    /// decide.
     pub longest: [f32; WIDTH],
 }
 
@@ -28,7 +29,7 @@ impl Triangle8 {
         longest: [f32::NEG_INFINITY; WIDTH],
     };
 
-    /// Stores a triangle in a lane.
+    /// Stores a triangle in a lane. A triangle without extent can't be hit.
     pub fn set(&mut self, lane: usize, vertices: [Vec3; 3]) {
         for (corner, position) in vertices.into_iter().enumerate() {
             for axis in 0..3 {
@@ -48,7 +49,7 @@ impl Triangle8 {
         };
     }
 
-    /// The triangle in a lane.
+    /// Returns the triangle in a lane.
     #[inline]
     pub fn triangle(&self, lane: usize) -> Triangle<f32> {
         let corner = |c: usize| {
@@ -64,28 +65,28 @@ impl Triangle8 {
     }
 }
 
-/// Properties of a block's triangles besides their corners, read only if the filter leaves a lane.
-/// Masks have one bit per lane.
+/// Properties of the primitives of a block or a row besides their coordinates, read only if a lane
+/// may be hit. Masks have one bit per lane.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct LeafHeader {
-    /// Slot of the first lane; the other slots follow.
+    /// Slot of the first lane's primitive; the slots of the other lanes follow.
     pub first: u32,
     /// Number of lanes in use.
     pub count: u8,
-    /// Lanes whose hits end an any-hit query.
+    /// Mask of the lanes whose hits end an any-hit query.
     pub opaque: u8,
-    /// Lanes about which an any-hit query calls the filter.
+    /// Mask of the lanes for whose hits an any-hit query calls the filter.
     pub asks: u8,
-    /// Lanes hit from outside only.
+    /// Mask of the lanes that rays can hit from outside only.
     pub outside: u8,
-    /// Lanes hit from inside only.
+    /// Mask of the lanes that rays can hit from inside only.
     pub inside: u8,
-    /// Lanes hit from outside only, by camera rays.
+    /// Mask of the lanes that camera rays can hit from outside only, other rays from both sides.
     pub culled: u8,
 }
 
 impl LeafHeader {
-    /// A header for `count` slots from `first` on.
+    /// Creates a header for `count` slots from `first` on, without visibilities.
     pub fn new(first: usize, count: usize) -> Self {
         Self {
             first: first as u32,
@@ -110,7 +111,7 @@ impl LeafHeader {
         }
     }
 
-    /// Lanes that a camera ray (`culls`) or another ray hits from outside only.
+    /// Mask of the lanes that a camera ray (`culls`) or any other ray can hit from outside only.
     #[inline(always)]
     pub fn outside_alone(&self, culls: bool) -> u8 {
         if culls {
@@ -120,7 +121,7 @@ impl LeafHeader {
         }
     }
 
-    /// Whether a hit of a lane counts, by the side of the ray.
+    /// Whether a hit of a lane counts, given the side from which the ray comes.
     #[inline(always)]
     pub fn accepts(&self, lane: usize, from_outside: bool, culls: bool) -> bool {
         (if from_outside {
