@@ -1,5 +1,5 @@
-//! From a scene in memory to a picture in memory: scene data, validation, expressions, effects,
-//! preparation, integrators, film, display and metrics.
+//! Renderer from a scene in memory to a picture in memory: scene data, validation, expressions,
+//! effects, preparation, integrators, film, display and metrics.
 //!
 //! A [`Scene`] is plain data. [`validate`] reports its errors, [`effects`] lists the features that
 //! it needs. [`prepare()`] builds the data that an integrator traverses, and [`ReadyScene::render`]

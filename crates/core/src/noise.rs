@@ -1,8 +1,8 @@
 //! Gradient noise in two and three dimensions, and its octave sums.
 //!
-//! The classic construction (Ken Perlin, "An Image Synthesizer", 1985; the quintic weights from his
-//! "Improving Noise", 2002) with lattice gradients hashed by the permutation polynomial (34 x² + x)
-//! mod 289 and normalised to first order (Ian McEwan, David Sheets, Mark Richardson, Stefan
+//! The construction is classic (Ken Perlin, "An Image Synthesizer", 1985; the quintic weights from
+//! his "Improving Noise", 2002) with lattice gradients hashed by the permutation polynomial (34 x²
+//! + x) mod 289 and normalised to first order (Ian McEwan, David Sheets, Mark Richardson, Stefan
 //! Gustavson, "Efficient computational noise in GLSL", 2012). Values are within about ±1, zero at
 //! the points of the lattice, and repeat every 289 units.
 

@@ -2,7 +2,7 @@
 
 /// Picture: linear scene-referred colour, optional coverage and any number of additional layers.
 ///
-/// Every buffer holds `width · height` entries, row by row from the top, each row from the left.
+/// Every buffer holds `width · height` entries, row by row from the top.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[doc(alias("DynamicImage", "ImageBuffer", "framebuffer"))]
 pub struct Picture {

@@ -61,7 +61,7 @@ impl Sampling {
         }
     }
 
-    /// Returns the fixed pattern, if any.
+    /// Returns the fixed pattern of sample positions; `None` for random positions.
     pub fn pattern(self) -> Option<Pattern> {
         match self {
             Self::Pattern(pattern) => Some(pattern),
@@ -105,14 +105,14 @@ pub enum Background {
 #[serde(rename_all = "kebab-case")]
 #[doc(alias = "GBufferFilm")]
 pub enum Aov {
-    /// Base colour of the first hit, mean over the samples.
+    /// Base colour of the first hit, averaged over the samples.
     Albedo,
-    /// Shading normal of the first hit, mean over the samples.
+    /// Shading normal of the first hit, averaged over the samples.
     Normal,
-    /// Position of the first hit, mean over the samples that hit.
+    /// Position of the first hit in metres, averaged over the samples that hit.
     Position,
-    /// Radiance of camera rays without scattered light: lamps, the sky and unlit surfaces; mean
-    /// over the samples.
+    /// Radiance of camera rays without scattered light: directly visible lamps, sky and unlit
+    /// surfaces; averaged over the samples.
     Emission,
     /// Distance of the hit along the ray through the pixel's centre, in metres; −1 for the sky.
     Depth,
@@ -168,7 +168,7 @@ pub struct Settings {
     pub integrator: Integrator,
     /// Sampling of area lights by path tracing.
     pub light_sampling: LightSampling,
-    /// Reflection formulas of surfaces.
+    /// Rule for the Fresnel reflectance of surfaces.
     pub fresnel: FresnelRule,
     /// Treatment of light scattered between microfacets.
     pub microfacets: Microfacets,
@@ -182,7 +182,7 @@ pub struct Settings {
     pub output: Output,
     /// Seed of the random numbers.
     pub seed: u64,
-    /// Frame number in an animation, so that neighbouring frames have different noise.
+    /// Frame number in an animation, which gives neighbouring frames different noise.
     pub frame: u32,
     /// Number of replicates, independent parts of a pixel's samples, if the pixel has as many
     /// samples. Errors are estimated from the variance of the replicates' means. `None` uses
@@ -205,7 +205,7 @@ pub struct Settings {
     pub without: EffectSet,
     /// Radiance of camera rays that hit nothing.
     pub background: Background,
-    /// Whether the edges of triangles are drawn at the first hits of camera rays.
+    /// Whether the edges of triangles are drawn over the first hits of camera rays.
     pub wireframe: bool,
     /// Layers to store besides the colour.
     pub aovs: Vec<Aov>,
@@ -223,7 +223,7 @@ impl Settings {
     /// Greatest edge of a picture in pixels.
     pub const MOST_EDGE: u32 = 65_536;
 
-    /// Greatest number of samples of a pixel: the length of the sampler's sequence.
+    /// Greatest number of samples per pixel: the length of the sampler's sequence.
     pub const MOST_SAMPLES: u32 = 65_536;
 
     /// Value of `max_depth` without a limit: only Russian roulette ends paths.

@@ -17,8 +17,8 @@ pub use raywright_bvh::stability::judge::{Outcome, RayCount};
 /// Hard case of numerics, with its difficulty and its bound.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct HardCase {
-    /// A letter and two digits: P primitives, T traversal, S spawned rays and shading, M sampling,
-    /// F camera and film.
+    /// Number of the case: a letter (P primitives, T traversal, S spawned rays and shading, M
+    /// sampling, F camera and film) and two digits.
     pub number: &'static str,
     /// Difficulty of the case, in words.
     pub hard: &'static str,

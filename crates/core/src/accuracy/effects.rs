@@ -51,7 +51,7 @@ pub struct EffectCosts {
     pub size: [u32; 2],
     /// Render time with all effects, in seconds summed over all threads.
     pub seconds: Spread,
-    /// Effects that can be switched off, by descending cost.
+    /// Costs of the effects that can be switched off, by descending ratio of times.
     pub effects: Vec<EffectCost>,
     /// Names of the effects that were not measured for lack of time.
     pub late: Vec<&'static str>,

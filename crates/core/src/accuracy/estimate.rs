@@ -13,14 +13,14 @@ use crate::picture::Picture;
 /// as independent.
 pub(super) const BLOCK: usize = 8;
 
-/// An estimate with its confidence interval of about 95 %.
+/// Estimate with its confidence interval of about 95 %.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct ConfidenceInterval {
-    /// The estimate.
+    /// Estimated value.
     pub value: f64,
-    /// Lower end.
+    /// Lower end of the interval.
     pub low: f64,
-    /// Upper end.
+    /// Upper end of the interval.
     pub high: f64,
 }
 
@@ -134,7 +134,7 @@ pub struct SettingErrors {
     /// Part of `relmse` that remains with more samples; `None` if it is unknown, because the
     /// setting was rendered once.
     pub bias: Option<ConfidenceInterval>,
-    /// Ratio of the picture's total light to the reference's.
+    /// Ratio of the picture's summed radiance to the reference's.
     pub light: ConfidenceInterval,
 }
 

@@ -54,14 +54,14 @@ struct SettingFigures {
     /// Renders of each tile in all rounds, kept for comparison with other settings; empty if not
     /// kept.
     pictures: Vec<Vec<Picture>>,
-    /// First render of the first tile, or of the whole picture.
+    /// First render of the first tile, or of the whole picture if that was rendered.
     first: Option<Picture>,
     /// Renders of the whole picture, from which further tiles are measured without rendering; empty
     /// if tiles were rendered.
     renders: Vec<TimedRender>,
     /// Errors of a picture of the whole, estimated from the pilots (`pilot`).
     whole_errors: Option<WholeErrors>,
-    /// Seconds of the first render of the whole picture, if any.
+    /// Seconds of the first render of the whole picture; `None` if tiles were rendered.
     whole_seconds: Option<f64>,
     /// Ratios of the times measured in turns (`turns`) to the time of the first round; empty if not
     /// measured in turns.

@@ -16,11 +16,11 @@ const ROUNDS: usize = 5;
 /// Error, size and time of an output format.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct OutputReport {
-    /// Name of the rung.
+    /// Name of the format's rung on the output ladder.
     pub rung: &'static str,
-    /// Description.
+    /// Description of the format for users.
     pub about: &'static str,
-    /// Whether the format is the one in use.
+    /// Whether the scene's own setting uses the format.
     pub in_use: bool,
     /// Bytes per pixel without coverage, before compression.
     pub bytes_per_pixel: u32,

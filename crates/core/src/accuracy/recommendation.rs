@@ -100,7 +100,7 @@ pub(super) fn recommend(mut all: Vec<AdviceCandidate>, budget: f64) -> Recommend
             error: candidate.cost.error.map(f64::sqrt),
             measured: candidate.measured.clone(),
         });
-        // Intervals shrink with the square root of the time.
+        // The width of an interval falls with the square root of the time.
         let needed = all.iter().filter(promises).map(|candidate| {
             let wide = libm::log(candidate.cost.error.high / candidate.cost.error.value)
                 / libm::log(high * high / candidate.cost.error.value);

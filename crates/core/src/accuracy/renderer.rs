@@ -25,8 +25,8 @@ use crate::settings::{Crop, Sampling, Settings};
 /// Number of replicates of the reference, from which its standard error is estimated.
 const REPLICATES: u32 = 4;
 
-/// Margin in pixels around a denoised tile. The filter combines pixels within this distance; only
-/// their weights depend on a few pixels farther out.
+/// Margin in pixels around a denoised tile. The denoiser combines pixels within this distance; only
+/// their weights depend on a few pixels farther away.
 pub(super) const MARGIN: u32 = 20;
 
 /// Largest total of bytes of prepared scenes that are kept for reuse.
@@ -412,7 +412,7 @@ impl<'a> Renderer<'a> {
         {
             return Err(UnfinishedRender::Late);
         }
-        // The denoising time is the same for each pixel.
+        // The denoising time is divided evenly among the pixels.
         let pixels: usize = renders
             .iter()
             .map(|rendered| rendered.picture.pixels())

@@ -9,8 +9,8 @@ use super::outputs::OutputReport;
 use crate::bench::Spread;
 use crate::picture::Picture;
 
-/// Results of a measurement on one scene. Every number is an estimate for the whole picture at its
-/// full size.
+/// Report of a measurement of accuracy against time on a scene. Every number is an estimate for the
+/// whole picture at its full size.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct AccuracyReport {
     /// Width and height of the picture in pixels.
@@ -27,22 +27,22 @@ pub struct AccuracyReport {
     /// Scene with fewer samples, to which rungs other than sample counts were applied; `None` if
     /// the scene's own number of samples was used.
     pub base: Option<BaselineReport>,
-    /// Ladders that affect the scene's picture.
+    /// Measured rungs of the ladders that affect the scene's picture.
     pub ladders: Vec<LadderReport>,
-    /// Measured settings of several rungs.
+    /// Measured settings that change several rungs.
     pub combinations: Vec<FrontierCandidate>,
     /// Ladders that change time and memory but not the picture, with their costs.
     pub prices: Vec<PriceReport>,
     /// Errors of output formats on the picture of the scene's own setting.
     pub outputs: Vec<OutputReport>,
-    /// Ladders that do not affect the scene.
+    /// Names of the ladders that do not affect the scene.
     pub not_called_for: Vec<&'static str>,
     /// Cost of each effect in time and picture; `None` if the time did not suffice.
     pub costs: Option<EffectCosts>,
     /// Settings on the Pareto front of time and error, by ascending time. Settings that change the
     /// summed radiance or have a large bias are excluded.
     pub frontier: Vec<FrontierCandidate>,
-    /// Seconds of the measurement.
+    /// Wall-clock seconds of the measurement.
     pub seconds: f64,
     /// Whether the time ran out before the planned measurements were finished.
     pub cut_short: bool,
@@ -69,12 +69,13 @@ pub struct Tiles {
 /// qualifies with certainty.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Recommendations {
-    /// Fastest setting with at most about half of the error.
+    /// Fastest setting with at most about half of the root error; `None` if none is certain.
     pub half_the_error: Option<Advice>,
     /// Time budget in seconds that would probably confirm a setting with about half of the error;
     /// `None` if one is confirmed or none is close.
     pub half_needs: Option<f64>,
-    /// Fastest setting without a larger error that clearly takes less time.
+    /// Fastest setting with at most about the same error in clearly less time; `None` if none is
+    /// certain.
     pub same_error: Option<Advice>,
     /// Time budget in seconds that would probably confirm a setting with the same error in less
     /// time; `None` if one is confirmed or none is close.
@@ -103,7 +104,7 @@ pub struct BaselineReport {
     pub measured: MeasuredSetting,
 }
 
-/// A picture with its name.
+/// Picture for the HTML page, with its name.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReportPicture {
     /// Name: `reference`, `as it is` for the scene's own setting, or a rung such as `samples=16`.
@@ -120,12 +121,12 @@ pub struct Reference {
     pub samples: u32,
     /// Command-line flags of the reference's rungs.
     pub rungs: Vec<String>,
-    /// Number of rendered tiles.
+    /// Number of tiles on which the reference was rendered.
     pub tiles: usize,
     /// Root mean square of the reference's standard errors, in linear radiance; its square is
     /// subtracted from squared errors.
     pub standard_error: f64,
-    /// Seconds of all threads.
+    /// Render time of the reference in this measurement, in seconds summed over all threads.
     pub seconds: f64,
     /// Whether the reference comes from an earlier measurement.
     pub kept: bool,
@@ -146,7 +147,7 @@ pub struct MeasuredSetting {
     pub ratio: ConfidenceInterval,
     /// Number of rays of a render of the whole picture.
     pub rays: u64,
-    /// Errors against the reference.
+    /// Errors of the setting against the reference.
     pub errors: SettingErrors,
     /// Mean FLIP difference, 0 to 1, of the setting's and the reference's display values. The
     /// reference's noise is included.
@@ -165,7 +166,7 @@ pub struct LadderReport {
     pub rungs: Vec<RungReport>,
 }
 
-/// Relative differences of times and errors that count as equal.
+/// Largest relative differences of times and of errors that count as equal.
 const SAME_TIME: f64 = 0.03;
 const SAME_ERROR: f64 = 0.04;
 
@@ -194,9 +195,9 @@ impl LadderReport {
 pub struct RungReport {
     /// Name of the rung.
     pub rung: String,
-    /// Description.
+    /// Description of the rung for users.
     pub about: &'static str,
-    /// Whether the rung is the one in use.
+    /// Whether the scene's own setting has this rung.
     pub in_use: bool,
     /// Command-line flag of the rung; `None` for the rung in use.
     pub flag: Option<String>,
@@ -224,9 +225,9 @@ pub struct PriceReport {
 pub struct RungPrice {
     /// Name of the rung.
     pub rung: String,
-    /// Description.
+    /// Description of the rung for users.
     pub about: &'static str,
-    /// Whether the rung is the one in use.
+    /// Whether the scene's own setting has this rung.
     pub in_use: bool,
     /// Time and memory; `None` if the rung takes too long.
     #[serde(rename = "paid")]
@@ -253,7 +254,7 @@ pub struct RungCost {
 pub struct FrontierCandidate {
     /// Command-line flags of the setting; empty for the scene's own.
     pub flags: Vec<String>,
-    /// Time and error.
+    /// Time and error of the setting.
     pub measured: MeasuredSetting,
 }
 

@@ -69,7 +69,7 @@ pub(super) struct MeasurementSession<'a> {
     present: EffectSet,
     pictured: Vec<Ladder>,
     priced: Vec<Ladder>,
-    /// Rungs that take too long to measure.
+    /// Rungs that take too long to measure on a trial tile.
     beyond: Vec<RungChoice>,
     /// Rungs whose precision cannot store the scene, so that they have no picture.
     unshown: Vec<RungChoice>,

@@ -71,7 +71,8 @@ impl Setting {
         (scene, settings)
     }
 
-    /// Whether the setting differs from the scene's own in noise alone.
+    /// Whether the setting differs from the scene's own setting in noise alone: all changed ladders
+    /// are free of bias.
     pub fn is_free_of_bias(&self) -> bool {
         self.0
             .iter()

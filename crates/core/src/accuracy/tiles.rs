@@ -312,7 +312,8 @@ pub(super) fn estimate(shares: &[TileShare<'_>]) -> Option<(f64, f64, f64)> {
         drawn * correction,
         (drawn * correction + within).sqrt() / below,
     );
-    // Welch and Satterthwaite: the noise within tiles is well known.
+    // Degrees of freedom by Welch and Satterthwaite; the noise within tiles counts as exactly
+    // known.
     let freedom = freedom * ((drawn + within) / drawn.max(1e-300)).powi(2);
     Some((ratio, error, student_95((freedom.min(1e6) as u32).max(1))))
 }

@@ -13,8 +13,8 @@ use serde::Serialize;
 
 use crate::hash::mix;
 
-/// Share of the cube's volume in the spheres, with overlaps counted twice and parts outside the
-/// cube included.
+/// Total volume of the spheres of a generated scene over the volume of the unit cube. Overlaps
+/// count twice, and parts outside the cube are included.
 pub const FILL: f64 = 0.01;
 
 /// Kind of the primitives of a generated scene.
@@ -28,11 +28,11 @@ pub enum GeneratedKind {
 }
 
 impl GeneratedKind {
-    /// Every kind with its name.
+    /// Every kind of primitive with its name.
     pub const ALL: [(&'static str, Self); 2] =
         [("spheres", Self::Spheres), ("triangles", Self::Triangles)];
 
-    /// Returns the plural name, in lower case.
+    /// Returns the plural name of the kind, in lower case.
     pub fn name(self) -> &'static str {
         match self {
             Self::Spheres => "spheres",

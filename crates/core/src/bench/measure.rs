@@ -66,7 +66,7 @@ pub(super) struct ScanTreeContest<'a> {
 /// Cost of closest-hit queries by one accelerator.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct QueryCost {
-    /// Nanoseconds per ray.
+    /// Nanoseconds per closest-hit query.
     pub nanoseconds: Spread,
     /// Number of different rays of a sample: all rays, or evenly spread ones if a ray takes long.
     pub rays: usize,
@@ -90,7 +90,7 @@ pub struct SeriesRow {
     /// Cost of the linear scan, which tests every primitive; `None` if a sample would take too
     /// long.
     pub scan: Option<QueryCost>,
-    /// Cost of the tree.
+    /// Cost of closest-hit queries by the tree.
     pub tree: QueryCost,
     /// Ratio of the scan's time to the tree's, from pairs of consecutive samples; `None` without a
     /// scan.
@@ -102,7 +102,7 @@ pub struct SeriesRow {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("scan and tree disagree on ray {ray} among {primitives} primitives: {scan} against {tree}")]
 pub struct Disagreement {
-    /// Index of the ray.
+    /// Index of the ray with different hits.
     pub ray: usize,
     /// Number of primitives in the scene.
     pub primitives: usize,
@@ -316,7 +316,7 @@ pub(super) fn timed_builds<I, G>(
             size as u64
         };
         let seconds = stopwatch(&mut work);
-        // Always present, because no batch is empty.
+        // A result is always present, because no batch is empty.
         (
             built.unwrap_or_else(|| build(input())),
             seconds / size as f64,

@@ -70,7 +70,8 @@ impl Spread {
 /// Power law y = factor · x^exponent, fitted to points by least squares in the logarithms.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct PowerLaw {
-    /// Growth exponent: 1 is linear; a logarithm looks like a small, slowly falling exponent.
+    /// Growth exponent: 1 is linear growth. Logarithmic growth has a small exponent that falls
+    /// slowly with the size.
     pub exponent: f64,
     /// Standard error of the exponent, from the scatter of the points about the line.
     pub standard_error: f64,
@@ -132,11 +133,11 @@ impl PowerLaw {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Crossover {
-    /// Faster at every measured size.
+    /// The first accelerator is faster at every measured size.
     Always,
-    /// Faster from this size on, interpolated between two measured sizes.
+    /// The first accelerator is faster from this size on, interpolated between two measured sizes.
     At(f64),
-    /// Not faster at the greatest measured size.
+    /// The first accelerator is not faster at the greatest measured size.
     Never,
 }
 

@@ -15,13 +15,13 @@ pub(super) struct Strictness {
 /// Planes in which a filter pass compares pixels.
 pub(super) struct Guide<'a> {
     pub colour: &'a ColourPlanes,
-    /// Variance of the guide, summed over channels.
+    /// Variance of the guide's colour at each pixel, summed over channels.
     pub variance: &'a PixelPlane,
     /// Variance of the filtered targets, and its inverse. A neighbour that is more than twice as
     /// noisy gets less weight.
     pub noise: &'a PixelPlane,
     pub inverse_noise: &'a PixelPlane,
-    /// Features, each with the inverse of the tolerated squared difference.
+    /// Features of the surfaces, each with the inverse of the tolerated squared difference.
     pub features: &'a [(PixelPlane, PixelPlane)],
     pub strictness: Strictness,
 }

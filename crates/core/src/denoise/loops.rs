@@ -1,4 +1,4 @@
-//! Loops over rows that the compiler vectorises.
+//! Inner loops of the denoiser over rows of numbers, written so that the compiler vectorises them.
 //!
 //! Each loop is a function, so that the compiler knows that outputs do not alias inputs.
 

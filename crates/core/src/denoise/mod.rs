@@ -47,7 +47,7 @@ pub use demand::{FEWEST_SAMPLES, LAYERS, is_possible};
 /// Width and height in pixels of a tile, which is filtered as a unit.
 const TILE: [usize; 2] = [128, 64];
 
-/// Reason why a film can't be denoised.
+/// Reason why a film cannot be denoised.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum DenoiseError {
     /// The picture has no random samples, so it has no noise.
@@ -81,7 +81,7 @@ impl From<QuadError> for DenoiseError {
 /// Denoised picture with its error estimate.
 #[derive(Clone, Debug)]
 pub struct DenoiseOutput {
-    /// Colour, with the film's coverage and no layers.
+    /// Denoised colour with the film's coverage, without layers.
     pub picture: Picture,
     /// Root mean squared error of each pixel per channel, bias included, estimated from its
     /// neighbourhood of 21 by 21 pixels.

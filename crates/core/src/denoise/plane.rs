@@ -10,7 +10,8 @@ pub(super) struct Window {
 }
 
 impl Window {
-    /// Extends the window by `by` pixels on each side, within the picture.
+    /// Extends the window by `by` pixels on each side, clipped to a picture of this width and
+    /// height.
     pub fn grow(self, by: usize, [width, height]: [usize; 2]) -> Self {
         let (x, y) = (self.x.saturating_sub(by), self.y.saturating_sub(by));
         let (right, bottom) = (

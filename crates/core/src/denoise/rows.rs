@@ -14,7 +14,7 @@ pub(super) const ROW: usize = 192;
 
 pub(super) type PixelRow = [f32; ROW];
 
-/// Number of features.
+/// Number of features of a surface: three of albedo, three of normal, one of distance.
 pub(super) const FEATURES: usize = 7;
 
 /// Row of a filter's guide, padded with zeros.

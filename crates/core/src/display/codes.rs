@@ -28,8 +28,8 @@ impl CodeTable {
         let one = 1.0_f32.to_bits();
         let mut next = [f32::INFINITY; 256];
         for (k, slot) in next.iter_mut().enumerate().take(255) {
-            // Near the value of the inverse, up to its rounding; `every_boundary_is_exact` confirms
-            // that the range suffices. Invariant: code(low) <= k < code(high).
+            // The threshold is within four bit patterns of the inverse curve's value, as the test
+            // `every_boundary_is_exact` confirms. Invariant: code(low) <= k < code(high).
             let near = (decode(curve, (k as f64 + 0.5) / 255.0) as f32).to_bits();
             let (mut low, mut high) = (near - 4, near + 4);
             while high - low > 1 {

@@ -4,11 +4,12 @@
 use crate::scene::TransferCurve;
 use raywright_bvh::scalar::Real;
 
-/// Joint of the two branches of the sRGB curve. The standard rounds it up to 0.0031308, where the
-/// curve would step down by 2.6e-8; between the two joints the values differ by at most that.
+/// Linear value at which the two branches of the sRGB curve meet. The standard rounds this value up
+/// to 0.0031308, where the curve would step down by 2.6e-8. Between the two values the curves
+/// differ by at most that step.
 const SRGB_JOINT: f64 = 0.003_130_668_442_500_634;
 
-/// Returns the display value in 0..1 of a display-linear value in 0..1: the encoding direction.
+/// Encodes a display-linear value in 0..1 as a display value in 0..1.
 pub fn encode(curve: TransferCurve, linear: f64) -> f64 {
     match curve {
         // IEC 61966-2-1 (1999).
@@ -19,7 +20,7 @@ pub fn encode(curve: TransferCurve, linear: f64) -> f64 {
     }
 }
 
-/// Returns the display-linear value in 0..1 of a display value in 0..1: the inverse of [`encode`].
+/// Decodes a display value in 0..1 to a display-linear value in 0..1: the inverse of [`encode`].
 pub fn decode(curve: TransferCurve, value: f64) -> f64 {
     match curve {
         TransferCurve::Srgb if value <= 12.92 * SRGB_JOINT => value / 12.92,

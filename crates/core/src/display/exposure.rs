@@ -25,8 +25,8 @@ const BRIGHT: u8 = 240;
 const STOPS: i32 = 12;
 
 impl Display {
-    /// Returns the clipping of a picture, from at most 16,384 of its pixels; pixels without
-    /// coverage are ignored.
+    /// Returns the shares of clipped and of black pixels, estimated from at most 16,384 pixels;
+    /// pixels without coverage are ignored.
     pub fn clipping(self, picture: &Picture) -> Clipping {
         self.clipping_of(&colours(picture))
     }

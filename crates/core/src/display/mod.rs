@@ -1,4 +1,4 @@
-//! From linear radiance to display values: exposure, tone map, transfer curve, codes.
+//! Conversion of linear radiance to display values: exposure, tone map, transfer curve, codes.
 //!
 //! Every number has a defined result: negative radiance is black, infinite radiance is as bright as
 //! the tone map allows, and a pixel with a NaN shows [`NAN_MARKER`]. The steps are computed in f64

@@ -6,13 +6,13 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Output {
-    /// The nearest of 256 codes of each display value.
+    /// Nearest of 256 codes for each display value.
     #[default]
     Eight,
     /// One of the two nearest of 256 codes (dithering), so that the mean over neighbouring pixels
     /// is right and ramps show no steps.
     Dithered,
-    /// The nearest of 65 536 codes.
+    /// Nearest of 65 536 codes for each display value.
     Sixteen,
     /// Linear radiance, unbounded, without codes.
     Float,

@@ -10,14 +10,14 @@ use crate::settings::Settings;
 /// Treatment by an integrator of an effect that the scene needs, with the reason.
 #[derive(Clone, Copy)]
 enum EffectHandling {
-    /// Simulated.
+    /// Simulated, with the reason.
     Does(&'static str),
     /// Simulated by additional ray segments, so left out with a maximum depth of 1.
     Traces(&'static str),
     /// Left out; with a reason and a hint.
     Lacks(&'static str, &'static str),
-    /// Left out, because the scene format cannot represent these properties of an imported file;
-    /// with a hint.
+    /// Left out, because the scene format cannot represent these properties of an imported file.
+    /// The reason lists the properties; the hint is given.
     Unread(&'static str),
     /// Treatment that depends on facts of the scene and on settings.
     Depends(fn(&EffectFacts, &Settings) -> EffectHandling),

@@ -48,7 +48,7 @@ pub(super) struct EffectFacts {
     pub varied_emission: EffectPath,
     pub unlit: EffectPath,
     pub image: EffectPath,
-    /// A texture with mipmaps.
+    /// Filter of a texture with mipmaps.
     pub mip_maps: EffectPath,
     pub program: EffectPath,
     pub checker: EffectPath,
@@ -61,7 +61,7 @@ pub(super) struct EffectFacts {
     pub unbounded: EffectPath,
     pub sky: EffectPath,
     pub sky_map: EffectPath,
-    /// A studio whose ground catches shadows.
+    /// Studio whose ground shows shadows.
     pub ground: EffectPath,
     /// First material of an imported file with properties that the scene format cannot represent.
     pub unread: EffectPath,

@@ -12,7 +12,7 @@ macro_rules! effects {
                 each(Does("a constant light reaches every surface"),
                     Lacks("constant light without a source has no paths", WHITTED),
                     "no surface has an ambient term");
-            /// Lights illuminate surfaces.
+            /// Lights without size illuminate surfaces.
             DirectLight = "direct light", Switch, |f, _| f.lit_by_lights(),
                 both(Does("lights illuminate surfaces"), "no light illuminates a surface");
             /// Occluders between lights and surfaces cast shadows.
@@ -185,7 +185,8 @@ macro_rules! effects {
             /// Surfaces diffuse light to their other side.
             DiffuseTransmission = "diffuse transmission", Layer, |f, _| f.layers.source("diffuse_transmission"),
                 for_paths("light is diffused through a surface to its other side", "no surface diffuses light to its other side");
-            /// Material properties of an imported file without a counterpart in the scene format.
+            /// Materials of an imported file have properties that the scene format cannot
+            /// represent.
             MaterialExtensions = "material extensions", Scene, |f, _| f.unread.as_ref(),
                 both(Unread("these materials have extensions that this version does not simulate"),
                     "no material has an extension that is not simulated");

@@ -47,7 +47,7 @@ impl RungChoice {
         Ok(Self { ladder, rung })
     }
 
-    /// Returns the ladder.
+    /// Returns the ladder of the rung.
     pub fn ladder(&self) -> Ladder {
         self.ladder
     }

@@ -131,7 +131,7 @@ ladders! {
         "64" { 64 } "an eighth, or less"
         "256" { 256 } "a sixteenth, or less"
         "1024" { 1024 } "a thirty-second, or less"
-    /// Source of random numbers.
+    /// Source of the random numbers of samples.
     Sampler = "sampler", "sobol", Sampler;
         "independent" { SamplerKind::Independent } "independent numbers: noise falls with the root of the samples"
         "stratified" { SamplerKind::Stratified } "jittered grids of sixteen: less noise where pictures are smooth"
@@ -146,7 +146,7 @@ ladders! {
         "8-bit-dither" { Output::Dithered } "PNG of 256 codes, dithered: no steps, and a grain of one code"
         "16-bit" { Output::Sixteen } "PNG of 65 536 codes: nothing brighter than white"
         "float" { Output::Float } "EXR alone: linear radiance as it is"
-    /// Build time of the tree against its traversal time.
+    /// Build quality of the tree: build time against traversal time.
     Build = "build", "medium", Build;
         "fast" { BuildQuality::Fast } "least build time: clustered, and improved a little"
         "medium" { BuildQuality::Medium } "clustered, and improved"

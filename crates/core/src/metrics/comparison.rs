@@ -9,15 +9,15 @@ use super::{
 use crate::display::Display;
 use crate::picture::{Encoding, Picture};
 
-/// Thresholds of display values in 255ths, above which pixels are counted.
+/// Thresholds, in 255ths of the display range, above which differing pixels are counted.
 const THRESHOLDS: [u32; 5] = [0, 1, 2, 8, 32];
 
 /// Picture to be compared, with the encoding of its numbers.
 #[derive(Clone, Copy, Debug)]
 pub struct ComparedPicture<'a> {
-    /// The picture.
+    /// Picture to be compared.
     pub picture: &'a Picture,
-    /// Meaning of its numbers.
+    /// Encoding of the picture's numbers.
     pub encoding: Encoding,
 }
 
@@ -34,11 +34,12 @@ pub struct Comparison {
     /// Encoding of the numbers in `errors`: linear radiance if both pictures are linear, else
     /// display values.
     pub encoding: Encoding,
-    /// Errors of the colours.
+    /// Numerical errors of the colours.
     pub errors: PictureErrors,
     /// Shares of the pixels whose display values differ by more than each threshold.
     pub beyond: Vec<ExceedingPixels>,
-    /// FLIP of the display values at [`DEFAULT_PIXELS_PER_DEGREE`].
+    /// Mean and quantiles of the FLIP difference of display values at
+    /// [`DEFAULT_PIXELS_PER_DEGREE`].
     pub flip: Statistics,
     /// Largest difference of coverage (1 for a picture without coverage); `None` where neither
     /// picture has coverage.
@@ -53,17 +54,17 @@ pub struct Comparison {
 /// Differences of two coverages, computed as of grey pictures.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct CoverageErrors {
-    /// As in [`PictureErrors`].
+    /// Number of pixels left out because a coverage is not finite.
     pub non_finite: usize,
-    /// As in [`PictureErrors`].
+    /// Root mean squared difference.
     pub rmse: f64,
-    /// As in [`PictureErrors`].
+    /// Mean of (A − B)² / (B² + 0.01) for coverage A and reference B.
     pub relmse: f64,
-    /// As in [`PictureErrors`].
+    /// `relmse` without the worst 0.1 % of the pixels.
     pub relmse_trimmed: f64,
-    /// As in [`PictureErrors`].
+    /// Peak signal-to-noise ratio in decibels for a peak of 1; `None` for equal coverages.
     pub psnr: Option<f64>,
-    /// Mean FLIP.
+    /// Mean FLIP difference, 0 to 1.
     pub flip: f64,
 }
 

@@ -34,7 +34,7 @@ pub struct NoisyPicture<'a> {
     pub width: u32,
     /// Height in pixels.
     pub height: u32,
-    /// Radiance of each pixel.
+    /// Radiance of each pixel, row by row.
     pub rgb: &'a [[f32; 3]],
     /// Standard error of each pixel's mean, per channel; `None` for a picture without noise.
     pub standard_errors: Option<Vec<[f32; 3]>>,
@@ -66,7 +66,7 @@ pub struct NoiseBlock {
     pub x: u32,
     /// First row of the block, counted from the top.
     pub y: u32,
-    /// Edge in pixels, before clipping to the picture.
+    /// Edge of the block in pixels, before clipping to the picture.
     pub edge: u32,
     /// Channel, 0 to 2 for red, green and blue.
     pub channel: usize,
@@ -131,8 +131,8 @@ fn two_sided(t: f64, freedom: f64) -> f64 {
     if !(x > 0.0 && rest > 0.0) {
         return if x > 0.0 { 1.0 } else { 0.0 };
     }
-    // For large arguments the quotient of the gamma functions loses digits; the first terms of its
-    // series keep all of them.
+    // For large arguments the difference of the logarithms of gamma functions loses digits; the
+    // first terms of its series do not.
     let quotient = if a > 1e4 {
         0.5 * libm::log(a) - 0.125 / a
     } else {

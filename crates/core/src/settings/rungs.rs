@@ -9,7 +9,7 @@ pub enum PrecisionChoice {
     /// f32 storage; intersections avoid cancellation and decide hits in f64.
     #[default]
     Robust,
-    /// f64 throughout.
+    /// f64 for storage and all arithmetic.
     Reference,
 }
 
@@ -42,7 +42,7 @@ pub enum Microfacets {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[doc(alias("ZSobolSampler", "IndependentSampler"))]
 pub enum SamplerKind {
-    /// Independent numbers.
+    /// Independent random numbers.
     Independent,
     /// Jittered grids of four by four numbers, sixteen samples at a time.
     Stratified,

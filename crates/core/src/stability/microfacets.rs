@@ -40,7 +40,7 @@ pub fn narrow_lobes<R: Real>(rays: RayCount) -> Vec<Measurement> {
             to_scalar::<R>((n.to_f64() + (x * turn.cos() + y * turn.sin()) * slope).normalize()),
         )
     };
-    // Retroreflection of microfacets: D/(4·cos·root), from the stored numbers.
+    // BSDF value of retroreflection by microfacets, D/(4·cos·root), from the stored numbers.
     let requested = |n: DVec3, h: DVec3, alpha: f64| {
         let (n, h) = (n.normalize(), h.normalize());
         let (cosine, across, a2) = (n.dot(h), n.cross(h).length_squared(), alpha * alpha);
@@ -60,7 +60,7 @@ pub fn narrow_lobes<R: Real>(rays: RayCount) -> Vec<Measurement> {
             format!("α {alpha:e}: {found}, not {requested}")
         })
     });
-    // (n·h)²·(α² − 1) + 1 in f32.
+    // The textbook's denominator (n·h)²·(α² − 1) + 1, in f32.
     let textbook = judge("S17", 421, 200_000, rays, |rng| {
         let (n, alpha, h) = drawn(rng);
         let (alpha, cosine) = (alpha as f32, n.to_f32().dot(h.to_f32()));

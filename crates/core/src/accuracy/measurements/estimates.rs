@@ -1,5 +1,5 @@
-//! Estimates for the whole picture from tiles and pilots: time, errors, light, and ratios of two
-//! settings.
+//! Estimates for the whole picture from measured tiles and pilots: time, errors, summed radiance,
+//! and ratios of two settings.
 
 use super::super::estimate::{ConfidenceInterval, SettingErrors};
 use super::super::report::MeasuredSetting;
@@ -15,9 +15,9 @@ const MOST_BIAS: f64 = 0.1;
 /// Ratios of time and error of two settings, from the tiles on which both were measured.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in super::super) struct RelativeCost {
-    /// Ratio of the times.
+    /// Ratio of the settings' render times.
     pub time: ConfidenceInterval,
-    /// Ratio of the mean squared errors.
+    /// Ratio of the settings' relative mean squared errors.
     pub error: ConfidenceInterval,
 }
 

@@ -15,9 +15,8 @@ use crate::settings::Crop;
 /// once.
 const MOST_TURNS: usize = 5;
 const FEWEST_TURNS: usize = 3;
-/// Half width of the 95 % interval over half the range of three, four and five turns,
-/// approximately: Student's factor for their mean, with the standard deviation estimated from the
-/// range.
+/// Approximate half width of the 95 % interval over half the range of three, four and five values:
+/// Student's factor for the mean, with the standard deviation estimated from the range.
 const WIDENING: [f64; 3] = [2.9, 1.54, 1.07];
 /// Factor by which a time may be wrong if it was not measured in turns for lack of time.
 const UNSURE: f64 = 1.5;

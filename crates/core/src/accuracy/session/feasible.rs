@@ -21,7 +21,8 @@ const EDGES: [u32; 2] = [32, 16];
 const ENOUGH_TILES: usize = 24;
 /// Number of tiles from which the time of a tile is first estimated.
 const FIRST_LOOK: usize = 8;
-/// Least number of tiles of a picture, down to an edge of eight pixels.
+/// Least number of tiles into which a picture is divided, unless tiles would be smaller than eight
+/// pixels.
 const FEWEST_TILES: f64 = 48.0;
 
 impl MeasurementSession<'_> {

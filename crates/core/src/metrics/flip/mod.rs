@@ -51,7 +51,7 @@ pub fn flip(
     let redistribution = Redistribution::new();
     let pixels = (seen[0].par_iter(), seen[1].par_iter(), features.par_iter());
     let combine = |(a, b, feature): (&[f32; 3], &[f32; 3], &f32)| {
-        // 4.3: a feature difference amplifies the colour difference.
+        // A feature difference amplifies the colour difference (4.3).
         Real::powf(redistribution.apply(hyab(*a, *b)), 1.0 - feature).clamp(0.0, 1.0)
     };
     Ok(pixels.into_par_iter().map(combine).collect())
