@@ -138,7 +138,7 @@ mod tests {
     use crate::shapes::{Disk, Quad};
     use crate::{BuildQuality, Vector};
 
-    /// `n` spheres in a row, with `others` disks and optionally a plane.
+    /// Creates `n` spheres in a row, with `others` disks and optionally a plane.
     fn both<R: Real>(n: u64, others: u64, plane: bool) -> (GeometryMemory, PrimitiveSet<R>) {
         let (mut geometry_memory, mut group) =
             (GeometryMemory::default(), PrimitiveSet::<R>::default());
@@ -188,16 +188,16 @@ mod tests {
 
     /// Protects: the memory estimate is never too small and at most three times the true value, for
     /// few primitives and many, bounded and unbounded, in both precisions and with each build
-    /// quality; for a scan the estimate is exact.
+    /// quality. For a linear scan the estimate is exact.
     #[test]
     fn memory_is_told_beforehand() {
         holds::<f32>();
         holds::<f64>();
     }
 
-    /// Protects: the same bounds for meshes with nearly empty leaves: scattered triangles, a
-    /// growing row in which each triangle has a node of its own, coincident triangles, and all of
-    /// these mixed with spheres.
+    /// Protects: the memory estimate is never too small and bounded for meshes with nearly empty
+    /// leaves: scattered triangles, a growing row in which each triangle has a node of its own,
+    /// coincident triangles, and all of these mixed with spheres.
     #[test]
     fn memory_of_meshes_is_told_beforehand() {
         let at = |i: u64| DVec3::new((i * 7 % 101) as f64, (i * 13 % 89) as f64, (i % 97) as f64);
@@ -244,7 +244,8 @@ mod tests {
         }
     }
 
-    /// Protects: the same bounds for quads, alone and mixed with as many spheres and disks.
+    /// Protects: the memory estimate is never too small and bounded for quads, alone and mixed with
+    /// as many spheres and disks.
     #[test]
     fn memory_of_quads_is_told_beforehand() {
         let at = |i: u64| DVec3::new((i * 7 % 101) as f64, (i * 13 % 89) as f64, (i % 97) as f64);
@@ -275,8 +276,8 @@ mod tests {
         }
     }
 
-    /// Protects: a value computed by hand: the greatest number of nodes for eight boxes in leaves
-    /// of their own, and no nodes for two.
+    /// Protects: the greatest number of nodes equals a value computed by hand, for eight boxes in
+    /// leaves of their own; and is zero for two.
     #[test]
     fn node_count_of_the_emptiest_nodes() {
         let most = |count: u64| {

@@ -149,17 +149,18 @@ unsafe impl GlobalAlloc for CountingHeap {
 mod tests {
     use super::*;
 
-    /// Protects: every allocation and deallocation method counts its bytes; code that checks gets
-    /// null above the limit, and a block that could not grow keeps its contents.
+    /// Protects: every allocation and deallocation method counts its bytes. Code that checks for
+    /// failures gets null above the limit, and a block that could not grow keeps its contents.
     #[test]
     fn what_is_held_is_counted_and_limited() {
         let heap = CountingHeap;
         let layout = Layout::from_size_align(1000, 8).expect("a layout");
         let held = || HELD.load(Ordering::Relaxed);
-        // This heap is not the global allocator of the tests, so nothing else is counted.
+        // The allocator under test is not the global allocator of the tests, so it counts nothing
+        // else.
         assert_eq!(held(), 0);
         allocate_fallibly(|| {
-            // SAFETY: the layouts are not empty; blocks are freed with their own layout.
+            // SAFETY: the layouts are not empty, and each block is freed with its own layout.
             unsafe {
                 let place = heap.alloc_zeroed(layout);
                 assert!(!place.is_null() && *place == 0 && held() == 1000);

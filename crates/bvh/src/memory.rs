@@ -57,8 +57,8 @@ fn advise<T>(room: &mut [MaybeUninit<T>]) {
 mod tests {
     use super::*;
 
-    /// Protects: a list has the requested capacity, for any element type and size, and keeps what
-    /// is written to it.
+    /// Protects: a list has the requested capacity, for any element type and size, and keeps its
+    /// contents.
     #[test]
     fn lists_have_room_for_what_is_put_there() {
         for count in [0, 1, LEAST / 8 - 1, LEAST / 8, LEAST] {
@@ -104,8 +104,8 @@ mod tests {
         }
         let large = huge_page_vec_of(8 << 20, 0_u64);
         assert_ne!(requested(&large, 32 << 20), Some(false));
-        // A page only partly in the array must not be advised; the last element usually lies on
-        // such a page.
+        // A page that is only partly in the array must not be advised. The last element usually
+        // lies on such a page.
         let ends_on_a_page = (large.as_ptr_range().end as usize).is_multiple_of(2 << 20);
         assert_ne!(
             requested(&large, size_of_val(large.as_slice()) - 8),

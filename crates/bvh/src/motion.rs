@@ -166,9 +166,10 @@ mod tests {
         DAffine3::from_axis_angle(DVec3::new(0.3, -0.5, 0.8).normalize(), degrees.to_radians())
     }
 
-    /// Protects: a motion that is singular at any time is refused, at times that bisection reaches
-    /// and at others, where the determinant crosses zero and where it only touches it, at any scale
-    /// and flatness; a motion that only comes near, or grows from almost nothing, is accepted.
+    /// Protects: a motion that is singular at any time is refused. The cases are times that
+    /// bisection reaches and other times, zeros that the determinant crosses and zeros that it only
+    /// touches, at any scale and flatness. A motion that only comes near to a singular map, or
+    /// grows from almost nothing, is accepted.
     #[test]
     fn maps_singular_during_motion() {
         let scale = |x: f64, y: f64, z: f64| DAffine3::from_scale(DVec3::new(x, y, z));
@@ -180,8 +181,8 @@ mod tests {
             scale(1e20, 1e19, -1e20),
         ] {
             for (end, expected) in [
-                // Touches zero halfway, at 1/3 and at 3/4; crosses zero there; crosses twice and
-                // returns.
+                // The determinant touches zero at 1/2, 1/3 and 3/4; crosses zero at 1/2 and 1/3;
+                // and crosses zero twice.
                 (scale(-1.0, -1.0, 1.0), on_the_way),
                 (scale(-2.0, -2.0, 1.0), on_the_way),
                 (scale(-1.0 / 3.0, 5.0, -1.0 / 3.0), on_the_way),
@@ -213,7 +214,7 @@ mod tests {
     }
 
     /// Protects: an interpolated entry is the exact value rounded once, compared with 128-bit
-    /// integers, even under heavy cancellation; both ends are exact, and equal entries stay
+    /// integers, even under heavy cancellation. Both ends are exact, and equal entries stay
     /// constant.
     #[test]
     fn entries_are_rounded_once() {
@@ -226,7 +227,7 @@ mod tests {
         };
         for _ in 0..5000 {
             let (time, from) = (whole(24), whole(52));
-            // An end such that the motion passes zero at about that time.
+            // The end is chosen so that the motion passes zero at about that time.
             let to = (-i128::from(from) * ((1 << 24) - i128::from(time)) / i128::from(time.max(1)))
                 .clamp(-(1 << 53), 1 << 53);
             let exact = i128::from(from) * ((1 << 24) - i128::from(time)) + to * i128::from(time);

@@ -83,8 +83,8 @@ mod tests {
         }
     }
 
-    /// Protects: wide registers give the bits of scalar code: no product is fused with a sum, and
-    /// no root or quotient is approximate.
+    /// Protects: wide registers give the bits of scalar code, since no product is fused with a sum,
+    /// and no root or quotient is approximate.
     #[test]
     fn wide_registers_change_no_bit() {
         let mut differs = 0;

@@ -1,7 +1,7 @@
-//! Binary trees by `obvhs`: boxes are clustered along a curve, subtrees reinserted where they cost
-//! less, small subtrees of one leaf kind collapsed to leaves, and subtrees reinserted again. A call
-//! of `obvhs` can't be cancelled. For that reason large sets are clustered in pieces of the curve,
-//! and a further tree joins the tops of the pieces' trees.
+//! Binary trees by the crate `obvhs`, in four steps. Boxes are clustered along a curve, subtrees
+//! are reinserted where they cost less, small subtrees of one leaf kind are collapsed to leaves,
+//! and subtrees are reinserted again. A call of `obvhs` can't be cancelled. So a large set is
+//! clustered in pieces of the curve, and a further tree joins the tops of the pieces' trees.
 
 use glam::Vec3A;
 use obvhs::aabb::Aabb;
@@ -18,9 +18,9 @@ use super::{BuildQuality, StopCheck};
 use crate::aabb::{PIECE, PaddedBox};
 use crate::binary::BinaryNode;
 
-/// Most boxes clustered at once: a call of `obvhs` then takes a tenth of a second.
+/// Greatest number of boxes clustered at once. A call of `obvhs` then takes a tenth of a second.
 const MOST: usize = 1 << 18;
-/// Nodes of each piece's tree among which the joining tree is built.
+/// Number of nodes of each piece's tree that the joining tree has as leaves.
 const TOPS: usize = 64;
 
 /// Parameters of `obvhs` for a build quality.
@@ -28,12 +28,12 @@ const TOPS: usize = 64;
 struct ClusteringOptions {
     /// Whether clustering examines 14 neighbours on either side, instead of 6.
     far: bool,
-    /// Fractions of nodes to reinsert, before and after the collapse to leaves.
+    /// Fractions of the nodes to reinsert, before and after the collapse to leaves.
     moved: [f32; 2],
 }
 
 impl ClusteringOptions {
-    /// Measured: `../../../../benches/runs`.
+    /// Returns the parameters of a build quality. Measured: `../../../../benches/runs`.
     fn new(quality: BuildQuality) -> Self {
         match quality {
             BuildQuality::Fast => Self {
@@ -52,15 +52,15 @@ impl ClusteringOptions {
     }
 }
 
-/// A tree whose leaves refer to ranges of an order of boxes, and the number of boxes visited to
-/// build it.
+/// A tree of `obvhs` whose leaves refer to ranges of an order of boxes, and the number of boxes
+/// visited to build it.
 pub(super) struct Clusters {
     tree: Bvh2,
     pub looks: u64,
 }
 
 impl Clusters {
-    /// The nodes, without boxes: those of `obvhs` are scaled.
+    /// Converts the nodes, without their boxes, which `obvhs` has scaled.
     pub fn nodes(&self) -> Vec<BinaryNode> {
         let node = |node: &Bvh2Node| BinaryNode {
             bounds: PaddedBox::NOTHING,
@@ -75,9 +75,9 @@ impl Clusters {
 pub(super) struct Clustering<'a> {
     boxes: &'a [PaddedBox],
     means: ClusteringOptions,
-    /// Greatest size of a subtree that becomes one leaf.
+    /// Greatest number of boxes in a subtree that becomes one leaf.
     leaf: u32,
-    /// Most boxes of a piece.
+    /// Greatest number of boxes in a piece.
     most: usize,
     /// Power of two by which boxes are scaled, so that no surface area leaves the range of f32.
     scale: f32,
@@ -85,7 +85,7 @@ pub(super) struct Clustering<'a> {
 }
 
 impl<'a> Clustering<'a> {
-    /// A clustering whose subtrees of at most `leaf` boxes become leaves.
+    /// Creates a clustering in which every subtree of at most `leaf` boxes becomes a leaf.
     pub fn new(
         boxes: &'a [PaddedBox],
         quality: BuildQuality,
@@ -98,8 +98,8 @@ impl<'a> Clustering<'a> {
             .copied()
             .reduce(|| PaddedBox::NOTHING, |a, b| a.union(&b));
         let extent = (around.max.as_dvec3() - around.min.as_dvec3()).max_element();
-        // Surface areas slightly above 2⁶⁰ leave room for sums of areas, and boxes 2⁻⁹⁰ as long
-        // still have distinct areas.
+        // With this scale the greatest surface area is slightly above 2⁶⁰. That leaves room for
+        // sums of areas, and boxes 2⁻⁹⁰ times as long still have distinct areas.
         let exponent = 30 - (extent.log2() as i32).clamp(-96, 156);
         Self {
             boxes,
@@ -126,11 +126,13 @@ impl<'a> Clustering<'a> {
         self.joined(pieces, size)
     }
 
+    /// Returns the scaled box with the given index, as a box of `obvhs`.
     fn aabb(&self, index: u32) -> Aabb {
         let PaddedBox { min, max } = self.boxes[index as usize];
         Aabb::new((min * self.scale).into(), (max * self.scale).into())
     }
 
+    /// Builds the tree of one piece of the curve, by all four steps.
     fn piece(&self, order: &mut [u32]) -> Option<Clusters> {
         let leaf =
             |(position, &index): (usize, &u32)| Bvh2Node::new(self.aabb(index), 1, position as u32);
@@ -142,14 +144,15 @@ impl<'a> Clustering<'a> {
         let [before, after] = self.means.moved;
         looks += self.moved(&mut tree, before)?;
         tree.primitive_indices = order.to_vec();
-        // With this cost of a node every small subtree becomes a leaf. Which leaves share a block
-        // is decided by ray cost, in the collapse to wide nodes.
+        // With this cost of a node, every small subtree becomes a leaf. The collapse to eight-wide
+        // nodes decides by ray cost which leaves share a block.
         collapse(&mut tree, self.leaf, self.leaf as f32);
         order.copy_from_slice(&tree.primitive_indices);
         looks += self.moved(&mut tree, after)?;
         Some(Clusters { tree, looks })
     }
 
+    /// Clusters leaves, given in the order of the curve, to a tree; `None` if cancelled.
     fn clustered(&self, leaves: Vec<Bvh2Node>) -> Option<Clusters> {
         if (self.stop)() {
             return None;
@@ -157,7 +160,7 @@ impl<'a> Clustering<'a> {
         let around = leaves
             .iter()
             .fold(Aabb::INVALID, |all, leaf| all.union(leaf.aabb()));
-        // A centre at the upper end would wrap around to the code of the lower end.
+        // A centre at the upper end would wrap around to the Morton code of the lower end.
         let extent = cell_extent(around.diagonal().as_dvec3()).as_vec3a() * (1.0 + 1e-6)
             + Vec3A::splat(f32::MIN_POSITIVE);
         let around = Aabb::new(around.min, around.min + extent);
@@ -171,19 +174,21 @@ impl<'a> Clustering<'a> {
             builder.build_ploc_from_leaves::<6, false>(&mut tree, around, SortPrecision::U64, 0);
             2 * 6
         };
-        // The reinsertion search has a stack of twice this depth. In a deeper tree it drops some
-        // candidates, which does no harm. With the tree's true depth the search would fail if the
-        // tree grew deeper.
+        // The reinsertion search has a stack of twice this depth. In a deeper tree the search drops
+        // some candidates, which does no harm. With the tree's true depth, the search would fail if
+        // the tree grew deeper.
         tree.max_depth = DEFAULT_MAX_STACK_DEPTH / 2;
         let looks = neighbours * waits(&tree);
         Some(Clusters { tree, looks })
     }
 
+    /// Reinserts a fraction of the nodes, and returns the number of nodes visited; `None` if
+    /// cancelled.
     fn moved(&self, tree: &mut Bvh2, share: f32) -> Option<u64> {
         (!(self.stop)()).then(|| reinsert(tree, share))
     }
 
-    /// Joins the trees of several pieces of `size` boxes into one.
+    /// Joins the trees of pieces of `size` boxes into one tree; `None` if cancelled.
     fn joined(&self, pieces: Vec<Clusters>, size: usize) -> Option<Clusters> {
         let tops: Vec<_> = pieces.iter().map(|piece| tops(&piece.tree)).collect();
         let all = pieces
@@ -226,8 +231,8 @@ impl<'a> Clustering<'a> {
     }
 }
 
-/// Lower bound of the clustering passes that nodes waited for their siblings, summed over all
-/// nodes. Children come after their parents.
+/// Lower bound of the number of clustering passes that nodes waited for their siblings, summed over
+/// all nodes. Children come after their parents.
 fn waits(tree: &Bvh2) -> u64 {
     let (mut passes, mut waits) = (vec![0_u32; tree.nodes.len()], 0);
     for (position, node) in tree
@@ -244,8 +249,9 @@ fn waits(tree: &Bvh2) -> u64 {
     waits
 }
 
-/// The nodes below which a piece's tree is kept: starting from the root, the largest nodes are
-/// opened until there are enough.
+/// Selects the nodes below which the tree of a piece stays unchanged when pieces are joined. From
+/// the root on, the largest selected node is replaced by its children until enough nodes are
+/// selected.
 fn tops(tree: &Bvh2) -> Vec<usize> {
     let mut tops = vec![0];
     let area = |&top: &usize| {
@@ -276,7 +282,7 @@ mod tests {
     use super::*;
     use crate::build::curve;
 
-    /// Boxes at scattered positions, a fiftieth of them at a single position.
+    /// Creates boxes at scattered positions, a fiftieth of them at a single position.
     fn boxes(count: usize) -> Vec<PaddedBox> {
         let at = |i: usize| if i.is_multiple_of(50) { 7 } else { i };
         let place = |i: usize, stride: usize| (at(i) * stride % 20_011) as f32 / 20_011.0;
@@ -289,7 +295,7 @@ mod tests {
             .collect()
     }
 
-    /// A tree in a form for comparison.
+    /// The order of boxes and the nodes of a tree, in a form that can be compared.
     type TreeSignature = (Vec<(u32, u32)>, Vec<u32>, u64);
 
     fn run(
@@ -323,8 +329,8 @@ mod tests {
         })
     }
 
-    /// Protects: the tree is the same for any number of threads, in one piece and in many; each box
-    /// is in one leaf, and leaves other than piles respect their size limit.
+    /// Protects: the tree is the same for any number of threads, built from one piece or from many.
+    /// Each box is in one leaf, and leaves other than piles respect their size limit.
     #[test]
     fn trees_are_the_same_for_any_number_of_threads() {
         let boxes = boxes(30_000);
@@ -361,8 +367,8 @@ mod tests {
         }
     }
 
-    /// Protects: a tree joined from many pieces costs rays hardly more than one of a single piece,
-    /// measured by the surface areas of its nodes.
+    /// Protects: a tree joined from many pieces costs rays hardly more than a tree of a single
+    /// piece, measured by the surface areas of its nodes.
     #[test]
     fn pieces_are_joined_well() {
         let boxes: Vec<_> = boxes(20_000)

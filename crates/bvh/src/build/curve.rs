@@ -1,4 +1,4 @@
-//! A space-filling order of boxes, along which clustering looks for neighbours.
+//! Order of boxes along a space-filling curve, on which clustering looks for neighbours.
 
 use glam::DVec3;
 use obvhs::ploc::morton::morton_encode_u64;
@@ -6,24 +6,23 @@ use rayon::prelude::*;
 
 use crate::aabb::{PIECE, PaddedBox};
 
-/// Number of cells along an axis of the Morton curve, minus one, so that the greatest centre is in
-/// the last cell.
+/// Greatest index of a cell along an axis of the Morton curve.
 const CELLS: f64 = ((1 << 21) - 1) as f64;
 
 /// Greatest ratio of an axis' extent to the longest extent at which the axis counts as flat. Cells
-/// of a flat axis are as long as along the longest axis. Otherwise clustering would look for
-/// neighbours of a terrain above and below, where there are none. Measured:
-/// `../../../../benches/runs`.
+/// of a flat axis have the length of the longest axis' cells. Otherwise clustering would look for
+/// neighbours of a terrain's triangles above and below the terrain, where no triangles are.
+/// Measured: `../../../../benches/runs`.
 const FLAT: f64 = 0.45;
 
-/// A box on the curve.
+/// Position of a box on the curve: its Morton code, and its index.
 #[derive(Clone, Copy)]
 struct CurvePosition {
     code: u64,
     index: u32,
 }
 
-/// The boxes in the order of the curve, and the number of boxes visited.
+/// Returns the indices of the boxes in the order of the curve, and the number of boxes visited.
 pub(super) fn order(boxes: &[PaddedBox]) -> (Vec<u32>, u64) {
     let mut places: Vec<_> = (0..boxes.len() as u32)
         .into_par_iter()
@@ -33,19 +32,20 @@ pub(super) fn order(boxes: &[PaddedBox]) -> (Vec<u32>, u64) {
     (places.par_iter().map(|place| place.index).collect(), looks)
 }
 
-/// Lengths that the curve divides into cells, for boxes of the given extent.
+/// Returns the lengths along the axes that the curve divides into cells, for boxes of the given
+/// extent.
 pub(super) fn cell_extent(extent: DVec3) -> DVec3 {
     let longest = DVec3::splat(extent.max_element());
     DVec3::select(extent.cmplt(longest * FLAT), longest, extent)
 }
 
-/// Twice the centre, which stays within the range of f64.
+/// Returns twice the centre of a box, in f64, where the sum can't overflow.
 fn centre(bounds: &PaddedBox) -> DVec3 {
     bounds.min.as_dvec3() + bounds.max.as_dvec3()
 }
 
-/// Sorts boxes along the curve through the box of all centres, and recursively those in the same
-/// cell. Boxes with the same centre are sorted by size.
+/// Sorts boxes along the curve through the box of all centres, and recursively the boxes in the
+/// same cell. Boxes with the same centre are sorted by size. Returns the number of boxes visited.
 fn sort(places: &mut [CurvePosition], boxes: &[PaddedBox]) -> u64 {
     let bounds = |place: &CurvePosition| &boxes[place.index as usize];
     let centre = |place: &CurvePosition| centre(bounds(place));

@@ -1,12 +1,12 @@
-//! Halving, for sets that clustering can't handle: a split near the median of the centres, along
-//! the axis of their greatest extent.
+//! Median splits, for sets that clustering can't handle: each split is near the median of the
+//! centres, along the axis of their greatest extent.
 
 use super::{LeafKind, LeafKindOf, StopCheck};
 use crate::aabb::{PIECE, PaddedBox};
 use crate::binary::BinaryNode;
 use crate::bvh8::WIDTH;
 
-/// Boxes to be halved, and their leaf kinds.
+/// Boxes to be divided by median splits, and their leaf kinds.
 pub(super) struct MedianSplit<'a> {
     pub boxes: &'a [PaddedBox],
     pub kind: LeafKindOf<'a>,
@@ -16,9 +16,9 @@ pub(super) struct MedianSplit<'a> {
 }
 
 impl MedianSplit<'_> {
-    /// Makes node `slot` the root of a tree over `order`, and appends the tree's nodes. `first` is
-    /// the position of `order` in the whole tree's order. Returns the number of boxes visited. If
-    /// cancelled, the tree is incomplete.
+    /// Builds a tree over `order` by median splits. Node `slot` becomes its root, and its other
+    /// nodes are appended. `first` is the position of `order` in the order of the whole tree.
+    /// Returns the number of boxes visited. If cancelled, the tree is incomplete.
     pub fn halve(
         &self,
         nodes: &mut Vec<BinaryNode>,
@@ -38,7 +38,8 @@ impl MedianSplit<'_> {
             return 0;
         }
         let half = order.len() / 2;
-        // With one leaf kind, all leaves but one are full.
+        // With one leaf kind the split is at a multiple of eight, so that all leaves but one are
+        // full.
         let middle = if self.is_alike && order.len() > WIDTH {
             (half + WIDTH / 2) / WIDTH * WIDTH
         } else {
@@ -65,16 +66,18 @@ impl MedianSplit<'_> {
         looks + order.len() as u64
     }
 
-    /// Whether these boxes form a leaf: a single box, or few of one shared leaf kind.
+    /// Whether the boxes form a leaf: a single box, or at most eight of one shared leaf kind.
     fn is_leaf(&self, order: &[u32]) -> bool {
         let kind = || (self.kind)(order[0]);
         let is_alike = || self.is_alike || order.iter().all(|&index| (self.kind)(index) == kind());
         order.len() == 1 || order.len() <= WIDTH && kind() != LeafKind::None && is_alike()
     }
 
-    /// Moves the `middle` least centres to the front; equal centres keep their places.
+    /// Moves the boxes with the `middle` least centres to the front. If all centres are equal, the
+    /// order stays.
     fn part(&self, order: &mut [u32], middle: usize) {
-        // Half of each bound, since the sum may leave the range of f32.
+        // The centre is the sum of half of each bound, since the sum of the bounds may overflow
+        // f32.
         let centre = |index: u32| {
             self.boxes[index as usize].min * 0.5 + self.boxes[index as usize].max * 0.5
         };

@@ -1,26 +1,27 @@
-//! Piles: boxes that nearly coincide. Clustering would pair them in a list, one pair per pass, and
-//! no tree over them saves rays much: a ray that hits a box around some of them hits most of them.
-//! So a pile is a single leaf in clustering, and is halved afterwards.
+//! Piles: sets of boxes that nearly coincide. Clustering would join the boxes of a pile one pair
+//! per pass, and a tree over them would hardly save time: a ray that hits the box around some of
+//! them hits most of them. So a pile is a single leaf in clustering, and is divided by median
+//! splits afterwards.
 
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::node::Bvh2Node;
 
-/// Least number of boxes in a pile.
+/// Least number of boxes that form a pile.
 const FEWEST: usize = 16;
-/// Least ratio of the boxes' mean surface area in a pile to the area of the box around all. Patches
-/// of surfaces have an eighth and less.
+/// Least ratio of the mean surface area of a pile's boxes to the area of the box around them. For
+/// patches of a surface the ratio is an eighth or less.
 const SHARE: f64 = 0.25;
 
-/// The leaves, with each pile replaced by one leaf. Coincident boxes are all in piles, except fewer
-/// than 32 at either end.
+/// Replaces each pile among the leaves by one leaf. All coincident boxes become parts of piles,
+/// except fewer than 32 at either end of their sequence.
 pub(super) fn piled(leaves: &[Bvh2Node]) -> Vec<Bvh2Node> {
     let mut kept = Vec::with_capacity(leaves.len());
     keep(leaves, &mut kept);
     kept
 }
 
-/// Appends the leaves or their pile. Returns the box around them and the sum of their surface
-/// areas.
+/// Appends the leaves to `kept`, or one leaf if they form a pile. Returns the box around the leaves
+/// and the sum of their surface areas.
 fn keep(leaves: &[Bvh2Node], kept: &mut Vec<Bvh2Node>) -> (Aabb, f64) {
     let start = kept.len();
     let join = |(a, sum): (Aabb, f64), (b, more): (Aabb, f64)| (a.union(&b), sum + more);
@@ -60,7 +61,7 @@ mod tests {
             .collect()
     }
 
-    /// Protects: equal or nearly equal boxes become one leaf that refers to all of them; boxes side
+    /// Protects: equal or nearly equal boxes become one leaf that refers to all of them. Boxes side
     /// by side stay separate, even beside a pile.
     #[test]
     fn what_lies_on_one_another_is_one_leaf() {

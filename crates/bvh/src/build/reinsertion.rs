@@ -1,25 +1,26 @@
-//! Tree optimisation by the reinsertion of `obvhs`, limited to what is worth its time. For each
-//! node, reinsertion searches the tree for a better parent and prunes by cost. Among long crossing
-//! boxes hardly anything is pruned, and with many nodes the time is quadratic. So the cost of the
-//! search is first measured on a few nodes.
+//! Optimisation of a tree by the reinsertion of `obvhs`, limited to an affordable time. For each
+//! node, reinsertion searches the tree for a better parent, and prunes the search by cost. Among
+//! long crossing boxes hardly any subtree is pruned, and for many nodes the time is quadratic. So
+//! the cost of the search is first measured on a few nodes.
 
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::node::Bvh2Node;
 use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
 
-/// Number of nodes in the trial.
+/// Number of nodes on which the cost of the search is measured.
 const TRIED: usize = 64;
-/// Acceptable steps per search. Measured: 31 to 76 among random spheres and on grids, 59 to 121
-/// among axis-aligned sticks, 200 to 2500 and more among crossing sticks.
+/// Greatest mean number of steps per search for which the requested fraction of nodes is
+/// reinserted. Measured: 31 to 76 steps among random spheres and on grids, 59 to 121 among
+/// axis-aligned sticks, 200 to 2500 and more among crossing sticks.
 const STEPS: u64 = 150;
 
-/// Fraction of the nodes to reinsert in each round. The last rounds reinsert only the largest
-/// boxes, and repair what the first rounds left uneven.
+/// Share of the reinserted nodes in each round. The last rounds reinsert only the largest boxes,
+/// and repair the unevenness that the first rounds left.
 const ROUNDS: [f32; 6] = [1.0, 0.5, 0.25, 0.125, 0.0625, 0.03125];
 
-/// Reinserts this fraction of the nodes, the largest first, and ever fewer in later rounds. Returns
-/// the number of nodes visited.
+/// Reinserts the fraction `share` of the nodes, the largest first, and fewer in each later round.
+/// Returns the number of nodes visited.
 pub(super) fn reinsert(tree: &mut Bvh2, share: f32) -> u64 {
     if tree.nodes.len() < 3 || share <= 0.0 {
         return 0;
@@ -30,12 +31,12 @@ pub(super) fn reinsert(tree: &mut Bvh2, share: f32) -> u64 {
     steps
 }
 
-/// The affordable fraction of nodes to reinsert, and its cost, for a tree with initialised parents:
-/// the requested fraction if searches are short enough, otherwise less in proportion to their
-/// length.
+/// Returns the affordable fraction of nodes to reinsert, and its cost in visited nodes. It is the
+/// requested fraction if searches are short enough, otherwise less in proportion to their length.
+/// The tree's parents must be initialised.
 fn affordable(tree: &Bvh2, share: f32) -> (f32, u64) {
     let nodes = tree.nodes.len();
-    // Candidates are the largest of the first nodes, twice as many as wanted.
+    // The candidates are the largest of the first nodes, twice as many as will be reinserted.
     let candidates = ((nodes as f32 * share * 2.0) as usize).clamp(1, nodes) - 1;
     let tried = TRIED.min(candidates / 16);
     if tried == 0 {
@@ -54,7 +55,7 @@ fn affordable(tree: &Bvh2, share: f32) -> (f32, u64) {
     (affordable, steps + searches(affordable) * mean)
 }
 
-/// Number of steps in the search for a better parent of this node, by the rules of `obvhs`, up to a
+/// Counts the steps of the search for a better parent of a node, by the rules of `obvhs`, up to a
 /// limit.
 fn steps(tree: &Bvh2, node: usize) -> u64 {
     const MOST: u64 = 4096;

@@ -354,7 +354,7 @@ mod tests {
     use super::*;
     use crate::build::{BuildQuality, build};
 
-    /// The triangles of each block of a tree over the given boxes, by box index.
+    /// Returns the triangles of each block of a tree over the given boxes, by box index.
     fn blocks(boxes: &[(Vec3, Vec3)]) -> Vec<Vec<u32>> {
         let boxes: Vec<_> = boxes
             .iter()
@@ -377,8 +377,8 @@ mod tests {
         built.bvh.leaf_headers.iter().map(own).collect()
     }
 
-    /// Protects: two opposite walls of a room share no block, which every ray in the room would
-    /// test; two adjacent walls share one, and so do small triangles in a corner.
+    /// Protects: two opposite walls of a room share no block, since every ray in the room would
+    /// test it. Two adjacent walls share a block, and so do small triangles in a corner.
     #[test]
     fn walls_share_a_block_only_where_rays_spend_less() {
         let wall = |x: f32, y: f32| (Vec3::new(x, y, 0.0), Vec3::new(0.001, 1.0, 1.0));

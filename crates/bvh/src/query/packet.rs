@@ -210,8 +210,8 @@ mod tests {
     use crate::Visibility;
     use crate::primitive_set::PrimitiveSet;
 
-    /// Protects: each failed packet doubles the pause, up to 64 turns; a completed packet resets
-    /// it, and an unfit one changes nothing.
+    /// Protects: each failed packet doubles the number of groups traced one by one, up to 64. A
+    /// completed packet resets the number, and a packet that was not traversed changes nothing.
     #[test]
     fn failed_packets_double_the_pause() {
         let mut backoff = PacketBackoff::default();
@@ -232,9 +232,9 @@ mod tests {
         assert!([backoff.tries(), backoff.tries()] == [false, true]);
     }
 
-    /// Protects: sixteen rays at sixteen distant triangles of a mesh are given up as a packet; rays
-    /// at neighbouring triangles, or at a single one, are not. In all cases each ray finds its own
-    /// hit.
+    /// Protects: a packet of sixteen rays at sixteen distant triangles of a mesh is given up, but a
+    /// packet at neighbouring triangles, or at a single triangle, is not. In all cases each ray
+    /// finds the same hit as alone.
     #[test]
     fn only_rays_with_ways_of_their_own_part() {
         const SIDE: i32 = 200;

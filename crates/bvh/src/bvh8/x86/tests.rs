@@ -1,11 +1,12 @@
-//! The order of a node's children on the stack: no hit depends on it, but the time of every ray
-//! does.
+//! Tests of the order of a node's children on the stack. No hit depends on this order, but the time
+//! of every ray does.
 #![expect(unsafe_code, reason = "the stack is read where it was written")]
 
 use super::*;
 use crate::math::simd::Portable;
 
-/// The stack after the children of a mask were pushed onto two entries, from the bottom up.
+/// Returns the stack, from the bottom up, after the children of a mask were pushed onto two
+/// entries.
 fn waiting<S: TraversalSimd>(s: S, entries: [f32; WIDTH], mask: u32) -> Vec<(u32, f32)> {
     let children = core::array::from_fn(|lane| ChildRef(100 + lane as u32));
     let mut stack = Stack::new();
@@ -21,7 +22,8 @@ fn waiting<S: TraversalSimd>(s: S, entries: [f32; WIDTH], mask: u32) -> Vec<(u32
 }
 
 /// Protects: the nearest child is visited first for any set of entered children, in the code of
-/// every processor (a wrong order would find the same hits, later); earlier entries are unchanged.
+/// every processor, and earlier entries are unchanged. A wrong order would find the same hits, but
+/// later.
 #[test]
 fn the_nearest_waits_on_top() {
     let orders = [
