@@ -130,7 +130,7 @@ impl Picture {
         (surfaces > 0.0).then(|| straight_colour(self.rgb[pixel], surfaces))
     }
 
-    /// Returns the picture composited over a linear background colour, without coverage.
+    /// Returns the picture composited over a linear background colour. The result has no coverage.
     #[must_use]
     pub fn over(&self, colour: [f64; 3]) -> Self {
         let mut over = Self {

@@ -261,8 +261,9 @@ impl WindowReplicates {
     }
 }
 
-/// Returns light clamped, with its hue kept, to a limit: the brightest channel of `limit` within a
-/// pixel, times a factor.
+/// Returns a picture of light in which fireflies are dimmed: each colour is scaled down until its
+/// brightest channel is within [`FIREFLY`] times the maximum of `limit` over three by three pixels,
+/// plus [`DARK`].
 fn dim_fireflies(light: &ColourPlanes, limit: &PixelPlane) -> ColourPlanes {
     let share = PixelPlane::map_planes([&brightest(light), &limit.max_filter()], |[own, near]| {
         ((FIREFLY * near.max(0.0) + DARK) / own.max(1e-9)).min(1.0)

@@ -31,10 +31,11 @@ impl Display {
         self.clipping_of(&colours(picture))
     }
 
-    /// Returns an exposure in stops with which at most [`MOST_CLIPPED`] of the pixels are clipped;
-    /// if that holds already, one with which at most as many are black with radiance. The exposure
-    /// changes by up to twelve whole stops. `None` if both shares are small enough already, or no
-    /// exposure suffices.
+    /// Returns an exposure in stops that suits the picture. If more than [`MOST_CLIPPED`] of the
+    /// pixels are clipped, it is lower by as few whole stops as bring the share down to that limit.
+    /// Else, if more than [`MOST_CLIPPED`] of the pixels are shown black although they have
+    /// radiance, it is higher in the same manner. `None` if both shares are within the limit, or if
+    /// twelve stops do not suffice.
     pub fn suitable_exposure(self, picture: &Picture) -> Option<f64> {
         let colours = colours(picture);
         let share = |stops: f64| {

@@ -76,7 +76,8 @@ pub struct NoiseBlock {
     pub share: Option<f64>,
     /// Mean difference in units of its standard error.
     pub deviation: f64,
-    /// Probability, at most 1, that noise alone causes such a difference in any tested block.
+    /// Probability, at most 1, that noise alone causes a difference of this deviation in at least
+    /// one tested block.
     pub probability: f64,
 }
 

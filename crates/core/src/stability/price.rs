@@ -34,7 +34,7 @@ const SAMPLES: u32 = 4096;
 const TURNS: u32 = 40;
 
 /// Returns the formulas of a hard case to be timed, textbook and library; `None` for a case without
-/// such formulas.
+/// textbook formula.
 pub fn contest(number: &str) -> Option<Contest> {
     Some(match number {
         "S09" => frames(),
@@ -44,8 +44,8 @@ pub fn contest(number: &str) -> Option<Contest> {
     })
 }
 
-/// Times the textbook's and the library's formulas of a hard case; `None` for a case without such
-/// formulas.
+/// Times the textbook's and the library's formulas of a hard case; `None` for a case without
+/// textbook formula.
 pub fn price(number: &str) -> Option<CasePrice> {
     let Contest {
         label,

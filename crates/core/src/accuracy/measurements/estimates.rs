@@ -256,8 +256,8 @@ impl Measurements<'_> {
         Some(RelativeCost { time, error })
     }
 
-    /// Returns the difference that a single rung makes: the root mean squared difference to the
-    /// pictures of the compared setting with the same random numbers, and the relative mean squared
+    /// Returns two differences of a setting's pictures to those of the compared setting with the
+    /// same random numbers: the root mean squared difference, and the relative mean squared
     /// difference.
     pub fn alone(&self, setting: &Setting) -> Option<[ConfidenceInterval; 2]> {
         let figures = self.figures(setting)?;
