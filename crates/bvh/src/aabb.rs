@@ -187,7 +187,7 @@ impl PaddedBox {
     }
 }
 
-/// Half the surface area of a box, in f32.
+/// Computes half the surface area of a box, in f32.
 pub(crate) fn half_area(bounds: &PaddedBox) -> f32 {
     let e = bounds.max - bounds.min;
     e.x * e.y + e.y * e.z + e.z * e.x

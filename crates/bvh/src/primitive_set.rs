@@ -203,7 +203,7 @@ impl<R: Real> PrimitiveSet<R> {
         &self.triangles
     }
 
-    /// Adds any shape and returns its object id.
+    /// Adds a shape of any kind and returns its object id.
     ///
     /// # Errors
     /// As [`PrimitiveSet::add_sphere`].
@@ -224,7 +224,7 @@ impl<R: Real> PrimitiveSet<R> {
         }
     }
 
-    /// Adds any shape under an affine map and returns its object id.
+    /// Adds a shape of any kind under an affine map and returns its object id.
     ///
     /// # Errors
     /// As [`PrimitiveSet::add_sphere`]; [`GeometryError::Singular`] for a map without an inverse.

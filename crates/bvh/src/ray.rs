@@ -15,7 +15,8 @@ pub struct Ray<R: Real> {
     /// Time, from 0 at the start of every motion to 1 at its end; other values are clamped to this
     /// range. Only moving instances depend on it.
     pub time: R,
-    /// Whether this is a camera ray, which passes through the back of [`Side::Culled`] surfaces.
+    /// Whether the ray is a camera ray, which passes through the inside of [`Side::Culled`]
+    /// surfaces.
     pub culls: bool,
 }
 
@@ -64,9 +65,9 @@ impl<R: Real> Ray<R> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[doc(alias("tnear", "tfar", "tMax"))]
 pub struct Interval<R> {
-    /// Excluded lower end.
+    /// Lower end, itself excluded.
     pub min: R,
-    /// Excluded upper end.
+    /// Upper end, itself excluded.
     pub max: R,
 }
 
@@ -80,7 +81,7 @@ impl<R: Real> Interval<R> {
         }
     }
 
-    /// Whether a distance is accepted; never for NaN.
+    /// Whether the interval contains a distance; false for NaN.
     #[inline(always)]
     pub fn contains(&self, t: R) -> bool {
         self.min < t && t < self.max
@@ -160,7 +161,8 @@ pub struct Visibility {
 pub struct Hit<R> {
     /// Distance along the ray, in units of its direction's length.
     pub t: R,
-    /// First shape-specific number: a barycentric coordinate, or the part of the surface.
+    /// First shape-specific number: a barycentric coordinate, or the number of the hit part of the
+    /// surface.
     pub u: R,
     /// Second shape-specific number: a barycentric coordinate, or whether the ray leaves a solid.
     pub v: R,

@@ -215,9 +215,10 @@ impl CollapsedSubtree {
 }
 
 impl Bvh8 {
-    /// Collapses a binary tree whose leaves hold one primitive, or up to a full wide leaf of one
-    /// kind. Returns the tree, the box index for each position of its leaves, and its depth. `None`
-    /// if the depth exceeds the traversal stack, or if the binary tree has no inner node.
+    /// Collapses a binary tree. Each of its leaves must hold one primitive, or primitives of one
+    /// kind that fit into one leaf of the eight-wide tree. Returns the tree, the box index for each
+    /// position of its leaves, and its depth. `None` if the depth exceeds the traversal stack, or
+    /// if the binary tree has no inner node.
     pub(crate) fn collapse(
         binary: &Binary,
         leaf_kind: LeafKindOf<'_>,

@@ -52,9 +52,9 @@ use super::triangle8::Triangle8;
 use crate::math::simd::Simd;
 
 /// Multiple of its error bound that a determinant must exceed before the filter decides about the
-/// distance. A triangle that the exact test treats as edge-on ([`crate::shapes::EDGE_ON`]) stays
-/// below: its D is below 24 · 2⁻²⁵ E² |d| = 12 u E² |d|, and including the error of f32 below 24 u
-/// E² |d|, while the filter requires 2 · 14 u E² |d|.
+/// distance, in the symbols of this module. A triangle that the exact test treats as edge-on
+/// ([`crate::shapes::EDGE_ON`]) stays below: its D is below 24 · 2⁻²⁵ E² |d| = 12 u E² |d|, and
+/// including the error of f32 below 24 u E² |d|, while the filter requires 2 · 14 u E² |d|.
 ///
 /// With a factor of one, *beyond the range* would still be correct if the range ends above zero:
 /// |T| in f32 is below (12 + 12) u E² R for such a triangle, and e_T is 28 u E² R. A factor of two

@@ -5,8 +5,8 @@ use core::ops::Range;
 
 use super::{Bvh8, WIDTH};
 
-/// Greatest cost of testing all primitives without nodes, and the costs of a row and of a block in
-/// the same unit.
+/// Greatest cost of testing all primitives without nodes, and the costs of a row and of a block,
+/// all in a common unit.
 ///
 /// The cost of a row was measured. The cost of a block admits at most two blocks: a ray that misses
 /// a small mesh misses all of its blocks, but without nodes it tests each of them. Instances of 60

@@ -258,28 +258,29 @@ macro_rules! entries {
 macro_rules! traversals {
     ($token:ident, $compiled:meta) => {
         entries! { $token, $compiled:
-            /// The traversal with these instructions.
+            /// Traverses the tree by a world-space ray, exact in f32.
             pub(super) fn walk<M: TraversalMode>(
                 s, bvh: &Bvh8, ox: f32, oy: f32, oz: f32, dx: f32, dy: f32, dz: f32, near: f32, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor
             ) { traverse::<_, M>(s, bvh, &TraversalRay::new([ox, oy, oz], [dx, dy, dz], near), query, visitor) } -> bool;
-            /// The traversal by a ray in an instance's space.
+            /// Traverses the tree by a ray in an instance's space.
             pub(super) fn walk_mapped<M: TraversalMode>(s, bvh: &Bvh8, traversal_ray: &TraversalRay, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor) {
                 traverse::<_, M>(s, bvh, traversal_ray, query, visitor)
             } -> bool;
-            /// The traversal by a world-space ray under an instance's map; `None` if f32 is too
-            /// imprecise.
+            /// Traverses the tree of an instance by a world-space ray; `None` if f32 is too
+            /// imprecise to map the ray.
             pub(super) fn walk_instance<M: TraversalMode>(
                 s, bvh: &Bvh8, inverse: &RoughInverse, bounds: &BoundingSphere, ray: &PreparedRay, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor
             ) { traverse_instance::<_, M>(s, bvh, inverse, bounds, ray, query, visitor) } -> Option<bool>;
-            /// The rows that every query tests.
+            /// Intersects a world-space ray with the rows that every query tests.
             pub(super) fn rows<M: TraversalMode>(
                 s, bvh: &Bvh8, ox: f32, oy: f32, oz: f32, dx: f32, dy: f32, dz: f32, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor
             ) { rows::<_, M>(s, bvh, &PreparedRay::in_world([ox, oy, oz], [dx, dy, dz]), query, visitor) } -> bool;
-            /// These rows, by a ray in an instance's space.
+            /// Intersects a ray in an instance's space with the rows that every query tests.
             pub(super) fn rows_mapped<M: TraversalMode>(s, bvh: &Bvh8, prepared_ray: &PreparedRay, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor) { rows::<_, M>(s, bvh, prepared_ray, query, visitor) } -> bool;
-            /// Blocks and single primitives, for a structure without nodes.
+            /// Intersects a ray with all blocks and other primitives, for a structure without
+            /// nodes.
             pub(super) fn blocks<M: TraversalMode>(s, bvh: &Bvh8, leaf_ray: &LeafRay, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor) { blocks::<_, M>(s, bvh, leaf_ray, query, visitor) } -> bool;
-            /// The traversal by a packet.
+            /// Traverses the tree with a packet of rays.
             pub(super) fn traverse_packet(s, bvh: &Bvh8, pencil: &mut PacketState, meets: &mut dyn PacketVisitor) {
                 packet::walk(s, bvh, pencil, meets)
             } -> PacketResult;

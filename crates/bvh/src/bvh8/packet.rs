@@ -48,9 +48,9 @@ pub(crate) struct PacketState {
     origin: [f32; 3],
     /// Directions, one array per axis. Unused lanes repeat the first direction.
     directions: [[f32; RAYS]; 3],
-    /// Number of rays.
+    /// Number of rays in the packet.
     pub count: usize,
-    /// Excluded lower end of distances.
+    /// Lower end of the accepted distances, itself excluded.
     near: f32,
     /// Greatest accepted distance of each ray: the distance of its hit, if it has a hit.
     pub far: [f32; RAYS],
@@ -58,7 +58,7 @@ pub(crate) struct PacketState {
     rest: [[f32; RAYS]; 2],
     /// Slot of each hit's primitive, and the slot in the instanced geometry.
     slots: [[u32; RAYS]; 2],
-    /// Whether these are camera rays, which pass through culled backs.
+    /// Whether the rays are camera rays, which pass through the inside of culled surfaces.
     culls: bool,
 }
 

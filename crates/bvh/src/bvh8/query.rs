@@ -62,7 +62,7 @@ pub(crate) struct TraversalQuery<'a> {
     pub range: Interval<f32>,
     /// Greatest accepted distance.
     pub far: f32,
-    /// Whether this is a camera ray, which passes through culled backs.
+    /// Whether the ray is a camera ray, which passes through the inside of culled surfaces.
     pub culls: bool,
     pub source: RaySource<'a>,
     /// The ray for exact tests, made from `source` at its first use.
@@ -138,7 +138,8 @@ impl TraversalQuery<'_> {
         ]
     }
 
-    /// Handles the hit of a triangle. Returns true if the traversal ends.
+    /// Handles the hit of a triangle: tests its side and range, and passes it to the visitor.
+    /// Returns whether the traversal ends.
     #[inline(always)]
     pub(super) fn triangle<M: TraversalMode>(
         &mut self,
@@ -161,7 +162,8 @@ impl TraversalQuery<'_> {
         )
     }
 
-    /// Handles the hits of a row within the range. Returns true if the traversal ends.
+    /// Handles the hits of a row, all within the range: passes them to the visitor. Returns whether
+    /// the traversal ends.
     #[inline(always)]
     pub(super) fn row<M: TraversalMode>(
         &mut self,

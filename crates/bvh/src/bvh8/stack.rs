@@ -41,7 +41,7 @@ impl Stack {
         Self([MaybeUninit::uninit(); STACK])
     }
 
-    /// Writes an entry.
+    /// Writes the entry at an index.
     #[inline(always)]
     pub fn set(&mut self, index: usize, waiting: StackEntry) {
         self.0[index].write(waiting);

@@ -61,7 +61,7 @@ pub(crate) struct BoxRay {
 /// them to all lanes.
 #[derive(Clone, Copy)]
 pub(crate) struct LeafRay {
-    /// Excluded lower end of distances.
+    /// Lower end of the accepted distances, itself excluded.
     pub near: f32,
     pub origin: [f32; 3],
     pub direction: [f32; 3],
@@ -254,7 +254,7 @@ impl TraversalRay {
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct RayReparametrisation {
     pub start: f64,
-    /// A power of two.
+    /// Factor of distances, a power of two.
     pub scale: f64,
 }
 

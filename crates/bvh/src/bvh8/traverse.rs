@@ -138,7 +138,8 @@ pub(super) fn traverse_instance<S: TraversalSimd, M: TraversalMode>(
     Some(traverse::<S, M>(s, bvh, &traversal_ray, query, visitor))
 }
 
-/// Traverses the tree. Returns whether a hit ended the traversal.
+/// Traverses the tree by a ray, and passes hits to the visitor. Returns whether a hit ended the
+/// traversal.
 #[inline(always)]
 pub(super) fn traverse<S: TraversalSimd, M: TraversalMode>(
     s: S,

@@ -270,8 +270,9 @@ impl<R: Real> Geometry<R> {
         }
     }
 
-    /// Traverses the tree for [`Self::visit_all`]. The traversal rounds the ray to f32. The ray is
-    /// therefore moved to the bounds of the tree first, and box tests include its rounding error.
+    /// Traverses the tree by a prepared ray, for [`Self::visit_all`]. The ray is rounded to f32. To
+    /// keep its error small, it is first moved along itself to the bounds of the tree, and box
+    /// tests include the remaining error.
     #[inline(always)]
     fn traverse<Q: QueryKind<R>, T: TraversalCounter>(
         &self,

@@ -122,12 +122,12 @@ impl<R: Real> AnyShape<R> {
         each_finite!(self, shape => shape.area())
     }
 
-    /// [`SampleArea::sample_area`]; `None` for a shape of infinite area.
+    /// Samples a point as [`SampleArea::sample_area`]; `None` for a shape of infinite area.
     pub fn sample_area(&self, u: R, v: R) -> Option<(SurfacePoint, f64)> {
         each_finite!(self, shape => shape.sample_area(u, v))
     }
 
-    /// [`SampleArea::density`]; `None` for a shape of infinite area.
+    /// Density of a sampled point as [`SampleArea::density`]; `None` for a shape of infinite area.
     pub fn density(&self, point: &SurfacePoint) -> Option<f64> {
         each_finite!(self, shape => shape.density(point))
     }

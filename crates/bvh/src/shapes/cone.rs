@@ -132,7 +132,7 @@ impl<R: Real> Cone<R> {
         SurfacePoint::new(point, normal.normalize(), slack(self.solid().scale(point)))
     }
 
-    /// Areas of the wall, the base and the other end.
+    /// Returns the areas of the wall, the base and the other end.
     fn areas(&self) -> [f64; 3] {
         let (base, top, height) = (
             self.radius.to_f64(),

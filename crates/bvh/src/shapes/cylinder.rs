@@ -66,7 +66,7 @@ impl<R: Real> Cylinder<R> {
         SurfacePoint::new(point, normal, slack(self.solid().scale(point)))
     }
 
-    /// Areas of the wall and of one cap.
+    /// Returns the areas of the wall and of one cap.
     fn areas(&self) -> (f64, f64) {
         let (radius, height) = (self.radius.to_f64(), self.axis.to_f64().length());
         let cap = if self.ends == CylinderEnds::Capped {

@@ -14,7 +14,7 @@ use super::{
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
 
-/// A sphere scaled along the axes.
+/// An ellipsoid: a sphere scaled along the coordinate axes.
 #[derive(Clone, Copy, Debug)]
 pub struct Ellipsoid<R: Real> {
     /// Centre.

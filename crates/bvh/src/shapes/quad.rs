@@ -95,7 +95,7 @@ impl<R: Real> Quad<R> {
     /// outside.
     #[inline(always)]
     fn watertight(&self, prepared_ray: &PreparedRay) -> Option<(f64, [f64; 2], bool)> {
-        // Written out: an array's `map` is not always inlined.
+        // Written out, since an array's `map` is not always inlined.
         let [a, b, c, d] = self.corners;
         let (a, b) = (
             ProjectedCorner::new(prepared_ray, a.to_f64()),

@@ -1,4 +1,4 @@
-//! Sampling of points on a surface, as a shape needs it to be a light.
+//! Sampling of points on a surface, for shapes that are lights.
 
 use super::{Shape, SurfacePoint};
 use crate::scalar::Real;

@@ -7,7 +7,7 @@ use glam::DVec3;
 /// The surface at a hit in f64, before it is rounded to the stored scalar.
 #[derive(Clone, Copy, Debug)]
 pub struct SurfacePoint {
-    /// The hit point, moved onto the surface.
+    /// Hit point, corrected to lie on the surface.
     pub point: DVec3,
     /// Base point of rays to the outer side, to which the offset along the normal is added. It is
     /// the hit point, or a nearby point from which the offset and rounded origin lies on the outer
@@ -55,7 +55,7 @@ impl SurfacePoint {
 #[derive(Clone, Copy, Debug)]
 #[doc(alias = "SurfaceInteraction")]
 pub struct Surface<R: Real> {
-    /// The hit point, moved onto the surface.
+    /// Hit point, corrected to lie on the surface.
     pub point: R::Vec3,
     /// Base point of rays to the outer side, as [`SurfacePoint::above`].
     pub above: R::Vec3,

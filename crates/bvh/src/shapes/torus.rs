@@ -157,7 +157,7 @@ impl<R: Real> Shape<R> for Torus<R> {
             let spoke = split(offset, self.axis.to_f64()).1.normalize();
             (spoke, offset - spoke * major)
         };
-        // In a mapped space and from far away, the rounding of the stored distance may be large, so
+        // In a mapped space, or from far away, the rounding of the stored distance may be large, so
         // the root is computed again.
         let profile = if prepared_ray.needs_unrounded(hit.t, self.minor_radius) {
             self.profile(prepared_ray)

@@ -40,7 +40,7 @@ impl<R: Real> Triangle<R> {
     /// Intersects the triangle with a ray by the watertight test, without a range of distances.
     #[inline(always)]
     pub(crate) fn crossing(&self, prepared_ray: &PreparedRay) -> Option<TriangleHit<f64>> {
-        // Written out: an array's `map` is not always inlined.
+        // Written out, since an array's `map` is not always inlined.
         let [a, b, c] = self.vertices;
         cross(
             prepared_ray,

@@ -30,7 +30,7 @@ fn sum<T>(each: impl IntoIterator<Item = T>, value_of: impl Fn(T) -> Outcome) ->
 /// Distances of the spheres from the rays' origins, in radii.
 const RATIOS: [f64; 6] = [2.0, 1e2, 1e3, 1e4, 1e5, 1e6];
 
-/// P01: spheres from 2 to 10⁶ radii away.
+/// P01: hits of spheres from 2 to 10⁶ radii away.
 pub fn far_spheres(rays: RayCount) -> Vec<Measurement> {
     compared(
         sum(RATIOS, |ratio| {
@@ -85,7 +85,7 @@ pub fn vanishing_coefficients(rays: RayCount) -> Vec<Measurement> {
     )
 }
 
-/// P15: flat and needle-like ellipsoids.
+/// P15: hits of flat and of needle-like ellipsoids.
 pub fn extreme_ellipsoids(rays: RayCount) -> Vec<Measurement> {
     const AXES: [f64; 4] = [1e-3, 1e-2, 1e2, 1e3];
     compared(

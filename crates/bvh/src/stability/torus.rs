@@ -67,7 +67,7 @@ pub fn far_torus<R: Real>(
         rays,
         |rng| {
             let out = rng.direction();
-            // Every other ray is aimed at the tube itself.
+            // Half of the rays are aimed at the tube itself.
             let target = if rng.sign() > 0.0 {
                 let ring = rng.in_disc(DVec3::Y, 1.0).normalize();
                 ring + rng.in_disc(out, 1.2 * tube)

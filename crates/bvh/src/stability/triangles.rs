@@ -140,9 +140,9 @@ impl ClosedMesh {
 /// Target at which the rays of a case are aimed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RayTarget {
-    /// A corner.
+    /// A corner of the mesh.
     Corner,
-    /// An edge.
+    /// A point on an edge of the mesh.
     Edge,
     /// A corner or an edge, by rays from the exact centre of the mesh.
     FromCentre,
