@@ -17,7 +17,7 @@ pub enum PrepareError {
     /// The geometry rejects a primitive.
     #[error("objects[{object}]: {source}")]
     Geometry {
-        /// Index of the object.
+        /// Index of the object in the scene.
         object: usize,
         /// Reason.
         source: GeometryError,

@@ -90,7 +90,7 @@ pub(crate) fn estimate<R: Real>(render_setup: &RenderSetup<'_>) -> Memory {
 /// Counts and bytes that the preparation of a scene needs.
 #[derive(Default)]
 struct MemoryNeeds {
-    /// Primitives of the scene's top-level set.
+    /// Counts of the primitives on the scene's top level.
     geometry_memory: GeometryMemory,
     /// Bytes of the geometries that instances share.
     shared: u64,

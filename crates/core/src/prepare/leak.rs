@@ -29,7 +29,7 @@ pub enum Lamp {
 /// A lamp that shines through an opaque object.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightLeak {
-    /// The lamp.
+    /// Lamp whose light leaks.
     pub lamp: Lamp,
     /// Index of the opaque object in the scene's list of objects; generated objects follow the
     /// listed objects.

@@ -97,12 +97,12 @@ pub struct Prepared<R: Real> {
     /// Ray cone of the camera, for textures with mipmaps; `None` without such textures.
     pub(crate) cone: Option<Cone<R>>,
     pub(crate) rules: PreparedRules<R>,
-    /// Whether any material absorbs light inside.
+    /// Whether any material absorbs light inside its body.
     pub(crate) absorbs: bool,
     /// Priority of each material's body where bodies overlap; empty if priorities are not
     /// simulated.
     pub(crate) priorities: Vec<u32>,
-    /// Whether paths keep track of the media around them.
+    /// Whether paths track the bodies that contain them.
     pub(crate) tracks_media: bool,
     /// Whether light samples may pass straight through surfaces, whose hits shadow rays then visit
     /// in order.

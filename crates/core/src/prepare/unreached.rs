@@ -14,17 +14,17 @@ const ENOUGH: u64 = 100;
 pub enum UnreachedLight {
     /// A delta light, by its index in the scene's list of lights.
     Light {
-        /// The index.
+        /// Index in the list.
         index: usize,
-        /// Number of shadow rays to it, all blocked.
+        /// Number of shadow rays, all of which were blocked.
         rays: u64,
     },
     /// An emissive object, by its index in the scene's list of objects; generated objects follow
     /// the listed objects.
     Object {
-        /// The index.
+        /// Index in the list.
         index: usize,
-        /// Number of shadow rays to it, all blocked.
+        /// Number of shadow rays, all of which were blocked.
         rays: u64,
     },
 }

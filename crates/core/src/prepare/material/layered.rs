@@ -24,7 +24,7 @@ impl<R: Real> LayerStage for InputStage<R> {
     type Thickness = Thickness<R>;
     type Constant = f64;
     type Spectrum = R::Vec3;
-    /// `None` selects the surface's normal without a normal map.
+    /// Normal map of the coat; `None` for the surface's normal without its normal map.
     type Normal = Option<Bump<R>>;
     type Frame = SurfaceDirections<R>;
     type Base = ();
