@@ -1,5 +1,5 @@
-//! Operations of the language, which nodes of the graph and instructions of a program name. The
-//! module [`run`](super::run) defines their results.
+//! Operations of the language. A node of the graph and an instruction of a program each hold an
+//! operation. The module [`run`](super::run) defines the results.
 
 /// An operation on one to four operands a, b, c, d, which are numbers unless vectors are named.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -10,8 +10,8 @@ use super::semantics::{
 use crate::noise;
 
 /// A row of the register file: four numbers, or a vector in the first three places. A row is
-/// loaded, computed and stored as a unit. A vector that is read in different pieces than it was
-/// written in would stall the processor for longer than the arithmetic of an instruction takes.
+/// loaded, computed and stored as a unit. If a vector were read in other pieces than it was stored
+/// in, the processor would stall for longer than the arithmetic of an instruction takes.
 pub(super) type RegisterRow<R> = [R; 4];
 
 /// An instruction. The register of a number is its index among the places of all rows. The register

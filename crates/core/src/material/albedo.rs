@@ -46,9 +46,9 @@ pub(super) struct AlbedoTable {
     /// error of interpolation is at most 0.004 at cosines from 0.02 on. With steps even in the
     /// roughness and in the square root of the cosine it was up to 0.010.
     pub entries: [AlbedoEntry; ENTRIES],
-    /// Means of the isotropic entries over the hemisphere, weighted by the cosine, by roughness.
+    /// Cosine-weighted means of the isotropic entries over the hemisphere, by roughness.
     pub means: [AlbedoEntry; STEPS],
-    /// Means of the anisotropic entries over the hemisphere, weighted by the cosine, by the lesser
+    /// Cosine-weighted means of the anisotropic entries over the hemisphere, by the lesser
     /// roughness and the strength of the anisotropy.
     pub anisotropic_means: [AlbedoEntry; MEANS],
     /// Differences of anisotropic to isotropic albedos, in units of 1/[`UNIT`], at the coordinates

@@ -141,8 +141,8 @@ impl<N: Number> DiffuseCover<N> {
         self.energy_complement.remaining_of(scattered, albedo.lost)[0]
     }
 
-    /// Returns two factors of 1/π for a pair of directions: for the reflection by a white base, and
-    /// for the multiple scattering among white microfacets.
+    /// Returns two factors for a pair of directions. Times 1/π, they are the BRDF of a white base,
+    /// and the BRDF of the multiple scattering among white microfacets.
     fn factors(&self, directions: &Directions<N>) -> [N; 2] {
         let into = directions.into.max(-directions.into);
         let ([base, lost], seen) = (

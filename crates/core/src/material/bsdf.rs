@@ -253,9 +253,10 @@ impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
         }
     }
 
-    /// Returns a mask for each lobe of the lanes that sample it. A lane of the mask `able` samples
-    /// the last lobe of positive importance whose preceding importances sum to at most `target`.
-    /// The search starts at the last lobe, so that rounding leaves no gap at the end.
+    /// Returns, for each lobe, the mask of the lanes that sample the lobe. A lane of the mask
+    /// `able` samples the last lobe of positive importance whose preceding importances sum to at
+    /// most `target`. The search starts at the last lobe, so that rounding leaves no gap at the
+    /// end.
     #[inline(always)]
     fn chosen(&self, importances: &[N; MOST], target: N, able: N::Mask) -> [N::Mask; MOST] {
         let (mut chosen, mut left) = ([N::Mask::default(); MOST], able);

@@ -157,8 +157,8 @@ impl<N: Number> EnergyComplement<N> {
             .any()
     }
 
-    /// Returns two factors of 1/π for light at a cosine: for the reflection by a white base, and
-    /// for the multiple scattering of white microfacets.
+    /// Returns two factors for light at a cosine to the normal. Times 1/π, they are the BRDF of a
+    /// white base, and the BRDF of the multiple scattering of white microfacets.
     #[inline(always)]
     pub(super) fn factors(&self, cosine: N) -> [N; 2] {
         let left = self.remaining(Albedo::at_cosine(cosine, self.roughness));

@@ -118,8 +118,9 @@ impl<N: Number> Interreflected<N> {
         )
     }
 
-    /// Sets the viewing direction, by its lost share, the shares of reflection and transmission,
-    /// and the mean loss on each side.
+    /// Returns the lobe for a viewing direction. `lost` is the share of light along this direction
+    /// that single scattering loses, `shares` divides it between reflection and transmission, and
+    /// `means` holds the mean loss on each side.
     fn seen(self, lost: N::Vec3, shares: [N::Vec3; 2], means: [N::Vec3; 2]) -> Self {
         let [back, on] =
             [0, 1].map(|k| lost * shares[k] * inverse::<N>(means[k]) / N::from_f64(PI));

@@ -45,9 +45,9 @@ fn is_unit<N: Number>(v: N::Vec3) -> N::Mask {
     N::from_f64(1.0 + 1e-5).greater_than(squared) & squared.greater_than(N::from_f64(1.0 - 1e-5))
 }
 
-/// Height above the surface, as a cosine, below which the mirror direction is lifted. It is lifted
-/// to at least half of this height, so that the lobe of a nearly smooth mirror lies above the
-/// surface.
+/// Height above the surface, as a cosine, below which the mirror direction is lifted. Such a
+/// direction is lifted to at least half of this height, so that the lobe of a nearly smooth mirror
+/// lies above the surface.
 const LEAST_HEIGHT: f64 = 0.02;
 
 /// Returns a shading normal at which the mirrored view lies above the surface. `n` is the shading
