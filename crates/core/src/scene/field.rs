@@ -1,16 +1,16 @@
-//! Structs whose fields a macro lists once: the struct, its defaults, validation, switches and
-//! textures derive from this list.
+//! Macros for material structs. A list of fields defines the struct, its defaults, the bounds that
+//! validation checks, and the traversal of values and textures.
 
 use super::input::{Checker, CheckerInput, Colour, Input, InputValue, TextureRef};
 
-/// Allowed values of a constant field.
+/// Range of valid values of a constant field.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FieldBounds {
-    /// Any value.
+    /// Every value.
     Any,
-    /// From the first number to the second, in each channel.
+    /// From the first number to the second number, in each channel of a colour.
     Within(f64, f64),
-    /// Zero, with a special meaning, or from the first number to the second.
+    /// Zero, with a special meaning, or from the first number to the second number.
     ZeroOrWithin(f64, f64),
     /// Any number within the supported range.
     Finite,
@@ -20,7 +20,7 @@ pub enum FieldBounds {
     Light,
 }
 
-/// A constant value.
+/// Value of a constant field.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ConstantValue {
     /// A number.
@@ -29,10 +29,10 @@ pub enum ConstantValue {
     Colour(Colour),
 }
 
-/// A field of a material.
+/// A field of a material, with its key, value and bounds.
 #[derive(Clone, Copy)]
 pub struct MaterialField<'a> {
-    /// Layer of the field; `None` for a field of the model itself.
+    /// Key of the layer that the field belongs to; `None` for a field of the model itself.
     pub layer: Option<&'static str>,
     /// Key of the field in the file.
     pub key: &'static str,
@@ -43,17 +43,18 @@ pub struct MaterialField<'a> {
 }
 
 impl core::fmt::Display for MaterialField<'_> {
-    /// Writes the path from the model.
+    /// Writes the path of the field from the model, such as `clearcoat.factor`.
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         self.layer.map_or(Ok(()), |layer| write!(f, "{layer}."))?;
         f.write_str(self.key)
     }
 }
 
-/// Queries on the value of any field.
+/// Value of a field of any type. The default methods are those of a value without texture,
+/// expression or layer.
 pub trait FieldValue {
-    /// Returns the texture use, and its key; the key is empty where the field itself is the texture
-    /// use.
+    /// Returns the texture use and its key within the field; the key is empty if the field itself
+    /// is the texture use.
     fn texture(&self) -> Option<(&'static str, &TextureRef)> {
         None
     }
@@ -61,7 +62,7 @@ pub trait FieldValue {
     fn texture_mut(&mut self) -> Option<&mut TextureRef> {
         None
     }
-    /// Returns the text of an expression, and whether its value must be a number.
+    /// Returns the text of an expression, and whether the expression must be a number.
     fn expression(&self) -> Option<(&str, bool)> {
         None
     }
@@ -73,13 +74,14 @@ pub trait FieldValue {
     fn constant_value(&self) -> Option<ConstantValue> {
         None
     }
-    /// Replaces an image by its factor, and a checkerboard by the mean of its colours.
+    /// Replaces an image by its factor if `_images`, and a checkerboard by the mean of its two
+    /// colours if `_checkers`.
     fn flatten(&mut self, _images: bool, _checkers: bool) {}
-    /// Returns the fields of a layer.
+    /// Returns the fields of the layer that this value is; empty for any other value.
     fn parts(&self) -> Vec<MaterialField<'_>> {
         Vec::new()
     }
-    /// Applies a change to the values of a layer's fields.
+    /// Applies a change to the value of each field of the layer that this value is.
     fn change_parts(&mut self, _change: &mut dyn FnMut(&mut dyn FieldValue)) {}
 }
 
@@ -170,11 +172,11 @@ impl FieldValue for Colour {
     }
 }
 
-/// A struct whose fields a macro lists.
+/// A struct whose fields the macro [`fields`] lists.
 pub trait MaterialFields {
-    /// Returns the struct's fields, and those of its layers.
+    /// Returns the fields of the struct and of its layers.
     fn fields(&self) -> Vec<MaterialField<'_>>;
-    /// Applies a change to the value of each field.
+    /// Applies a change to the value of each field of the struct and of its layers.
     fn change(&mut self, change: &mut dyn FnMut(&mut dyn FieldValue));
 }
 
@@ -213,8 +215,8 @@ macro_rules! fields {
     };
 }
 
-/// Defines a struct by a list of fields: `key: Type = DEFAULT, BOUNDS;`. An effect after the
-/// bounds, if any, resets the field to its default where the effect is absent.
+/// Defines a struct by a list of fields: `key: Type = DEFAULT, BOUNDS;`. An optional effect follows
+/// the bounds: disabling this effect resets the field to its default.
 macro_rules! file_struct {
     (
         $(#[$meta:meta])* $Name:ident

@@ -1,4 +1,5 @@
-//! Inputs of materials: a number, a colour, or a value evaluated at each hit.
+//! Inputs of materials as in a scene file: numbers, colours, and values that are evaluated at each
+//! hit.
 
 mod read;
 
@@ -8,7 +9,7 @@ use super::Triple;
 
 pub(super) use read::early;
 
-/// Linear Rec. 709 red, green, blue. A single number in a file stands for all three channels.
+/// Linear Rec. 709 red, green and blue. A single number in a file stands for all three channels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 #[serde(transparent)]
 pub struct Colour(pub Triple);
@@ -26,7 +27,7 @@ impl Colour {
 pub enum Weight {
     /// A constant.
     Number(f64),
-    /// Text of an expression with a scalar value; the variables are listed at [`crate::expr`].
+    /// Text of an expression whose value is a number; [`crate::expr`] lists its variables.
     Expression(String),
 }
 
@@ -36,15 +37,15 @@ impl Default for Weight {
     }
 }
 
-/// Two colours in unit cells of the plane spanned by two world axes; the first colour where the sum
-/// of the floors is even.
+/// A checkerboard of two colours in square cells of world x and z. The colour is `even` where
+/// ⌊x/size⌋ + ⌊z/size⌋ is even.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Checker {
     /// Colour of cells whose indices have an even sum.
     pub even: Colour,
-    /// Colour of the other cells.
+    /// Colour of cells whose indices have an odd sum.
     pub odd: Colour,
     /// Edge of a cell in world units.
     #[serde(default = "one")]
@@ -61,12 +62,12 @@ fn one() -> f64 {
 pub enum Input<T> {
     /// A constant.
     Constant(T),
-    /// Text of an expression evaluated at each hit; for a colour, a number means grey.
+    /// Text of an expression that is evaluated at each hit. For a colour, a number means grey.
     Expression(String),
     /// An image texture: `{ texture = { name = "…" } }`.
     Texture(TextureInput),
-    /// A checkerboard in world x and z: `{ checker = { even, odd } }`; a number takes the red
-    /// channel.
+    /// A checkerboard in world x and z: `{ checker = { even, odd } }`. An input that is a number
+    /// takes the red channel.
     Checker(CheckerInput),
 }
 
@@ -78,11 +79,11 @@ pub type NumberInput = Input<f64>;
 
 /// Value type of an [`Input`]: a number or a colour.
 pub trait InputValue: Copy + PartialEq + Serialize + 'static {
-    /// Description of the accepted forms, for messages.
+    /// Description of the accepted values, for messages.
     const EXPECTED: &'static str;
-    /// Converts a single number in the file.
+    /// Creates a value from a single number in a file.
     fn of_number(number: f64) -> Self;
-    /// Converts three numbers in the file; `None` where the type is a number.
+    /// Creates a value from three numbers in a file; `None` if the type is a number.
     fn of_colour(colour: Colour) -> Option<Self>;
     /// Converts to a colour; a number becomes grey.
     fn colour(self) -> Colour;
@@ -123,20 +124,22 @@ impl InputValue for Colour {
 pub struct TextureRef {
     /// Name of the texture.
     pub name: String,
-    /// Which of a mesh's sets of texture coordinates; a set that the mesh lacks reads (0, 0).
-    /// Shapes have one set.
+    /// Index of the mesh's set of texture coordinates. A set that the mesh lacks reads (0, 0).
+    /// Shapes have a single set, 0.
     #[serde(default)]
     pub uv_set: u32,
-    /// Affine map of the texture coordinates, rows of a 2×3 matrix; none: unchanged.
+    /// Affine map of the texture coordinates, as the rows of a 2×3 matrix. None: the coordinates
+    /// are unchanged.
     #[serde(default)]
     pub uv_transform: Option<[[f64; 3]; 2]>,
-    /// Expressions of the hit for the coordinates u and v; none: the surface's own.
+    /// Expressions for the coordinates u and v, evaluated at each hit. None: the surface's own
+    /// texture coordinates.
     #[serde(default)]
     pub uv: Option<[Weight; 2]>,
-    /// Factor on the texel.
+    /// Factor on the texel's colour.
     #[serde(default = "white")]
     pub factor: Colour,
-    /// The single channel to read; none: red for a number, all for a colour.
+    /// The channel to read. None: red for a number, all channels for a colour.
     #[serde(default)]
     pub channel: Option<Channel>,
 }
@@ -146,13 +149,13 @@ pub struct TextureRef {
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Channel {
-    /// The first.
+    /// The first channel.
     Red = 0,
-    /// The second.
+    /// The second channel.
     Green = 1,
-    /// The third.
+    /// The third channel.
     Blue = 2,
-    /// Coverage; not multiplied by the factor.
+    /// Coverage, to which the factor does not apply.
     Alpha = 3,
 }
 
@@ -160,14 +163,14 @@ pub(super) fn white() -> Colour {
     Colour::WHITE
 }
 
-/// The table form of a texture input.
+/// Texture input in its table form, `{ texture = … }`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct TextureInput {
-    /// Table form of a texture input.
+    /// The texture use.
     pub texture: TextureRef,
 }
 
-/// Table form of a checker input.
+/// Checkerboard input in its table form, `{ checker = … }`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CheckerInput {
     /// The two colours and the cell size.
@@ -175,7 +178,7 @@ pub struct CheckerInput {
 }
 
 impl<T: InputValue> Default for Input<T> {
-    /// One, or white.
+    /// Creates the constant 1, or white.
     fn default() -> Self {
         Self::Constant(T::of_number(1.0))
     }
@@ -188,7 +191,7 @@ impl<T: InputValue> From<T> for Input<T> {
 }
 
 impl<T: InputValue> Input<T> {
-    /// Returns the value of a constant.
+    /// Returns the value of a constant; `None` for an input that varies.
     pub fn constant(&self) -> Option<T> {
         if let Self::Constant(value) = self {
             Some(*value)

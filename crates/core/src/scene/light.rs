@@ -1,11 +1,11 @@
-//! Light sources and the sky.
+//! Light sources and the sky as in a scene file.
 
 use serde::{Deserialize, Serialize};
 
 use super::Triple;
 use super::input::{Colour, ColourInput};
 
-/// A light source that is not a surface.
+/// A light source without a surface.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
@@ -15,11 +15,11 @@ pub struct Light {
     pub name: String,
     /// Geometry of the light.
     pub kind: LightKind,
-    /// Irradiance of a directional light (per surface facing it), radiant intensity of a point or
-    /// spot light. Classic materials multiply it by their base colour as it is, physical ones by
-    /// the base colour over π.
+    /// Irradiance of a directional light on a surface that faces it, or radiant intensity of a
+    /// point or spot light. A classic material multiplies it by its base colour, a physical
+    /// material by its base colour over π.
     pub colour: Colour,
-    /// Whether objects in front of the light cast shadows.
+    /// Whether objects block the light.
     #[serde(default = "yes")]
     pub shadows: bool,
     /// Whether the light makes highlights.
@@ -42,33 +42,33 @@ pub enum LightKind {
         /// Direction from a surface to the light; any length above zero.
         to_light: Triple,
     },
-    /// From one point into all directions.
+    /// Light from a point into all directions.
     Point {
         /// Position.
         position: Triple,
         /// Falloff of the light with distance.
         #[serde(default)]
         falloff: Falloff,
-        /// Distance at which the light has faded to zero (the windowing of KHR_lights_punctual);
-        /// none: no limit.
+        /// Distance at which the light has faded to zero (the windowing of KHR_lights_punctual).
+        /// None: no limit.
         #[serde(default)]
         range: Option<f64>,
     },
-    /// From one point into a cone.
+    /// Light from a point into a cone.
     Spot {
         /// Position.
         position: Triple,
         /// Direction of the beam; any length above zero.
         direction: Triple,
-        /// Half-angle in degrees within which the light has its full strength.
+        /// Half-angle of the cone in degrees within which the light has its full strength.
         inner_angle: f64,
-        /// Half-angle in degrees beyond which the light is dark; above 0, at least the inner angle,
-        /// at most 90. Equal to the inner angle: a hard edge.
+        /// Half-angle of the cone in degrees beyond which there is no light: above 0, at least the
+        /// inner angle, at most 90. If it equals the inner angle, the cone has a hard edge.
         outer_angle: f64,
         /// Falloff of the light with distance.
         #[serde(default)]
         falloff: Falloff,
-        /// Distance at which the light has faded to zero; none: no limit.
+        /// Distance at which the light has faded to zero. None: no limit.
         #[serde(default)]
         range: Option<f64>,
     },
@@ -79,14 +79,14 @@ pub enum LightKind {
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Falloff {
-    /// By the square of the distance, as real light.
+    /// With the square of the distance, as physical light.
     #[default]
     InverseSquare,
     /// No falloff, as in several classic shaders.
     None,
 }
 
-/// Radiance of rays that hit nothing.
+/// The sky: radiance of rays that hit nothing.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
@@ -94,7 +94,8 @@ pub enum Falloff {
 pub enum Sky {
     /// The same radiance in every direction.
     Constant(Colour),
-    /// Linear in the height of the direction: bottom·(1−s) + top·s with s = (y + 1)/2, plus suns.
+    /// Interpolation by the height y of the unit direction: bottom·(1−s) + top·s with s = (y +
+    /// 1)/2, plus suns.
     Gradient {
         /// Radiance straight down.
         bottom: Colour,
@@ -108,26 +109,27 @@ pub enum Sky {
     Expression(ColourInput),
     /// An equirectangular environment map.
     Map(SkyMap),
-    /// A photographer's studio: soft lights that turn with the camera, and a grey backdrop.
+    /// A photo studio: soft lights that turn with the camera, and a grey backdrop.
     Studio(Studio),
 }
 
-/// A photographer's studio: distant key, fill and rim lights placed around the camera's azimuth,
-/// and a grey backdrop that only camera rays see.
+/// A photo studio: distant key, fill and rim lights, placed relative to the camera's azimuth, and a
+/// grey backdrop that only camera rays see.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct Studio {
-    /// Rotation in degrees of the lights about +y from their place around the camera; 90 moves a
-    /// light at +x to +z.
+    /// Rotation of the lights in degrees about +y, from their default places around the camera. A
+    /// rotation by 90 moves a light at +x to +z.
     pub rotation: f64,
-    /// Factor on the lights.
+    /// Factor on the lights' radiance.
     pub strength: f64,
-    /// Radiance of the backdrop in the middle of the picture; none: dark behind bright objects and
-    /// light behind dark ones.
+    /// Radiance of the backdrop in the middle of the picture. None: dark behind bright objects, and
+    /// light behind dark objects.
     pub backdrop: Option<f64>,
-    /// Whether a ground below everything catches shadows: camera rays see the backdrop dimmed by
-    /// the share of the studio's light that the scene blocks. No other ray hits the ground.
+    /// Whether an invisible ground below all objects catches shadows: on the ground, camera rays
+    /// see the backdrop dimmed by the share of the studio's light that the scene blocks. Other rays
+    /// do not hit the ground.
     pub ground: bool,
 }
 
@@ -149,29 +151,31 @@ impl Default for Studio {
     }
 }
 
-/// A lobe around a direction: weight · colour · max(0, d·direction)^exponent.
+/// A bright spot of the sky around a direction: weight · colour · max(0, d·direction)^exponent, for
+/// a ray of direction d.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Sun {
     /// Direction from the scene to the sun; any length above zero.
     pub direction: Triple,
-    /// Tint.
+    /// Colour of the sun's radiance.
     pub colour: Colour,
-    /// Strength.
+    /// Factor on the colour.
     pub weight: f64,
-    /// Sharpness, a whole number from 1 to 65536.
+    /// Sharpness: a whole number from 1 to 65536.
     pub exponent: u32,
 }
 
-/// An equirectangular environment: u = atan2(z, x)/2π + ½, v = acos(y)/π with v = 0 the top row.
+/// An equirectangular environment map: u = atan2(z, x)/2π + ½, v = acos(y)/π, where v = 0 is the
+/// image's top row.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct SkyMap {
     /// Name of the image.
     pub image: String,
-    /// Rotation of the map in degrees about +y; 90 shows along +z what was along +x.
+    /// Rotation of the map in degrees about +y. A rotation by 90 moves the part at +x to +z.
     #[serde(default)]
     pub rotation: f64,
     /// Factor on the radiance.

@@ -1,5 +1,5 @@
-//! Materials in two families: classic (a local lighting model made of terms) and physical
-//! (metallic-roughness).
+//! Materials as in a scene file, in two families: classic (a local lighting model of several terms)
+//! and physical (metallic-roughness).
 
 mod layers;
 mod mixture;
@@ -37,7 +37,7 @@ impl Material {
         }
     }
 
-    /// Returns the radiance of a constant emission; `None` for no emission or a varying one.
+    /// Returns the radiance of a constant emission; `None` if the emission is absent or varies.
     pub fn even_emission(&self) -> Option<Colour> {
         let emission = match &self.model {
             Model::Classic(m) => m.emission.as_ref(),
@@ -48,12 +48,12 @@ impl Material {
             .filter(|emission| *emission != Colour::BLACK)
     }
 
-    /// Whether the surface may be partly absent (alpha mask or blend).
+    /// Whether the surface may be partly transparent by alpha (mask or blend).
     pub fn is_cut(&self) -> bool {
         matches!(&self.model, Model::Physical(m) if m.alpha != AlphaMode::Opaque)
     }
 
-    /// Iterates over the texture uses.
+    /// Iterates over the texture uses of the material.
     pub fn textures(&self) -> impl Iterator<Item = &TextureRef> {
         let values: Vec<&dyn FieldValue> = match &self.model {
             Model::Classic(m) => core::iter::once(&m.colour)
@@ -68,8 +68,8 @@ impl Material {
             .map(|(_, texture)| texture)
     }
 
-    /// Returns the sets of texture coordinates that the material's textures read, ascending, each
-    /// once.
+    /// Returns the sets of texture coordinates that the material's textures read, ascending,
+    /// without duplicates.
     pub fn uv_sets(&self) -> Vec<u32> {
         let mut sets: Vec<u32> = self
             .textures()
@@ -88,47 +88,52 @@ impl Material {
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 #[doc(alias("principled", "Disney BSDF", "DielectricMaterial", "ConductorMaterial"))]
 pub enum Model {
-    /// A local lighting model made of terms.
+    /// The classic model: a local lighting model of several terms.
     Classic(Box<Classic>),
     /// The metallic-roughness model of glTF.
     Physical(Box<Physical>),
 }
 
-/// A local lighting model made of terms. Seen along the unit direction d, at a point with normal n,
-/// its radiance is
+/// A local lighting model of several terms. At a point with normal n, viewed along the unit
+/// direction d, its radiance is
 ///
 /// local · ( colour·(ambient + Σ diffuse·max(0, n·l)·shadow·light) + Σ specular + rim ) + emission
 ///
-/// plus that of a reflected or refracted ray where the material has one.
+/// plus the radiance of a reflected or refracted ray, if the material has `reflection` or
+/// `transmission`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct Classic {
     /// Base colour.
     pub colour: ColourInput,
-    /// Factor of the whole local term; 0 for a pure mirror or glass, 1 for a matte surface.
+    /// Factor on the local term in parentheses: 0 for a pure mirror or glass, 1 for a matte
+    /// surface.
     pub local: Weight,
-    /// Ambient light; none: the scene's (`classic.ambient`).
+    /// Ambient light. None: that of the scene, `classic.ambient`.
     pub ambient: Option<Colour>,
-    /// Factor of the Lambert term; an expression is evaluated for each light.
+    /// Factor on the Lambert term. An expression is evaluated for each light.
     pub diffuse: Weight,
-    /// Highlight of the lights.
+    /// Highlight of each light.
     pub specular: Option<Specular>,
-    /// Light at grazing angles.
+    /// Additional light at grazing angles.
     pub rim: Option<Rim>,
     /// A traced mirror reflection.
     pub reflection: Option<Reflection>,
-    /// Traced refraction, and the mirror reflection of glass. Cannot be combined with `reflection`.
+    /// Traced refraction, with the mirror reflection of glass. It cannot be combined with
+    /// `reflection`.
     pub transmission: Option<Transmission>,
     /// Emitted radiance.
     pub emission: Option<ColourInput>,
-    /// Mixture that path tracing reads in place of all other terms but `colour` and `emission`.
+    /// Mixture of reflection, transmission and diffusion for path tracing, in place of all terms
+    /// except `colour` and `emission`.
     pub mixture: Option<Mixture>,
-    /// Share of a light that passes where this surface is the occluder, 0 (opaque) to 1.
+    /// Share of a light that passes through this surface as an occluder, 0 (opaque) to 1.
     pub shadow_transmittance: f64,
-    /// Share of a light that arrives, in place of the shadow rule's factor: an expression of
-    /// `occluder_distance` (infinite without an occluder), `shadow` (the rule's factor) and the
-    /// hit. An expression that reads neither variable needs no shadow ray.
+    /// Share of a light that reaches the surface, in place of the shadow rule's factor. The
+    /// expression may read `occluder_distance` (infinite without an occluder), `shadow` (the rule's
+    /// factor) and the variables of the hit. If it reads neither `occluder_distance` nor `shadow`,
+    /// no shadow ray is traced.
     pub shadow: Option<Weight>,
 }
 
@@ -137,21 +142,21 @@ pub struct Classic {
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum SpecularModel {
-    /// max(0, n·h)^exponent with h halfway between light and viewer (Blinn, "Models of Light
-    /// Reflection for Computer Synthesized Pictures", 1977).
+    /// max(0, n·h)^exponent with the half vector h between light and viewer (Blinn, "Models of
+    /// Light Reflection for Computer Synthesized Pictures", 1977).
     Blinn,
-    /// As Blinn, but with the *reflected* direction in the viewer's place: h = unit(l − r), as in
-    /// the documented preset's mirror.
+    /// As `blinn`, but with h = unit(l − r), where r is the mirrored view. A documented preset uses
+    /// it for its mirror.
     BlinnReflected,
     /// max(0, r·l)^exponent with r the mirrored view (Phong, "Illumination for Computer Generated
     /// Pictures", 1975).
     Phong,
-    /// max(0, d·r)^exponent: a sheen at grazing angles wherever the light is, as in some procedural
-    /// shaders.
+    /// max(0, d·r)^exponent: a highlight at grazing angles that does not depend on the light's
+    /// direction, as in some procedural shaders.
     Grazing,
 }
 
-/// A highlight of the lights: strength · model · tint, for each light that makes highlights.
+/// A highlight: strength · model · tint for each light that makes highlights.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
@@ -160,7 +165,7 @@ pub struct Specular {
     pub model: SpecularModel,
     /// Sharpness, a whole number from 1 to 65536.
     pub exponent: u32,
-    /// Factor.
+    /// Factor on the highlight.
     pub strength: Weight,
     /// Whether the light's colour tints the highlight; otherwise the highlight is white.
     #[serde(default = "yes")]
@@ -168,8 +173,8 @@ pub struct Specular {
     /// Whether shadows dim the highlight.
     #[serde(default = "yes")]
     pub shadowed: bool,
-    /// Whether the reflection's own throughput tints the highlight, outside the `local` factor, as
-    /// in the preset's mirror.
+    /// Whether the highlight is multiplied by the weight of the mirror reflection instead of the
+    /// factor `local`. A documented preset uses it for its mirror.
     #[serde(default)]
     pub on_reflection: bool,
 }
@@ -178,12 +183,12 @@ fn yes() -> bool {
     true
 }
 
-/// Light at grazing angles: strength · (1 − (n·d)²)^exponent.
+/// Additional light at grazing angles: strength · (1 − (n·d)²)^exponent.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Rim {
-    /// Factor.
+    /// Factor on the light at grazing angles.
     pub strength: Weight,
     /// Whole exponent from 1 to 64.
     pub exponent: u32,
@@ -195,30 +200,30 @@ pub struct Rim {
 #[serde(deny_unknown_fields)]
 pub struct Reflection {
     /// Factor on the radiance of the mirrored ray. In an expression, `l`, `shadow` and
-    /// `occluder_distance` have the values of the first light that reaches the point.
+    /// `occluder_distance` are those of the first light that reaches the point.
     pub weight: Weight,
     /// Whether the base colour tints the reflection.
     #[serde(default = "yes")]
     pub tinted: bool,
-    /// Disturbs the mirrored direction.
+    /// Disturbance of the mirrored direction. None: an exact mirror.
     #[serde(default)]
     pub fuzz: Option<Fuzz>,
 }
 
 /// A disturbance of the mirrored direction by a fixed pattern: direction = unit(mirror + amount·w),
-/// w_i = sin(f_i · p).
+/// with w_i = sin(f_i · p) at the hit point p.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Fuzz {
     /// Length of the disturbance.
     pub amount: f64,
-    /// Row i holds the coefficients of the hit point's x, y, z inside sine i, radians per world
-    /// unit.
+    /// Row i is f_i: the factors on x, y and z of the hit point in the i-th sine, in radians per
+    /// world unit.
     pub frequencies: [[f64; 3]; 3],
 }
 
-/// Traced refraction with its reflection.
+/// Traced refraction and the reflection at the same boundary.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
@@ -236,16 +241,16 @@ pub struct Transmission {
     pub refracted_tint: Colour,
 }
 
-/// Choice of the rays that a refracting surface traces.
+/// Rays that a refracting surface traces.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum TransmissionChoice {
-    /// Both, weighted by the exact dielectric Fresnel equations.
+    /// A reflected and a refracted ray, weighted by the Fresnel equations of a dielectric.
     #[default]
     Split,
-    /// One ray, unweighted: the reflection where Schlick's reflectance, at the incident angle on
-    /// both sides, exceeds the threshold, or where refraction is impossible.
+    /// A single ray without a weight. It is reflected if Schlick's reflectance at the angle of
+    /// incidence exceeds the threshold, or if refraction is impossible; else it is refracted.
     Switch {
         /// Reflectance above which the ray reflects.
         threshold: f64,

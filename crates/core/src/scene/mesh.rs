@@ -1,4 +1,4 @@
-//! Triangle meshes, images and textures.
+//! Triangle meshes, images and textures as in a scene file.
 
 use std::sync::Arc;
 
@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Positions;
 
-/// Most sets of texture coordinates of a mesh.
+/// Greatest number of sets of texture coordinates of a mesh.
 pub const MOST_UV_SETS: usize = 8;
 
 /// A named triangle mesh.
@@ -18,19 +18,20 @@ pub struct Mesh {
     pub name: String,
     /// Source of the triangles.
     pub source: MeshSource,
-    /// Part of a glTF or GLB file; none: its default scene at rest.
+    /// Part of a glTF or GLB file that the mesh shows. None: the file's default scene at rest.
     #[serde(default)]
     pub model: Option<ModelPart>,
 }
 
-/// The part of a model file that a mesh shows.
+/// The part of a glTF or GLB file that a mesh shows.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct ModelPart {
-    /// Name of a scene of the file or, where no name fits, its index; none: the file's default.
+    /// Name of a scene of the file; if no scene has this name, its index. None: the file's default
+    /// scene.
     pub scene: Option<String>,
-    /// Seconds after the start of the file's animations; none: at rest.
+    /// Seconds after the start of the file's animations. None: at rest.
     pub time: Option<f64>,
 }
 
@@ -39,14 +40,14 @@ pub struct ModelPart {
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum MeshSource {
-    /// In the scene itself.
+    /// Arrays in the scene file itself.
     Inline(Arc<MeshData>),
-    /// In an OBJ, glTF or GLB file, path relative to the scene's folder; all of its triangles as
-    /// one mesh.
+    /// Path of an OBJ, glTF or GLB file, relative to the scene's folder. All triangles of the file
+    /// become a single mesh.
     File(String),
 }
 
-/// The arrays of a mesh. Transforms are applied in f64.
+/// The arrays of a mesh.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
@@ -54,20 +55,21 @@ pub enum MeshSource {
 pub struct MeshData {
     /// Vertex positions in the mesh's own space.
     pub positions: Positions,
-    /// Three vertex indices per triangle; counter-clockwise seen from outside.
+    /// Three vertex indices for each triangle, counter-clockwise as seen from outside.
     pub indices: Vec<[u32; 3]>,
-    /// Shading normal per vertex; empty: flat facets.
+    /// Shading normal for each vertex. Empty: the facets are flat.
     pub normals: Vec<[f32; 3]>,
-    /// Tangent per vertex, the direction of growing u of a normal map, with the sign w of the
-    /// bitangent: bitangent = w·(normal × tangent), w being 1 or −1 (as in glTF 2.0, section
-    /// 3.7.2.1). Empty: computed where a material has a normal map.
+    /// Tangent for each vertex: the direction in which a normal map's u grows, and the sign w (1 or
+    /// −1) of the bitangent w·(normal × tangent), as in glTF 2.0, section 3.7.2.1. Empty: tangents
+    /// are computed if a material has a normal map.
     pub tangents: Vec<[f32; 4]>,
-    /// Sets of texture coordinates per vertex (v = 0 is the image's top row); empty: none.
+    /// Sets of texture coordinates, each with u and v for each vertex; v = 0 is the image's top
+    /// row. Empty: no texture coordinates.
     pub uvs: Vec<Vec<[f32; 2]>>,
-    /// Linear colour with alpha per vertex; empty: white.
+    /// Linear red, green, blue and alpha for each vertex. Empty: white.
     pub colours: Vec<[f32; 4]>,
-    /// Whether the mesh is the cap of a section. A cap's triangles come from no file, and its edges
-    /// are not drawn.
+    /// Whether the mesh is the cap that closes a cut through the scene. The triangles of a cap come
+    /// from no file, and their edges are not drawn.
     #[serde(skip)]
     #[cfg_attr(test, schemars(skip))]
     pub is_cap: bool,
@@ -98,26 +100,26 @@ pub struct Image {
     pub name: String,
     /// Path relative to the scene's folder, or `embedded:NAME` for an image built into the program.
     pub path: String,
-    /// Decoded pixels, filled in by the loader. `None` where the file could not be read: the loader
-    /// warns, and the factor alone counts.
+    /// Decoded pixels, which the loader fills in. `None` if the file could not be read: the loader
+    /// warns, and textures have the colour of their factor.
     #[serde(skip)]
     #[cfg_attr(test, schemars(skip))]
     pub data: Option<Arc<ImageData>>,
-    /// Number of texel channels that were infinite or not a number in the file; the loader replaced
-    /// them by valid values.
+    /// Number of texel channels that were infinite or NaN in the file, and which the loader
+    /// replaced by valid values.
     #[serde(skip)]
     #[cfg_attr(test, schemars(skip))]
     pub mended: u64,
 }
 
-/// Decoded pixels; the first row is the top.
+/// Decoded pixels of an image, from the top row down.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ImageData {
     /// Width in pixels, above zero.
     pub width: u32,
     /// Height in pixels, above zero.
     pub height: u32,
-    /// Red, green, blue, alpha; row by row.
+    /// Red, green, blue and alpha of each pixel, row by row.
     pub pixels: Pixels,
 }
 
@@ -131,16 +133,16 @@ impl ImageData {
     }
 }
 
-/// Pixels as stored.
+/// Pixels of an image in their stored format.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Pixels {
-    /// Codes 0 to 255, four per pixel.
+    /// Four codes from 0 to 255 per pixel.
     Codes(Vec<[u8; 4]>),
-    /// Linear values, four per pixel.
+    /// Four linear values per pixel.
     Linear(Vec<[f32; 4]>),
 }
 
-/// A named texture: an image with the rules for reading it.
+/// A named texture: an image with its colour space, filter and wrap modes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
@@ -155,10 +157,10 @@ pub struct Texture {
     /// Interpolation between texels.
     #[serde(default)]
     pub filter: Filter,
-    /// Wrap mode outside 0..1, horizontally.
+    /// Wrap mode of u outside 0..1, horizontally.
     #[serde(default)]
     pub wrap_u: Wrap,
-    /// Wrap mode outside 0..1, vertically.
+    /// Wrap mode of v outside 0..1, vertically.
     #[serde(default)]
     pub wrap_v: Wrap,
 }
@@ -185,12 +187,12 @@ pub enum Filter {
     /// Weighted mean of four texels.
     #[default]
     Bilinear,
-    /// Weighted mean of four texels in each of two smaller images, whose texels are about as wide
-    /// as the pixel is on the surface.
+    /// Weighted mean of four texels in each of two mipmap levels, whose texels are about as wide as
+    /// the pixel is on the surface.
     Mipmaps,
 }
 
-/// Wrap mode outside 0..1.
+/// Treatment of texture coordinates outside 0..1.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
@@ -199,7 +201,7 @@ pub enum Wrap {
     /// Repeats the image.
     #[default]
     Repeat,
-    /// Repeats the image, every second copy mirrored.
+    /// Repeats the image and mirrors every second copy.
     MirroredRepeat,
     /// Repeats the border texel.
     Clamp,

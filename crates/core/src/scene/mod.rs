@@ -1,11 +1,11 @@
-//! The scene as plain data: the content of a file, in f64, with names as references and without
-//! behaviour.
+//! The scene as plain data: the content of a scene file, with numbers in `f64` and references by
+//! name.
 //!
-//! This module holds serde data alone. [`crate::validate`] checks it, [`crate::effects`] lists the
-//! features that it needs, and [`crate::prepare()`] builds the data that an integrator traverses.
-//! Numbers in a file may be expressions of `t` and the scene's parameters. The loader evaluates
-//! them, so every number here is a number. Values evaluated at each hit stay text
-//! ([`Weight::Expression`], [`ColourInput::Expression`]).
+//! The types of this module are read and written by serde. [`crate::validate`] checks a scene,
+//! [`crate::effects`] lists the effects that it needs, and [`crate::prepare()`] builds the data
+//! that an integrator reads. Numbers in a file may be expressions of `t` and the scene's
+//! parameters; the loader replaces these expressions by their values. Expressions that are
+//! evaluated at each hit remain text ([`Weight::Expression`], [`ColourInput::Expression`]).
 //!
 //! Units: metres, seconds, degrees; radiance in linear Rec. 709 primaries.
 
@@ -49,42 +49,42 @@ use serde::{Deserialize, Serialize};
 /// Version of the scene format that this program reads.
 pub const FORMAT: u32 = 1;
 
-/// JSON Schema (draft 2020-12) of scene files, in TOML and JSON alike, for editors and generators.
-/// Derived from the scene types; numbers may also be expressions. Kept as a file, because deriving
-/// it compiles longer than the scene types themselves; a test compares it with the types.
+/// JSON Schema (draft 2020-12) of scene files in TOML and JSON, for editors and generators. Its
+/// numbers may also be expressions. The schema is kept as a file, because deriving it from the
+/// scene types takes long to compile; a test compares the file with the types.
 pub const SCHEMA: &str = include_str!("schema.json");
 
 /// A point or direction of a scene file: x, y, z in world units.
 pub type Triple = [f64; 3];
 
-/// A scene: everything that a picture depends on besides the flags of the command line.
+/// A scene: all data that a picture depends on, except the flags of the command line.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 #[doc(alias = "BasicScene")]
 pub struct Scene {
-    /// Version of the format; must be 1 and comes first in a file.
+    /// Version of the format: 1. It is the first key of a file.
     pub format: u32,
-    /// One line about the scene, shown by `presets` and `info`.
+    /// A line of text about the scene, which the commands `presets` and `info` show.
     #[serde(default)]
     pub title: String,
-    /// Time in seconds at which the expressions are evaluated; `--at` overrides it.
+    /// Time in seconds at which expressions are evaluated. The flag `--at` overrides it.
     #[serde(default)]
     pub t: f64,
-    /// Named numbers for expressions; a parameter may use earlier ones. `--set NAME=VALUE`
-    /// overrides.
+    /// Named numbers for expressions. A parameter may be an expression of earlier parameters. The
+    /// flag `--set NAME=VALUE` overrides a parameter.
     #[serde(default)]
     pub parameters: BTreeMap<String, f64>,
-    /// Picture size, samples, depth, display; flags override each.
+    /// Picture size, samples, depth and display. Flags of the command line override each.
     #[serde(default)]
     pub render: Render,
-    /// Rules that the classic materials of this scene share.
+    /// Rules for all classic materials of the scene.
     #[serde(default)]
     pub classic: ClassicRules,
-    /// Views; the first is the default. Empty: the scene is framed automatically.
+    /// Cameras, of which the first is the default. Empty: a camera is placed automatically.
     #[serde(default)]
     pub cameras: Vec<Camera>,
-    /// Radiance of rays that hit nothing, which also lights the scene. None: black, and no light.
+    /// The sky: radiance of rays that hit nothing. It also lights the scene. None: a black sky.
     #[serde(default)]
     pub sky: Option<Sky>,
     /// Light sources besides the sky and emissive surfaces.
@@ -93,27 +93,28 @@ pub struct Scene {
     /// Image files that textures read.
     #[serde(default)]
     pub images: Vec<Image>,
-    /// Named textures: an image with its filter and wrap modes.
+    /// Named textures: images with their colour spaces, filters and wrap modes.
     #[serde(default)]
     pub textures: Vec<Texture>,
     /// Named materials.
     #[serde(default)]
     pub materials: Vec<Material>,
-    /// Named triangle meshes; an object shows a mesh by its name.
+    /// Named triangle meshes, which objects show by name.
     #[serde(default)]
     pub meshes: Vec<Mesh>,
-    /// Models in their own files, placed with their objects, materials and lights.
+    /// Models in their own files, which add objects, materials and lights to the scene.
     #[serde(default)]
     pub models: Vec<ModelFile>,
-    /// Objects that rays can hit. Their order decides ties and the "first occluder".
+    /// Objects that rays can hit. Their order decides between hits at equal distances, and which
+    /// occluder is the first.
     #[serde(default)]
     pub objects: Vec<Object>,
-    /// Rules that each make many objects, for scaling studies; their objects follow the listed
-    /// ones.
+    /// Generators that each make many objects, for studies of speed. Their objects follow the
+    /// listed objects.
     #[serde(default)]
     pub generators: Vec<Generator>,
-    /// Material properties of an imported file that the scene format cannot represent; filled in by
-    /// importers.
+    /// Material properties of imported files that the scene format cannot represent; importers fill
+    /// in the list.
     #[serde(skip)]
     #[cfg_attr(test, schemars(skip))]
     pub unread: Vec<UnreadPart>,
@@ -124,7 +125,7 @@ pub struct Scene {
 pub struct UnreadPart {
     /// Name of the material.
     pub material: String,
-    /// Name in the file's format: the name of an extension.
+    /// Name of the property in the file's format, such as that of an extension.
     pub label: String,
 }
 

@@ -1,4 +1,4 @@
-//! Models in their own files, with their objects, materials and lights.
+//! Models in their own files, as in a scene file.
 
 use std::collections::BTreeMap;
 
@@ -6,32 +6,34 @@ use serde::{Deserialize, Serialize};
 
 use super::TransformStep;
 
-/// A glTF, GLB or OBJ file whose objects, materials and lights become part of the scene. The loader
-/// adds them under names that begin with the model's name. Models with the same file, scene,
-/// variant and time share their meshes, materials and images.
+/// A glTF, GLB or OBJ file whose objects, materials and lights become part of the scene, under
+/// names that begin with the model's name. Models with the same file, scene, variant and time share
+/// their meshes, materials and images.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct ModelFile {
-    /// Prefix of the names of the model's items; empty: the file's name without its extension.
+    /// Prefix of the names of the model's items. Empty: the file's name without its extension.
     #[serde(default)]
     pub name: String,
     /// Path relative to the scene's folder.
     pub file: String,
-    /// Of a glTF or GLB file: name of a scene of the file or, where no name fits, its index; none:
-    /// the file's default.
+    /// Name of a scene of a glTF or GLB file; if no scene has this name, its index. None: the
+    /// file's default scene.
     #[serde(default)]
     pub scene: Option<String>,
-    /// Of a glTF or GLB file: name of a material variant; none: the default materials.
+    /// Name of a material variant of a glTF or GLB file. None: the default materials.
     #[serde(default)]
     pub variant: Option<String>,
-    /// Of a glTF or GLB file: seconds after the start of its animations; none: at rest.
+    /// Seconds after the start of the animations of a glTF or GLB file. None: at rest.
     #[serde(default)]
     pub time: Option<f64>,
-    /// Placement: transform steps in the order of their application; empty: as in the file.
+    /// Transform of the model: steps in the order of their application. Empty: placed as in the
+    /// file.
     #[serde(default)]
     pub transform: Vec<TransformStep>,
-    /// Materials of the scene in place of the file's, by the names of the file's materials.
+    /// Materials of the scene that replace materials of the file, by the names of the replaced
+    /// materials.
     #[serde(default)]
     pub materials: BTreeMap<String, String>,
 }

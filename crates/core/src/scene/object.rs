@@ -1,4 +1,5 @@
-//! Objects: shapes with material, transform and visibility rules, and generators of many objects.
+//! Objects as in a scene file: shapes with material, transform and visibility rules; and generators
+//! of many objects.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,30 +10,31 @@ use super::Triple;
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Object {
-    /// Name for messages; need not be unique.
+    /// Name for messages. It need not be unique.
     #[serde(default)]
     pub name: String,
-    /// Its geometry.
+    /// Geometry of the object.
     pub shape: Shape,
-    /// Name of its material.
+    /// Name of the object's material.
     pub material: String,
-    /// Which sides can be hit.
+    /// Sides of the surface that rays can hit.
     #[serde(default)]
     pub side: SideRule,
-    /// Whether the normal is turned against the ray for shading; otherwise it always points
-    /// outwards.
+    /// Whether the normal is turned to the side of the ray for shading. Otherwise the normal always
+    /// points outwards.
     #[serde(default = "yes")]
     pub face_viewer: bool,
-    /// Whether the object blocks light.
+    /// Whether the object casts shadows.
     #[serde(default = "yes")]
     pub casts_shadow: bool,
-    /// Affine transform: steps in the order of their application; empty: none.
+    /// Affine transform: steps in the order of their application. Empty: no transform.
     #[serde(default)]
     pub transform: Vec<TransformStep>,
-    /// Transform at time 1 of a moving object, as its own list of steps; `transform` holds at time
-    /// 0. Each entry of the map is interpolated linearly: every point moves along a straight line
-    /// at constant speed, and a turning object shrinks on its path, halfway by the cosine of half
-    /// the angle. None: the object stands still. Rays have times where the camera has a `shutter`.
+    /// Transform at time 1 of a moving object, as a complete list of steps; `transform` is the
+    /// transform at time zero. The entries of the two matrices are interpolated linearly, so every
+    /// point moves along a straight line at constant speed. A turning object shrinks on its path:
+    /// halfway, its size is multiplied by the cosine of half the angle. None: the object stands
+    /// still. Motion is visible only if the camera has a `shutter`.
     #[serde(default)]
     pub transform_end: Option<Vec<TransformStep>>,
 }
@@ -41,7 +43,7 @@ fn yes() -> bool {
     true
 }
 
-/// Which sides of a surface can be hit; the outside is where the outward normal points.
+/// Sides of a surface that rays can hit. The outside is the side of the outward normal.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
@@ -49,13 +51,13 @@ pub enum SideRule {
     /// Both sides.
     #[default]
     Both,
-    /// The outside only.
+    /// The outside alone.
     Outside,
-    /// The inside only, as for a room.
+    /// The inside alone, as for a room.
     Inside,
-    /// Both sides, but camera rays hit only the outside, and only the outside emits light:
-    /// back-face culling, as for single-sided glTF materials. A wall that the camera sees through
-    /// from behind still blocks light.
+    /// Back-face culling, as for single-sided glTF materials: camera rays hit only the outside, and
+    /// only the outside emits light; all other rays hit both sides. A wall that is invisible to the
+    /// camera from behind still blocks light.
     Culled,
 }
 
@@ -64,22 +66,23 @@ pub enum SideRule {
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum TransformStep {
-    /// Moves by a vector.
+    /// Moves the object by a vector.
     Translate(Triple),
-    /// Scales along the axes; no factor may be zero.
+    /// Scales the object along the axes. No factor may be zero.
     Scale(Triple),
-    /// Rotates about an axis through the origin, counter-clockwise seen from the axis's tip.
+    /// Rotates the object about an axis through the origin, counter-clockwise as seen from the tip
+    /// of the axis.
     Rotate {
-        /// Axis; any length above zero.
+        /// Direction of the axis; any length above zero.
         axis: Triple,
-        /// Angle.
+        /// Angle in degrees.
         degrees: f64,
     },
     /// Three rows of a 3×4 matrix: linear part and translation.
     Matrix([[f64; 4]; 3]),
 }
 
-/// Geometry. Radii and sizes are above zero, directions longer than zero.
+/// Geometry of an object. Radii, sizes and the lengths of directions are above zero.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
@@ -92,8 +95,9 @@ pub enum Shape {
         /// Radius.
         radius: f64,
     },
-    /// An infinite plane. u and v are metres from its point. On a floor they run along x and z.
-    /// Elsewhere u runs along x, projected to the plane, and v along that direction × normal.
+    /// An infinite plane. u and v are distances in metres from `point`. On a floor they run along x
+    /// and z. On any other plane, u runs along x projected to the plane, and v along u's direction
+    /// × normal.
     Plane {
         /// Any point of the plane.
         point: Triple,
@@ -127,8 +131,9 @@ pub enum Shape {
         /// Greatest corner, above the least in every axis.
         max: Triple,
     },
-    /// A cylinder. u runs about the axis. v runs from 0 at the far end to 1 at the base, or in
-    /// metres from the base without a height; on a cap, from 0 at its centre to 1 at its rim.
+    /// A cylinder. u runs about the axis. v runs from 0 at the far end to 1 at the base; without a
+    /// height, v is the distance in metres from the base. On a cap, v runs from 0 at the centre to
+    /// 1 at the rim.
     Cylinder {
         /// A point of the axis; with a height, the centre of the base.
         base: Triple,
@@ -136,29 +141,29 @@ pub enum Shape {
         axis: Triple,
         /// Radius.
         radius: f64,
-        /// Length along the axis; none: infinite.
+        /// Length along the axis. None: infinite.
         #[serde(default)]
         height: Option<f64>,
         /// Whether a finite cylinder has caps.
         #[serde(default = "yes")]
         caps: bool,
     },
-    /// A cone or, with a top radius, a truncated cone; closed at its ends. u runs about the axis; v
-    /// from 0 at the top to 1 at the base, on a cap from 0 at its centre to 1 at its rim.
+    /// A cone or, with a top radius, a truncated cone, closed at its ends. u runs about the axis. v
+    /// runs from 0 at the top to 1 at the base; on a cap, from 0 at the centre to 1 at the rim.
     Cone {
         /// Centre of the base.
         base: Triple,
-        /// From the base to the tip; any length.
+        /// Direction from the base to the tip; any length.
         axis: Triple,
         /// Radius of the base.
         radius: f64,
-        /// Radius at the other end; 0: a tip.
+        /// Radius at the top. At 0 the cone has a tip.
         #[serde(default)]
         top_radius: f64,
-        /// Length along the axis.
+        /// Height along the axis.
         height: f64,
     },
-    /// A sphere scaled along the axes, with the u and v of the sphere.
+    /// A sphere scaled along the axes. u and v are those of the sphere.
     Ellipsoid {
         /// Centre.
         centre: Triple,
@@ -166,19 +171,20 @@ pub enum Shape {
         semi_axes: Triple,
     },
     /// A hyperboloid of one sheet about y: (x/a)² − (y/c)² + (z/a)² = 1, open at its ends. u runs
-    /// about +y, v from 0 at the upper rim to 1 at the lower.
+    /// about +y, v from 0 at the upper rim to 1 at the lower rim.
     Hyperboloid {
         /// Centre.
         centre: Triple,
         /// Radius a of the waist.
         waist_radius: f64,
-        /// Slope constant c.
+        /// Constant c of the equation, which sets the slope.
         c: f64,
-        /// Greatest |y| relative to the centre.
+        /// Greatest distance in y from the centre.
         half_height: f64,
     },
-    /// A paraboloid about y from its lowest point: y = (x² + z²)·height/radius², open at the top. u
-    /// runs about +y; v runs with the height, from 0 at the rim to 1 at the apex.
+    /// A paraboloid about y, open at the top: y = (x² + z²)·height/radius² relative to its lowest
+    /// point. u runs about +y; v falls linearly with the height, from 1 at the apex to 0 at the
+    /// rim.
     Paraboloid {
         /// Lowest point.
         apex: Triple,
@@ -187,8 +193,8 @@ pub enum Shape {
         /// Height of the rim above the apex.
         height: f64,
     },
-    /// A torus. u runs about the axis, v about the tube: ½ on its outer side, ¼ on the side to
-    /// which the axis points.
+    /// A torus. u runs about the axis, v about the tube: v is ½ on the outer side, and ¼ on the
+    /// side to which the axis points.
     Torus {
         /// Centre.
         centre: Triple,
@@ -196,37 +202,37 @@ pub enum Shape {
         axis: Triple,
         /// Distance from the centre to the middle of the tube.
         major_radius: f64,
-        /// Radius of the tube, below the major one.
+        /// Radius of the tube, below `major_radius`.
         minor_radius: f64,
     },
-    /// A single triangle, counter-clockwise seen from outside. u and v are the barycentric weights
-    /// of the second and third corner.
+    /// A single triangle, counter-clockwise as seen from outside. u and v are the barycentric
+    /// weights of the second and the third corner.
     Triangle {
         /// Corners.
         vertices: [Triple; 3],
     },
-    /// A mesh by name; objects that name the same mesh share it. u and v are the mesh's first set;
-    /// without one, each triangle's weights.
+    /// A mesh by its name. Objects with the same mesh share its triangles. u and v are the mesh's
+    /// first set of texture coordinates; without a set, they are those of a single triangle.
     Mesh(String),
 }
 
-/// A rule that makes many objects.
+/// A rule that makes many copies of an object.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Generator {
-    /// The rule.
+    /// Positions of the copies.
     pub kind: GeneratorKind,
-    /// The repeated object; each copy is moved by its offset.
+    /// The repeated object. Each copy is moved by its position.
     pub object: Object,
 }
 
-/// Positions of a generator's objects.
+/// Positions of the copies that a generator makes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum GeneratorKind {
-    /// At the points of a regular grid.
+    /// The points of a regular grid.
     Grid {
         /// Number of points along x, y, z.
         counts: [u32; 3],
@@ -235,15 +241,15 @@ pub enum GeneratorKind {
         /// Distance between neighbours along x, y, z.
         step: Triple,
     },
-    /// At random points of a box, uniformly.
+    /// Uniformly random points of a box.
     Scatter {
-        /// Number of objects.
+        /// Number of copies.
         count: u32,
         /// Least corner.
         min: Triple,
         /// Greatest corner.
         max: Triple,
-        /// Seed; the same seed gives the same positions.
+        /// Seed of the random points. The same seed gives the same positions.
         #[serde(default)]
         seed: u64,
     },

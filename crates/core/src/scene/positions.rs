@@ -1,4 +1,4 @@
-//! Vertex positions with the digits of their file: f32 relative to an origin near the mesh.
+//! Vertex positions that keep the digits of their file: `f32` relative to an origin near the mesh.
 
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -9,7 +9,7 @@ use crate::validate::FARTHEST;
 use raywright_bvh::Aabb;
 
 /// Vertex positions of a mesh in its own space. Positions far from zero are stored relative to an
-/// origin near the mesh, which keeps their digits at the cost of three numbers.
+/// origin near the mesh, so that they keep their digits in `f32`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(from = "Vec<Triple>", into = "Vec<Triple>")]
@@ -42,12 +42,12 @@ impl Positions {
         (0..self.len()).map(|vertex| self.position(vertex))
     }
 
-    /// Returns the origin of the offsets; zero for a mesh near zero.
+    /// Returns the origin to which offsets are relative; zero for a mesh near zero.
     pub fn origin(&self) -> DVec3 {
         self.origin.into()
     }
 
-    /// Returns the positions relative to the origin.
+    /// Returns the offsets, which are the positions relative to the origin.
     pub fn offsets(&self) -> &[[f32; 3]] {
         &self.offsets
     }
@@ -57,8 +57,8 @@ impl Positions {
         &mut self.offsets
     }
 
-    /// Returns the positions of some vertices, relative to the same origin; skips vertices that do
-    /// not exist.
+    /// Returns the positions of the given vertices, in their order and with the same origin.
+    /// Vertices that do not exist are skipped.
     pub fn select(&self, vertices: impl Iterator<Item = usize>) -> Self {
         Self {
             origin: self.origin,
@@ -68,7 +68,7 @@ impl Positions {
         }
     }
 
-    /// Returns an empty list with a given origin.
+    /// Creates an empty list with a given origin.
     pub fn about(origin: DVec3) -> Self {
         Self {
             origin: origin.into(),
@@ -76,7 +76,7 @@ impl Positions {
         }
     }
 
-    /// Appends positions relative to the origin.
+    /// Appends offsets, which are positions relative to the origin.
     pub fn extend(&mut self, offsets: impl IntoIterator<Item = [f32; 3]>) {
         self.offsets.extend(offsets);
     }
@@ -93,7 +93,8 @@ impl Positions {
     }
 }
 
-/// Returns an origin near the points that are finite and within range; zero for points near zero.
+/// Returns an origin near the points, or zero for points near zero. Points that are not finite or
+/// out of range are ignored.
 pub fn origin_near(points: impl IntoIterator<Item = DVec3>) -> DVec3 {
     let usable = points
         .into_iter()
@@ -114,7 +115,8 @@ impl From<Vec<DVec3>> for Positions {
 }
 
 impl From<Vec<[f32; 3]>> for Positions {
-    /// Keeps the numbers unchanged: f32 input has no more digits to preserve.
+    /// Keeps the numbers unchanged, with the origin zero: `f32` input has no further digits to
+    /// preserve.
     fn from(offsets: Vec<[f32; 3]>) -> Self {
         Self {
             origin: [0.0; 3],

@@ -1,29 +1,29 @@
-//! Settings of a picture in the scene: size, samples, depth, display, and the classic model's
-//! rules.
+//! Settings of a picture as in a scene file (size, samples, depth, display), and the rules of
+//! classic materials.
 
 use serde::{Deserialize, Serialize};
 
 use super::input::Colour;
 use crate::filter::PixelFilter;
 
-/// Settings of a picture; flags of the command line override each.
+/// Settings of a picture. Flags of the command line override each.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct Render {
     /// Width and height in pixels, each 1 to 65536.
     pub size: [u32; 2],
-    /// Samples per pixel, above zero; ignored with a pattern.
+    /// Samples per pixel, above zero. Ignored if a pattern is given.
     pub samples: u32,
-    /// A fixed pattern in place of the general sampler.
+    /// Fixed sample positions in a pixel, in place of the sampler.
     pub pattern: Option<Pattern>,
-    /// Pixel filter: the weight of a pixel's surroundings in the pixel; ignored with a pattern.
+    /// Pixel filter: the weight of samples around a pixel. Ignored if a pattern is given.
     pub filter: PixelFilter,
-    /// Most ray segments of a path, the camera ray included; 1 to 64.
+    /// Greatest number of ray segments of a path, the camera ray included; 1 to 64.
     pub max_depth: u32,
-    /// Computation of light.
+    /// Algorithm that computes light.
     pub integrator: Integrator,
-    /// Seed of the general sampler.
+    /// Seed of the sampler.
     pub seed: u64,
     /// Tone map from radiance to display values.
     pub tone_map: ToneMap,
@@ -31,7 +31,7 @@ pub struct Render {
     pub gamma: TransferCurve,
     /// Exposure in stops: radiance is multiplied by 2 to this power before the tone map.
     pub exposure: f64,
-    /// Radiance added to every sample: a veil over the whole picture.
+    /// Radiance that is added to every sample, as a veil over the whole picture.
     pub veil: Colour,
 }
 
@@ -53,14 +53,14 @@ impl Default for Render {
     }
 }
 
-/// A fixed set of sample positions in a pixel.
+/// Fixed sample positions in a pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Pattern {
-    /// One sample at the centre.
+    /// A sample at the centre of the pixel.
     Centre,
-    /// Four samples at the corners, shared with the neighbours.
+    /// Four samples at the corners of the pixel, which neighbouring pixels share.
     Corners,
 }
 
@@ -74,20 +74,20 @@ impl Pattern {
     }
 }
 
-/// Computation of light.
+/// Algorithm that computes light.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 #[doc(alias("PathIntegrator", "RandomWalkIntegrator"))]
 pub enum Integrator {
-    /// The integrator that the scene needs.
+    /// The integrator is chosen by the effects that the scene needs.
     #[default]
     Auto,
     /// Local lighting, mirror reflection and refraction (Whitted, "An Improved Illumination Model
     /// for Shaded Display", 1980).
     Whitted,
-    /// Path tracing: every surface lights every other, by random paths (Kajiya, "The Rendering
-    /// Equation", 1986).
+    /// Path tracing: light between all surfaces, by random paths (Kajiya, "The Rendering Equation",
+    /// 1986).
     Path,
 }
 
@@ -97,7 +97,7 @@ pub enum Integrator {
 #[serde(rename_all = "kebab-case")]
 #[doc(alias = "tone mapping operator")]
 pub enum ToneMap {
-    /// Clipped to 0..1.
+    /// No tone map: values are clipped to 0..1.
     None,
     /// Narkowicz's fit of the ACES curve ("ACES Filmic Tone Mapping Curve", 2015), per channel.
     Aces,
@@ -119,53 +119,53 @@ pub enum TransferCurve {
     #[default]
     #[serde(rename = "srgb")]
     Srgb,
-    /// Pure power 1/2.2.
+    /// A power with the exponent 1/2.2.
     #[serde(rename = "2.2")]
     Gamma22,
-    /// None: the code is the linear value.
+    /// No curve: the code is the linear value.
     #[serde(rename = "none")]
     None,
 }
 
-/// Rules shared by the classic materials of a scene. The defaults are the sensible rules; the
-/// others exist because documented shaders use them.
+/// Rules for all classic materials of a scene. The defaults suit new scenes. The alternatives
+/// reproduce documented shaders.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct ClassicRules {
-    /// Ambient light on every surface.
+    /// Ambient light on every classic surface.
     pub ambient: Colour,
-    /// Origin of spawned rays.
+    /// Origin of reflected, refracted and shadow rays.
     pub spawn: SpawnRule,
-    /// Occluders that block light.
+    /// Rule for the occluders that block light.
     pub shadow: ShadowRule,
-    /// Farthest occluder of a directional light; none: no limit.
+    /// Greatest distance in metres of an occluder of a directional light. None: no limit.
     pub shadow_max_distance: Option<f64>,
-    /// Treatment of a reflection beyond the maximum depth.
+    /// Treatment of reflected and refracted rays beyond the maximum depth.
     pub depth_limit: DepthLimit,
 }
 
-/// Origin of a spawned ray, and the least distance of its hits.
+/// Origin of reflected, refracted and shadow rays, and the least distance of their hits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum SpawnRule {
-    /// Outside the rounding error of each hit point: correct at every scale.
+    /// The origin is outside the rounding error of the hit point, which is correct at every scale.
     #[default]
     ErrorBound,
-    /// By constants, as in shaders: correct at one scale.
+    /// The origin is moved by a constant, as in shaders, which is correct at a single scale.
     Constant(ConstantOffset),
 }
 
-/// Constants of [`SpawnRule::Constant`], in world units.
+/// Constants of the rule `constant`, in world units.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct ConstantOffset {
-    /// Distance by which a spawned ray's origin is moved.
+    /// Distance by which the origin of a reflected, refracted or shadow ray is moved.
     pub offset: f64,
-    /// Direction in which the origins of reflected and refracted rays are moved; a shadow ray's
-    /// origin always moves along the ray.
+    /// Direction in which the origins of reflected and refracted rays are moved. The origin of a
+    /// shadow ray always moves along the ray.
     #[serde(default)]
     pub along: OffsetDirection,
     /// Least distance of a camera ray's hit.
@@ -179,19 +179,19 @@ pub struct ConstantOffset {
     pub shadow_min: f64,
 }
 
-/// Direction in which a spawned origin is moved.
+/// Direction in which the origin of a reflected or refracted ray is moved.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum OffsetDirection {
-    /// Along the normal, to the side on which the ray leaves.
+    /// Along the normal, to the side of the ray.
     #[default]
     Normal,
     /// Along the ray.
     Ray,
 }
 
-/// Occluders that block light.
+/// Rule for the occluders that block light.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
@@ -203,14 +203,15 @@ pub enum ShadowRule {
     FirstInOrder,
 }
 
-/// Treatment of rays beyond the maximum depth.
+/// Treatment of reflected and refracted rays beyond the maximum depth.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum DepthLimit {
-    /// Their radiance is dropped.
+    /// The radiance of such rays is zero.
     #[default]
     Drop,
-    /// A surface hit by the last segment shows its local term with weight one, without reflection.
+    /// The surface that the last segment hits shows its local term with weight 1, without
+    /// reflection.
     LocalOnly,
 }

@@ -1,6 +1,6 @@
-//! JSON Schema of scene files, derived from the scene types, with a rule that only the loader
-//! knows: numbers may be expressions. Compiled for tests alone, which compare the shipped file with
-//! it.
+//! JSON Schema of scene files, derived from the scene types. It also permits expressions in place
+//! of numbers, as the loader does. The module is compiled only for tests, which compare the derived
+//! schema with the shipped file.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! Serde forms of inputs in a file.
+//! Deserialisation of inputs from a file.
 
 use core::fmt;
 use core::marker::PhantomData;
@@ -8,8 +8,8 @@ use serde::{Deserialize, Deserializer};
 
 use super::{CheckerInput, Colour, Input, InputValue, TextureInput, Triple, Weight};
 
-/// A number that may be written as a string: the loader's deserializer evaluates the string, any
-/// other format refuses it.
+/// A number that the loader's deserializer may also read from a string, as an expression. Any other
+/// deserializer refuses a string.
 struct NumberOnly(f64);
 
 impl<'de> Deserialize<'de> for NumberOnly {
@@ -18,6 +18,7 @@ impl<'de> Deserialize<'de> for NumberOnly {
     }
 }
 
+/// Reads a sequence of exactly three numbers.
 fn triple<'de, A: SeqAccess<'de>>(mut seq: A, what: &dyn de::Expected) -> Result<Triple, A::Error> {
     let mut out = [0.0; 3];
     for (i, slot) in out.iter_mut().enumerate() {
@@ -61,8 +62,8 @@ impl<'de> Visitor<'de> for ColourVisitor {
 
 impl<'de> Deserialize<'de> for Colour {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        // The name tells the loader that a string here is a numeric expression, evaluated once, not
-        // an input evaluated at each hit.
+        // By the name `Colour`, the loader knows that a string in this place is an expression that
+        // it evaluates once, and not an input.
         deserializer.deserialize_newtype_struct("Colour", ColourVisitor)
     }
 }
@@ -154,9 +155,9 @@ impl<'de, T: InputValue> Deserialize<'de> for Input<T> {
     }
 }
 
-/// Reads an input whose string is evaluated once where it does not depend on the hit. So the
-/// roughness or emission of a surface is known before rendering. The name of the newtype tells the
-/// loader which inputs to evaluate.
+/// Reads an input whose expression the loader evaluates once, if it depends on no variable of the
+/// hit. The roughness or emission of a surface is then known before rendering. By the name
+/// `EarlyInput`, the loader knows which inputs to evaluate.
 pub(in crate::scene) fn early<'de, T: InputValue, D: Deserializer<'de>>(
     deserializer: D,
 ) -> Result<Input<T>, D::Error> {

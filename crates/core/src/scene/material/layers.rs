@@ -1,5 +1,4 @@
-//! Layers over, under and in the metallic-roughness model: the material extensions of glTF, as in a
-//! file.
+//! Layers of a physical material as in a scene file: the material extensions of glTF.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,7 +8,7 @@ use super::super::field::{
 };
 use super::super::input::{Colour, ColourInput, NumberInput, TextureRef, early};
 
-/// Bounds of a share, and of a colour's channels.
+/// Bounds of a number, or of each channel of a colour, from 0 to 1.
 pub(super) const SHARE: FieldBounds = Within(0.0, 1.0);
 
 /// Least and greatest index of refraction.
@@ -17,26 +16,26 @@ pub(super) const IOR: [f64; 2] = [1.0, 1e3];
 const INDICES: FieldBounds = Within(IOR[0], IOR[1]);
 
 file_struct! {
-    /// A clear coat of index 1.5 over everything (KHR_materials_clearcoat).
+    /// A clear coat of index 1.5 over all layers (KHR_materials_clearcoat).
     Clearcoat
-    /// Share of the surface that it covers, 0 to 1.
+    /// Share of the surface that the coat covers, 0 to 1.
     #[serde(deserialize_with = "early")]
     factor: NumberInput = 1.0.into(), SHARE;
-    /// Image that multiplies the share, by its red channel unless it names another.
+    /// Image that multiplies the share by its red channel, or by its `channel`.
     factor_texture: Option<TextureRef> = None, Any;
     /// Perceptual roughness of the coat, 0 to 1.
     #[serde(deserialize_with = "early")]
     roughness: NumberInput = 0.0.into(), SHARE;
-    /// Image that multiplies the roughness, by its red channel unless it names another.
+    /// Image that multiplies the roughness by its red channel, or by its `channel`.
     roughness_texture: Option<TextureRef> = None, Any;
-    /// Normal map of the coat; none: the coat is smooth, whatever the surface below.
+    /// Normal map of the coat. None: the coat is smooth, even over a normal map of the surface.
     normal_texture: Option<TextureRef> = None, Any;
-    /// Factor of the normal map's red and green components.
+    /// Factor on the normal map's red and green components.
     normal_scale: f64 = 1.0, Finite;
 }
 
 file_struct! {
-    /// Fibres that catch light at grazing angles, as on velvet (KHR_materials_sheen).
+    /// Fibres that reflect light at grazing angles, as on velvet (KHR_materials_sheen).
     Sheen
     /// Colour, which is also the strength of the sheen.
     colour: ColourInput = ColourInput::default(), SHARE;
@@ -45,7 +44,7 @@ file_struct! {
     /// Perceptual roughness of the fibres, 0 to 1; values below 0.07 act as 0.07.
     #[serde(deserialize_with = "early")]
     roughness: NumberInput = 0.5.into(), SHARE;
-    /// Image that multiplies the roughness, by its red channel unless it names another.
+    /// Image that multiplies the roughness by its red channel, or by its `channel`.
     roughness_texture: Option<TextureRef> = None, Any;
 }
 
@@ -53,15 +52,16 @@ file_struct! {
     /// Microfacets that are rougher along one direction than across it, as on brushed metal
     /// (KHR_materials_anisotropy).
     Anisotropy
-    /// Strength from 0, equally rough in both directions, to 1: α along the direction goes to one
-    /// with the square of the strength.
+    /// Strength from 0 (equally rough in both directions) to 1. With the square of the strength,
+    /// the microfacet α along the rougher direction rises from its isotropic value to 1.
     #[serde(deserialize_with = "early")]
     strength: NumberInput = 0.5.into(), SHARE;
     /// Angle in degrees from the direction of growing u to the rougher direction,
     /// counter-clockwise.
     rotation: f64 = 0.0, Finite;
-    /// Image of the rougher direction in red and green, from −1 to 1 over the codes, turned by the
-    /// angle, and of a factor on the strength in blue. Its texture's colour space must be linear.
+    /// Image of the rougher direction in red and green (codes map to −1 to 1), which is then turned
+    /// by `rotation`, and of a factor on the strength in blue. The texture's colour space must be
+    /// linear.
     texture: Option<TextureRef> = None, Any;
 }
 
@@ -71,30 +71,29 @@ file_struct! {
     /// Share of the surface that has the film, 0 to 1.
     #[serde(deserialize_with = "early")]
     factor: NumberInput = 1.0.into(), SHARE;
-    /// Image that multiplies the share, by its red channel unless it names another.
+    /// Image that multiplies the share by its red channel, or by its `channel`.
     factor_texture: Option<TextureRef> = None, Any;
     /// Index of refraction of the film, 1 to 1000.
     ior: f64 = 1.3, INDICES;
     /// Thickness in nanometres, 0 to 1e6.
     #[serde(deserialize_with = "early")]
     thickness: NumberInput = 400.0.into(), Within(0.0, 1e6);
-    /// Image that interpolates the thickness from `thinnest` to `thickness`, by its red channel
-    /// unless it names another.
+    /// Image that interpolates the thickness from `thinnest` to `thickness` by its red channel, or
+    /// by its `channel`.
     thickness_texture: Option<TextureRef> = None, Any;
-    /// Thickness in nanometres where that image is black.
+    /// Thickness in nanometres where `thickness_texture` is black.
     thinnest: f64 = 100.0, Within(0.0, 1e6);
 }
 
 file_struct! {
-    /// Light diffused to the other side, as by leaves and paper
-    /// (KHR_materials_diffuse_transmission).
+    /// Diffuse transmission, as by leaves and paper (KHR_materials_diffuse_transmission).
     DiffuseTransmission
-    /// Share of diffused light that passes through, 0 to 1.
+    /// Share of the diffuse light that is transmitted instead of reflected, 0 to 1.
     #[serde(deserialize_with = "early")]
     factor: NumberInput = 0.5.into(), SHARE;
-    /// Image that multiplies the share, by its red channel unless it names another.
+    /// Image that multiplies the share by its red channel, or by its `channel`.
     factor_texture: Option<TextureRef> = None, Any;
-    /// Colour of the light diffused through.
+    /// Colour of the transmitted diffuse light.
     colour: ColourInput = ColourInput::default(), SHARE;
     /// Image that multiplies the colour.
     colour_texture: Option<TextureRef> = None, Any;

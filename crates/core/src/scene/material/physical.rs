@@ -1,4 +1,4 @@
-//! The physical family of materials, as in a file.
+//! The physical family of materials, as in a scene file.
 
 use serde::{Deserialize, Serialize};
 
@@ -25,65 +25,65 @@ macro_rules! physical_fields {
             base_colour_texture: Option<TextureRef> = None, Any;
             /// Whether the mesh's vertex colours multiply the base colour.
             vertex_colours: bool = false, Any, VertexColours;
-            /// 0 dielectric to 1 metal.
+            /// Share of metal, 0 (dielectric) to 1 (metal).
             #[serde(deserialize_with = "early")]
             metallic: NumberInput = 0.0.into(), SHARE;
-            /// Perceptual roughness, 0 mirror to 1 matte; the microfacet α is its square.
+            /// Perceptual roughness, 0 (mirror) to 1 (matte); the microfacet α is its square.
             #[serde(deserialize_with = "early")]
             roughness: NumberInput = 1.0.into(), SHARE;
             /// Image with roughness in green and metalness in blue.
             metallic_roughness_texture: Option<TextureRef> = None, Any;
             /// Normal map: red along the direction of growing u, green up in the image, blue
-            /// outwards, each from −1 to 1 over the codes. Its texture's colour space must be
-            /// linear.
+            /// outwards; codes map to −1 to 1. The texture's colour space must be linear.
             normal_texture: Option<TextureRef> = None, Any, NormalMaps;
-            /// Factor of the normal map's red and green components; at 0 the map has no effect.
+            /// Factor on the normal map's red and green components. At 0 the map has no effect.
             normal_scale: f64 = 1.0, Finite;
-            /// Index of refraction, from 1 to 1000; a varying value is clamped to that range. 0:
+            /// Index of refraction, from 1 to 1000; a varying value is clamped to this range. At 0,
             /// the dielectric part reflects all light at every angle, reduced only by `specular`
-            /// and its colour, and transmits none.
+            /// and `specular_colour`, and transmits none.
             #[serde(deserialize_with = "early")]
             ior: NumberInput = 1.5.into(), FieldBounds::ZeroOrWithin(IOR[0], IOR[1]);
-            /// Share of light that passes through the surface instead of being diffused, 0 to 1; a
-            /// varying value is clamped to that range.
+            /// Share of the light that is transmitted instead of diffused, 0 to 1; a varying value
+            /// is clamped to this range.
             #[serde(deserialize_with = "early")]
             transmission: NumberInput = 0.0.into(), SHARE, Refraction;
-            /// Image that multiplies the transmission, by its red channel unless it names another.
+            /// Image that multiplies the transmission by its red channel, or by its `channel`.
             transmission_texture: Option<TextureRef> = None, Any, Refraction;
-            /// Colour of white light after `attenuation_distance` inside.
+            /// Colour of white light after it has travelled `attenuation_distance` inside the body.
             attenuation_colour: Colour = Colour([1.0; 3]), SHARE;
-            /// Distance in metres after which light inside has the `attenuation_colour`, above
-            /// zero; none: no absorption.
+            /// Distance in metres after which white light inside the body has the
+            /// `attenuation_colour`, above zero. None: no absorption.
             attenuation_distance: Option<f64> = None, Length, Absorption;
-            /// Whether the surface is a thin wall without an inside, which does not refract;
-            /// otherwise it bounds a body.
+            /// Whether the surface is a thin wall, which has no inside and does not refract.
+            /// Otherwise the surface bounds a solid body.
             thin_walled: bool = false, Any, ThinWalls;
-            /// Priority of the body where several bodies overlap: light is in the body of the
-            /// greatest priority, of equal ones in the last entered. Where no visible body of glass
-            /// has a priority above zero, each boundary refracts as from and into air.
+            /// Priority of the body where several bodies overlap. In an overlap, light is in the
+            /// body of the greatest priority, or among equal priorities in the body that it entered
+            /// last. If no visible body of glass has a priority above zero, each boundary refracts
+            /// as between air and the body.
             priority: u32 = 0, Any, NestedMedia;
             /// Strength of dispersion: 20 over the Abbe number, from 0 (none) to 400.
             dispersion: f64 = 0.0, Within(0.0, 400.0), Dispersion;
-            /// Factor on the reflection of the dielectric part, 0 to 1.
+            /// Factor on the dielectric part's reflectance, 0 to 1.
             #[serde(deserialize_with = "early")]
             specular: NumberInput = 1.0.into(), SHARE, TintedReflection;
-            /// Image that multiplies `specular`, by its red channel unless it names another.
+            /// Image that multiplies `specular` by its red channel, or by its `channel`.
             specular_texture: Option<TextureRef> = None, Any, TintedReflection;
-            /// Colour of the dielectric part's reflection at normal incidence; may be above one.
+            /// Colour of the dielectric part's reflectance at normal incidence; it may be above 1.
             specular_colour: ColourInput = Colour::WHITE.into(), FieldBounds::Light, TintedReflection;
             /// Image that multiplies `specular_colour`.
             specular_colour_texture: Option<TextureRef> = None, Any, TintedReflection;
-            /// Complex index of the metallic part, in place of the base colour.
+            /// Complex index of refraction of the metallic part, in place of the base colour.
             conductor: Option<Conductor> = None, Any, Conductors;
-            /// Light diffused to the other side.
+            /// Diffuse transmission, as by leaves and paper.
             diffuse_transmission: Option<DiffuseTransmission> = None, Any, DiffuseTransmission;
             /// Microfacets that are rougher along one direction.
             anisotropy: Option<Anisotropy> = None, Any, Anisotropy;
             /// A thin film on the microfacets.
             iridescence: Option<Iridescence> = None, Any, Iridescence;
-            /// Fibres over the layers above.
+            /// Fibres over all layers except the clear coat.
             sheen: Option<Sheen> = None, Any, Sheen;
-            /// A clear coat over everything.
+            /// A clear coat over all layers.
             clearcoat: Option<Clearcoat> = None, Any, Clearcoat;
             /// Emitted radiance.
             #[serde(deserialize_with = "early")]
@@ -92,10 +92,10 @@ macro_rules! physical_fields {
             emission_texture: Option<TextureRef> = None, Any;
             /// Meaning of the base colour's alpha.
             alpha: AlphaMode = AlphaMode::Opaque, Any, Transparency;
-            /// Alpha that multiplies the texture's alpha.
+            /// Factor on the alpha of the base colour's texture.
             #[serde(deserialize_with = "early")]
             opacity: NumberInput = 1.0.into(), SHARE;
-            /// Whether the base colour is shown as it is, without lighting.
+            /// Whether the base colour is shown without lighting.
             unlit: bool = false, Any;
         }
     };
@@ -124,81 +124,82 @@ impl Physical {
         )
     }
 
-    /// Returns the normal map where it changes shading.
+    /// Returns the normal map, or `None` if it has no effect on shading.
     pub fn bent_by(&self) -> Option<&TextureRef> {
         self.normal_texture
             .as_ref()
             .filter(|_| self.normal_scale != 0.0 && !self.unlit)
     }
 
-    /// Returns the emission, or `None` for black. An unlit material shows its base colour alone
-    /// (KHR_materials_unlit).
+    /// Returns the emission, or `None` if it is black or the material is unlit: an unlit material
+    /// shows only its base colour (KHR_materials_unlit).
     pub fn gives_off(&self) -> Option<&ColourInput> {
         Some(&self.emission).filter(|emission| **emission != Colour::BLACK.into() && !self.unlit)
     }
 
-    /// Whether the material may transmit light without diffusing it.
+    /// Whether the material may transmit light other than diffusely.
     pub fn may_transmit(&self) -> bool {
         self.transmission != 0.0.into() && self.ior != 0.0.into() && !self.unlit
     }
 
-    /// Whether the material bounds a body with a priority.
+    /// Whether the material bounds a transmissive body with a priority above zero.
     pub fn is_nested(&self) -> bool {
         self.priority > 0 && self.may_transmit() && !self.thin_walled
     }
 
-    /// Whether the material may diffuse light to the other side.
+    /// Whether the material may transmit light diffusely.
     pub fn may_diffuse_through(&self) -> bool {
         self.diffuse_transmission
             .as_ref()
             .is_some_and(|layer| layer.factor != 0.0.into() && !self.unlit)
     }
 
-    /// Whether the dielectric reflection differs from that of the index of refraction alone.
+    /// Whether `specular` or `specular_colour` changes the dielectric part's reflectance.
     pub fn tints_reflections(&self) -> bool {
         self.specular != 1.0.into() || self.specular_texture.is_some() || self.colours_reflections()
     }
 
-    /// Returns the ratio of the dielectric reflection to that of the index of refraction, from 0 to
-    /// 1, where the ratio is one constant for the whole dielectric part. A boundary of glass has
-    /// its own layers, so it has no such ratio.
+    /// Returns the factor `specular`, from 0 to 1, if a single number describes the change of the
+    /// dielectric part's reflectance. `None` if the factor varies, if the reflectance has a colour,
+    /// or if the material transmits light.
     pub fn factor_of_reflections(&self) -> Option<f64> {
         let even =
             self.specular_texture.is_none() && !self.colours_reflections() && !self.may_transmit();
         self.specular.constant().filter(|_| even)
     }
 
+    /// Whether the dielectric part's reflectance has a colour.
     fn colours_reflections(&self) -> bool {
         self.specular_colour != Colour::WHITE.into() || self.specular_colour_texture.is_some()
     }
 
-    /// Returns the metal's complex index where the material may be metallic.
+    /// Returns the metal's complex index of refraction; `None` without an index or metallic part.
     pub fn metal(&self) -> Option<Conductor> {
         self.conductor.filter(|_| self.metallic != 0.0.into())
     }
 
-    /// Returns the coat unless its factor is zero: a layer without effect counts as absent.
+    /// Returns the clear coat; `None` if it is absent or its factor is zero.
     pub fn coat(&self) -> Option<&Clearcoat> {
         self.clearcoat
             .as_ref()
             .filter(|layer| layer.factor != 0.0.into())
     }
 
-    /// Returns the sheen, as [`Self::coat`].
+    /// Returns the sheen; `None` if it is absent or black.
     pub fn fibres(&self) -> Option<&Sheen> {
         self.sheen
             .as_ref()
             .filter(|layer| layer.colour != Colour::BLACK.into())
     }
 
-    /// Returns the anisotropy, as [`Self::coat`].
+    /// Returns the anisotropy; `None` if it is absent or its strength is zero.
     pub fn active_anisotropy(&self) -> Option<&Anisotropy> {
         self.anisotropy
             .as_ref()
             .filter(|layer| layer.strength != 0.0.into())
     }
 
-    /// Returns the iridescence, as [`Self::coat`].
+    /// Returns the thin film; `None` if it is absent, its factor is zero, or it has no thickness.
     pub fn film(&self) -> Option<&Iridescence> {
         let thick = |layer: &&Iridescence| {
             let images = layer.thickness_texture.is_some() && layer.thinnest > 0.0;
@@ -207,8 +208,8 @@ impl Physical {
         self.iridescence.as_ref().filter(thick)
     }
 
-    /// Returns the texture use along which tangents are defined, where directions on the surface
-    /// matter.
+    /// Returns the texture use that defines the tangents: the normal map of the surface or of the
+    /// coat, or the anisotropy's image; `None` without any of these.
     pub fn directed_by(&self) -> Option<&TextureRef> {
         let coat = || {
             self.coat()
@@ -232,11 +233,11 @@ pub enum AlphaMode {
     /// Alpha is ignored.
     #[default]
     Opaque,
-    /// The surface is absent where alpha is below the cutoff.
+    /// The surface is absent at points where alpha is below the cutoff.
     Mask {
-        /// Cutoff, at least 0; above 1 the surface is absent everywhere.
+        /// Cutoff, at least 0. Above 1 the surface is absent everywhere.
         cutoff: f64,
     },
-    /// The surface covers the background by alpha.
+    /// The surface is blended with its background by alpha.
     Blend,
 }
